@@ -1,0 +1,1 @@
+"""hapticd: a real-time daemon for kinesthetic haptic interfaces."""

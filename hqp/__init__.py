@@ -1,0 +1,1 @@
+"""Hierarchical least squares with inequalities over a C active-set core."""

@@ -1,0 +1,1 @@
+"""Robots from URDF and DH tables over pinocchio, and the linter that refuses unsafe ones."""

@@ -1,0 +1,1 @@
+"""Clock, loop, cycle, modes, recorder, replay, configuration and the command line."""

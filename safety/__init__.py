@@ -1,0 +1,1 @@
+"""The layers that may only reduce energy: gate, monitor, stop latch, arming."""
