@@ -1,0 +1,250 @@
+"""The process image: the inputs and outputs of all devices, latched and composed once per tick."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ._wire import ffi, lib
+from .device import Quantity, Word
+from .dictionary import WIRE_TYPES
+from .errors import FrameError, NetworkError
+from .frames import Frames
+from .network import FieldRange, Network, Place
+
+_STATUS = np.dtype(
+    [
+        ("missed", np.int32),
+        ("heartbeat_age", np.int32),
+        ("emcy", np.uint16),
+        ("fresh", np.bool_),
+        ("al_state", np.uint8),
+        ("nmt_state", np.uint8),
+        ("lost", np.bool_),
+        ("running", np.bool_),
+        ("reserved", np.uint8),
+    ]
+)
+COUNTERS: tuple[str, ...] = tuple(name for name, _ in ffi.typeof("image_counters").fields)
+
+
+class Emergency(NamedTuple):
+    """An EMCY message.
+
+    Attributes:
+        device: index into the network's devices.
+        code: error code of CiA 301, 0x00xx = reset.
+        error_register: object 1001h.
+        vendor: five bytes of the manufacturer's own.
+    """
+
+    device: int
+    code: int
+    error_register: int
+    vendor: bytes
+
+
+class ProcessImage:
+    """Views of one tick's inputs and outputs; every array is a view that stays valid.
+
+    Quantities are float64 in SI units, `image["joints.position"]`: (devices,), or (devices, components)
+    where a field has several. Words are uint32, `image.word("joints.statusword")`: (devices,).
+    A device that missed a tick keeps its last inputs.
+
+    Attributes:
+        network: the layout.
+        expected: number of devices.
+        fresh: (devices,) bool, its TPDO of this tick arrived.
+        missed: (devices,) consecutive ticks without a fresh TPDO.
+        al_state: (devices,) `AlState` of the last fresh TPDO.
+        nmt_state: (devices,) `NmtState` of the last heartbeat, 255 = never heard.
+        heartbeat_age: (devices,) ticks since the last heartbeat.
+        lost: (devices,) bool, it rebooted or left operational after its first fresh TPDO.
+        emcy: (devices,) code of the last emergency, 0 = none or reset.
+        counters: (16,) int64, events since set-up, in the order of `COUNTERS`.
+        raw: (raw_size,) bytes as on the wire: TPDOs, then the payloads of the output frames.
+    """
+
+    def __init__(self, network: Network) -> None:
+        self.network = network
+        self.expected = len(network.devices)
+        self._core = ffi.new("image *")
+        self._keep: list[Any] = []  # what the C side points to
+        self._inputs = self._arrays(network.fields.values(), output=False)
+        self._outputs = self._arrays(network.fields.values(), output=True)
+        self.raw: NDArray[np.uint8] = np.zeros(network.raw_size, np.uint8)
+        self.counters: NDArray[np.int64] = np.zeros(len(COUNTERS), np.int64)
+        status = np.zeros(self.expected, _STATUS)
+        self.missed: NDArray[np.int32] = status["missed"]
+        self.heartbeat_age: NDArray[np.int32] = status["heartbeat_age"]
+        self.emcy: NDArray[np.uint16] = status["emcy"]
+        self.fresh: NDArray[np.bool_] = status["fresh"]
+        self.al_state: NDArray[np.uint8] = status["al_state"]
+        self.nmt_state: NDArray[np.uint8] = status["nmt_state"]
+        self.lost: NDArray[np.bool_] = status["lost"]
+        self._bad = np.zeros(max(1, len(network.outputs)), np.uint8)
+        self._bind(status)
+        self._latch = lib.image_latch
+        self._compose = lib.image_compose
+        self.reset()
+
+    def __getitem__(self, name: str) -> NDArray[np.float64]:
+        """The quantity "group.field", (devices,) or (devices, components).
+
+        Raises:
+            NetworkError: there is no such quantity.
+        """
+        return self._view(name, Quantity)
+
+    def word(self, name: str) -> NDArray[np.uint32]:
+        """The word "group.field", (devices,).
+
+        Raises:
+            NetworkError: there is no such word.
+        """
+        return self._view(name, Word)
+
+    @property
+    def working_counter(self) -> int:
+        """Devices whose TPDO of this tick echoed the expected counter."""
+        return int(self._core.working_counter)
+
+    @property
+    def emergencies(self) -> list[Emergency]:
+        """The EMCY messages of this tick, at most 16."""
+        events = self._core.emergency[0 : self._core.emergencies]
+        return [Emergency(e.device, e.code, e.error_register, bytes(e.vendor)) for e in events]
+
+    @property
+    def not_finite(self) -> list[str]:
+        """The outputs that were NaN or infinite at the last `compose`, as "device.field"."""
+        return [self.network.field_at(self.network.outputs[i].raw) for i in np.flatnonzero(self._bad)]
+
+    def reset(self) -> None:
+        """Forgets what was heard of the devices; values and counters stay."""
+        lib.image_reset(self._core)
+
+    def latch(self, frames: Frames, counter: int) -> int:
+        """Takes the frames of one tick; never fails, whatever they are.
+
+        Args:
+            frames: as received.
+            counter: cycle counter of the last SYNC; the lowest 16 bits count.
+
+        Returns:
+            The working counter.
+        """
+        return int(self._latch(self._core, frames.pointer, counter & 0xFFFF))
+
+    def compose(self, frames: Frames, counter: int, operational: bool) -> int:
+        """Appends the output frames, SYNC last.
+
+        Args:
+            frames: to append to.
+            counter: cycle counter of this tick; the lowest 16 bits are sent.
+            operational: whether the outputs are valid. If not, they go out as zeros.
+
+        Returns:
+            The number of outputs that were not finite; they went out as zero, see `not_finite`.
+
+        Raises:
+            FrameError: no room in `frames`.
+        """
+        result = int(self._compose(self._core, frames.pointer, counter & 0xFFFF, operational))
+        if result < 0:
+            raise FrameError("no room for the output frames of this tick")
+        return result
+
+    def _view(self, name: str, kind: type) -> NDArray[Any]:
+        field = self.network.fields.get(name)
+        if field is None or field.kind is not kind:
+            known = ", ".join(n for n, f in self.network.fields.items() if f.kind is kind)
+            raise NetworkError("", f"there is no {kind.__name__.lower()} {name!r}; there are {known}")
+        array = (self._outputs if field.output else self._inputs)[kind]
+        view = array[field.start : field.start + field.devices * field.width]
+        return view.reshape(field.devices, field.width) if field.width > 1 else view
+
+    @staticmethod
+    def _arrays(fields: Any, *, output: bool) -> dict[type, NDArray[Any]]:
+        size: dict[type, int] = {Quantity: 0, Word: 0}
+        for field in fields:
+            if field.output == output:
+                size[field.kind] += field.devices * field.width
+        return {
+            Quantity: np.zeros(max(1, size[Quantity]), np.float64),
+            Word: np.zeros(max(1, size[Word]), np.uint32),
+        }
+
+    def _pointer(self, ctype: str, array: NDArray[Any]) -> Any:
+        buffer = ffi.from_buffer(f"{ctype}[]", array)
+        self._keep += [array, buffer]
+        return buffer
+
+    def _bind(self, status: NDArray[np.void]) -> None:
+        core, network = self._core, self.network
+        core.devices = len(network.devices)
+        core.output_frames = len(network.output_frames)
+        core.raw_outputs = network.raw_size - network.raw_inputs
+        core.values = self._pointer("double", self._inputs[Quantity])
+        core.words = self._pointer("uint32_t", self._inputs[Word])
+        core.output_values = self._pointer("double", self._outputs[Quantity])
+        core.output_words = self._pointer("uint32_t", self._outputs[Word])
+        core.output_bad = self._pointer("uint8_t", self._bad)
+        core.raw_in = self._pointer("uint8_t", self.raw)
+        core.raw_out = core.raw_in + network.raw_inputs
+        core.status = self._pointer("image_status", status)
+        core.counters = ffi.cast("image_counters *", self._pointer("int64_t", self.counters))
+        self._bind_tables()
+
+    def _bind_tables(self) -> None:
+        core, network = self._core, self.network
+        inputs = [place for place in network.inputs if place.field]
+        devices, frames = [], []
+        ffi.memmove(core.device_of_node, bytes([lib.IMAGE_NO_DEVICE] * 128), 128)
+        for i, device in enumerate(network.devices):
+            own = [k for k, place in enumerate(inputs) if place.device == i]
+            devices.append(
+                {
+                    "raw": network.tpdo_raw[i],
+                    "first": own[0] if own else 0,
+                    "entries": len(own),
+                    "node": device.node,
+                    "length": network.tpdo_length[i],
+                }
+            )
+            core.device_of_node[device.node] = i
+        for frame in network.output_frames:
+            frames.append({"id": frame.can_id, "raw": frame.raw - network.raw_inputs, "length": frame.length})
+        tables = {
+            "device": ffi.new("image_device[]", devices),
+            "output_frame": ffi.new("image_output_frame[]", frames),
+            "input": ffi.new("image_entry[]", [self._entry(p, self._tpdo_start(p)) for p in inputs] or 1),
+            "output": ffi.new(
+                "image_entry[]", [self._entry(p, network.raw_inputs) for p in network.outputs] or 1
+            ),
+        }
+        core.outputs = len(network.outputs)
+        for name, table in tables.items():
+            self._keep.append(table)
+            setattr(core, name, table)
+
+    def _tpdo_start(self, place: Place) -> int:
+        return self.network.tpdo_raw[place.device]
+
+    def _entry(self, place: Place, start: int) -> dict[str, Any]:
+        """A row of the C tables; offsets count from `start` in the raw image."""
+        field = place.field
+        assert field is not None
+        device = self.network.devices[place.device]
+        where: FieldRange = self.network.fields[f"{device.group}.{field.field}"]
+        number = self.network.groups[device.group].index(place.device)
+        return {
+            "scale": field.scale if isinstance(field, Quantity) else 1.0,
+            "shift": field.shift if isinstance(field, Quantity) else 0.0,
+            "target": where.start + where.width * number + place.component,
+            "offset": place.raw - start,
+            "type": WIRE_TYPES[place.mapped.data_type][0],
+            "word": isinstance(field, Word),
+        }
