@@ -1,0 +1,50 @@
+"""A six-axis force-torque sensor."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import IntFlag
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .cia301 import Address
+from .device import Device, Field, Quantity, Word
+from .image import ProcessImage
+
+
+class SensorStatus(IntFlag):
+    """Status word of the sensors."""
+
+    READY = 0x01
+    SATURATED = 0x02
+    FAULT = 0x04
+
+
+@dataclass(frozen=True, kw_only=True)
+class ForceTorque(Device):
+    """Reports the wrench in its own frame, in SI units; what it cannot measure it reports as NaN."""
+
+    group: str = "force_torque"
+    eds: str = "force_torque.eds"
+
+    def inputs(self) -> Mapping[Address, Field]:
+        """Wrench (linear, angular) [N, N m] and status."""
+        return {
+            **{(0x2300, axis): Quantity("wrench") for axis in range(1, 7)},
+            (0x2301, 0): Word("status"),
+        }
+
+
+class ForceTorques:
+    """The force-torque sensors of a group.
+
+    Attributes:
+        wrench: (n, 6) force and torque in the sensor's frame [N, N m].
+        status: (n,) bits of `SensorStatus`.
+    """
+
+    def __init__(self, image: ProcessImage, group: str = "force_torque") -> None:
+        self.wrench: NDArray[np.float64] = image[f"{group}.wrench"]
+        self.status: NDArray[np.uint32] = image.word(f"{group}.status")

@@ -1,0 +1,44 @@
+"""An inertial measurement unit; also the shortest example of a device type."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .cia301 import Address
+from .device import Device, Field, Quantity, Word
+from .image import ProcessImage
+
+
+@dataclass(frozen=True, kw_only=True)
+class Imu(Device):
+    """Three accelerometers and three gyroscopes; the device reports SI units."""
+
+    group: str = "imus"
+    eds: str = "imu.eds"
+
+    def inputs(self) -> Mapping[Address, Field]:
+        """Acceleration [m/s^2], angular velocity [rad/s] and status."""
+        return {
+            **{(0x2400, axis): Quantity("acceleration") for axis in (1, 2, 3)},
+            **{(0x2401, axis): Quantity("angular_velocity") for axis in (1, 2, 3)},
+            (0x2402, 0): Word("status"),
+        }
+
+
+class Imus:
+    """The inertial units of a group.
+
+    Attributes:
+        acceleration: (n, 3) specific force in the sensor's frame [m/s^2].
+        angular_velocity: (n, 3) in the sensor's frame [rad/s].
+        status: (n,) bits of `force_torque.SensorStatus`.
+    """
+
+    def __init__(self, image: ProcessImage, group: str = "imus") -> None:
+        self.acceleration: NDArray[np.float64] = image[f"{group}.acceleration"]
+        self.angular_velocity: NDArray[np.float64] = image[f"{group}.angular_velocity"]
+        self.status: NDArray[np.uint32] = image.word(f"{group}.status")

@@ -1,0 +1,103 @@
+"""The safety controller: dead-man, emergency stop, scanner and STO, all in two channels where it matters.
+
+Every bit is 1 when it is safe to move, so that a silent or broken device reads as "stop".
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import IntFlag
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .cia301 import Address
+from .device import Device, Field, Word
+from .image import ProcessImage
+
+
+class SafetyInput(IntFlag):
+    """Bits of 2500h."""
+
+    DEAD_MAN_A = 0x01  # pressed
+    DEAD_MAN_B = 0x02
+    EMERGENCY_STOP_A = 0x04  # closed, not pressed
+    EMERGENCY_STOP_B = 0x08
+    SCANNER_CLEAR = 0x10
+    TORQUE_PERMITTED_A = 0x20  # STO is not acting
+    TORQUE_PERMITTED_B = 0x40
+
+
+class SafetyRequest(IntFlag):
+    """Bits of 2501h."""
+
+    STO = 0x01
+    RESET = 0x02  # rising edge: acknowledges an STO whose cause is gone
+
+
+DEAD_MAN = SafetyInput.DEAD_MAN_A | SafetyInput.DEAD_MAN_B
+EMERGENCY_STOP = SafetyInput.EMERGENCY_STOP_A | SafetyInput.EMERGENCY_STOP_B
+TORQUE_PERMITTED = SafetyInput.TORQUE_PERMITTED_A | SafetyInput.TORQUE_PERMITTED_B
+
+
+@dataclass(frozen=True, kw_only=True)
+class SafetyPlc(Device):
+    """A safety controller that reads the switches and drives the STO lines."""
+
+    group: str = "safety"
+    eds: str = "safety_plc.eds"
+
+    def inputs(self) -> Mapping[Address, Field]:
+        """Bits of `SafetyInput`."""
+        return {(0x2500, 0): Word("inputs")}
+
+    def outputs(self) -> Mapping[Address, Field]:
+        """Bits of `SafetyRequest`."""
+        return {(0x2501, 0): Word("request")}
+
+
+class SafetySignals:
+    """What the safety controllers of a group say together: safe only if all of them say so."""
+
+    def __init__(self, image: ProcessImage, group: str = "safety") -> None:
+        self._inputs: NDArray[np.uint32] = image.word(f"{group}.inputs")
+        self._request: NDArray[np.uint32] = image.word(f"{group}.request")
+
+    @property
+    def inputs(self) -> SafetyInput:
+        """The bits that are set on every controller."""
+        return SafetyInput(int(np.bitwise_and.reduce(self._inputs)))
+
+    @property
+    def dead_man(self) -> bool:
+        """Pressed on both channels."""
+        return self._all(DEAD_MAN)
+
+    @property
+    def emergency_stop(self) -> bool:
+        """Pressed: open on at least one channel."""
+        return not self._all(EMERGENCY_STOP)
+
+    @property
+    def scanner_clear(self) -> bool:
+        """Nobody in the scanned field."""
+        return self._all(SafetyInput.SCANNER_CLEAR)
+
+    @property
+    def sto(self) -> bool:
+        """STO acts on at least one channel."""
+        return not self._all(TORQUE_PERMITTED)
+
+    @property
+    def disagreement(self) -> bool:
+        """The two channels of a signal differ; normal for some ticks while a switch moves."""
+        pairs = (DEAD_MAN, EMERGENCY_STOP, TORQUE_PERMITTED)
+        return any(0 < int(word) & pair < pair for word in self._inputs for pair in pairs)
+
+    def request(self, bits: SafetyRequest) -> None:
+        """Sets the request byte of all controllers of the group."""
+        self._request[:] = int(bits)
+
+    def _all(self, bits: SafetyInput) -> bool:
+        return int(np.bitwise_and.reduce(self._inputs)) & bits == bits
