@@ -1,0 +1,248 @@
+"""The power drive state machine of CiA 402, and walking a group of drives through it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .errors import DriveFaultError, LeftStateError, TransitionError
+from .image import ProcessImage
+
+
+class State(IntEnum):
+    """States, with the name of the standard."""
+
+    UNKNOWN = 0
+    NOT_READY_TO_SWITCH_ON = 1
+    SWITCH_ON_DISABLED = 2
+    READY_TO_SWITCH_ON = 3
+    SWITCHED_ON = 4
+    OPERATION_ENABLED = 5
+    QUICK_STOP_ACTIVE = 6
+    FAULT_REACTION_ACTIVE = 7
+    FAULT = 8
+
+    def __str__(self) -> str:
+        return self.name.replace("_", " ").lower()
+
+
+# Statusword (6041h): mask and value of each state
+STATUS: Final[dict[State, tuple[int, int]]] = {
+    State.NOT_READY_TO_SWITCH_ON: (0x4F, 0x00),
+    State.SWITCH_ON_DISABLED: (0x4F, 0x40),
+    State.READY_TO_SWITCH_ON: (0x6F, 0x21),
+    State.SWITCHED_ON: (0x6F, 0x23),
+    State.OPERATION_ENABLED: (0x6F, 0x27),
+    State.QUICK_STOP_ACTIVE: (0x6F, 0x07),
+    State.FAULT_REACTION_ACTIVE: (0x4F, 0x0F),
+    State.FAULT: (0x4F, 0x08),
+}
+STATUS_MASK: Final = 0x6F
+
+# Commands in the controlword (6040h)
+DISABLE_VOLTAGE: Final = 0x0000
+QUICK_STOP: Final = 0x0002
+SHUTDOWN: Final = 0x0006
+SWITCH_ON: Final = 0x0007
+ENABLE_OPERATION: Final = 0x000F
+FAULT_RESET: Final = 0x0080
+
+
+@dataclass(frozen=True, slots=True)
+class Transition:
+    """A transition that a controlword asks for; `number` is the standard's."""
+
+    number: int
+    source: State
+    target: State
+    controlword: int
+
+
+TRANSITIONS: Final = (
+    Transition(2, State.SWITCH_ON_DISABLED, State.READY_TO_SWITCH_ON, SHUTDOWN),
+    Transition(3, State.READY_TO_SWITCH_ON, State.SWITCHED_ON, SWITCH_ON),
+    Transition(4, State.SWITCHED_ON, State.OPERATION_ENABLED, ENABLE_OPERATION),
+    Transition(5, State.OPERATION_ENABLED, State.SWITCHED_ON, SWITCH_ON),
+    Transition(6, State.SWITCHED_ON, State.READY_TO_SWITCH_ON, SHUTDOWN),
+    Transition(7, State.READY_TO_SWITCH_ON, State.SWITCH_ON_DISABLED, DISABLE_VOLTAGE),
+    Transition(8, State.OPERATION_ENABLED, State.READY_TO_SWITCH_ON, SHUTDOWN),
+    Transition(9, State.OPERATION_ENABLED, State.SWITCH_ON_DISABLED, DISABLE_VOLTAGE),
+    Transition(10, State.SWITCHED_ON, State.SWITCH_ON_DISABLED, DISABLE_VOLTAGE),
+    Transition(12, State.QUICK_STOP_ACTIVE, State.SWITCH_ON_DISABLED, DISABLE_VOLTAGE),
+    Transition(15, State.FAULT, State.SWITCH_ON_DISABLED, FAULT_RESET),
+)
+# The drive makes these by itself; meanwhile the controlword stays 0.
+AUTOMATIC: Final = (
+    Transition(1, State.NOT_READY_TO_SWITCH_ON, State.SWITCH_ON_DISABLED, DISABLE_VOLTAGE),
+    Transition(14, State.FAULT_REACTION_ACTIVE, State.FAULT, DISABLE_VOLTAGE),
+)
+TARGETS: Final = {
+    State.SWITCH_ON_DISABLED: DISABLE_VOLTAGE,
+    State.READY_TO_SWITCH_ON: SHUTDOWN,
+    State.SWITCHED_ON: SWITCH_ON,
+    State.OPERATION_ENABLED: ENABLE_OPERATION,
+}
+
+
+def _decoding_table() -> NDArray[np.uint8]:
+    table = np.full(STATUS_MASK + 1, State.UNKNOWN, np.uint8)
+    for state, (mask, value) in STATUS.items():
+        for word in range(STATUS_MASK + 1):
+            if word & mask == value:
+                table[word] = state
+    return table
+
+
+_STATE_OF: Final = _decoding_table()
+
+
+def decode(statusword: int) -> State:
+    """The state that a statusword reports; UNKNOWN for a pattern that the standard does not list."""
+    return State(int(_STATE_OF[statusword & STATUS_MASK]))
+
+
+def next_transition(state: State, target: State) -> Transition | None:
+    """The next transition on the way to one of `TARGETS`, or None where there is no way."""
+    steps = [t for t in (*TRANSITIONS, *AUTOMATIC) if t.source is state]
+    direct = next((t for t in steps if t.target is target), None)
+    if direct or state in (State.UNKNOWN, target):
+        return direct
+    # every other way starts upwards: out of fault, to switch on disabled, and on from there
+    upwards = (1, 2, 3, 4, 12, 14, 15)
+    return next((t for t in steps if t.number in upwards), None)
+
+
+@dataclass(slots=True)
+class _Walk:
+    """One drive on its way: the transition it is asked to make, and for how many ticks."""
+
+    transition: Transition | None = None
+    ticks: int = 0
+    arrived: bool = False
+
+
+class PowerStage:
+    """Takes the drives of some groups together to a state and holds them there, one step per tick.
+
+    A drive that leaves the state it was told to hold is never brought back silently: that is an error.
+
+    Attributes:
+        target: the state that was requested last.
+        ready: whether all drives are there.
+    """
+
+    def __init__(self, image: ProcessImage, groups: Sequence[str], deadline: int) -> None:
+        """Binds to the image.
+
+        Args:
+            image: the process image.
+            groups: groups of drives, with the words statusword, error_code and controlword.
+            deadline: ticks that each transition may take.
+
+        Raises:
+            NetworkError: a group that is none, or has no such words.
+        """
+        self._deadline = deadline
+        self._words = [
+            tuple(image.word(f"{group}.{name}") for name in ("statusword", "error_code", "controlword"))
+            for group in groups
+        ]
+        self._devices = [[image.network.devices[i] for i in image.network.groups[group]] for group in groups]
+        self.request(State.SWITCH_ON_DISABLED)
+
+    def request(self, target: State, reset_faults: bool = False) -> None:
+        """Asks for a state; the walk begins with the next step.
+
+        Args:
+            target: one of `TARGETS`.
+            reset_faults: whether a drive in fault may be reset. If not, a fault is an error, unless
+                the drives are to be switched off anyway.
+
+        Raises:
+            ValueError: a state that is no target.
+        """
+        if target not in TARGETS:
+            raise ValueError(f"{target} cannot be a target; choose one of {', '.join(map(str, TARGETS))}")
+        self.target = target
+        self.ready = False
+        self._reset_faults = reset_faults
+        self._status = [
+            (words[0], np.zeros_like(words[0]), np.full_like(words[0], STATUS[target][1]).tobytes())
+            for words in self._words
+        ]
+        self._walks = [[_Walk() for _ in devices] for devices in self._devices]
+        if target is State.SWITCH_ON_DISABLED:
+            for _, _, controlword in self._words:
+                controlword[:] = DISABLE_VOLTAGE
+
+    def step(self) -> bool:
+        """Looks at the statuswords and writes the controlwords; call once per tick.
+
+        Returns:
+            Whether all drives are in the target state.
+
+        Raises:
+            DriveFaultError: a drive is in fault.
+            TransitionError: a transition took too long, or led elsewhere.
+            LeftStateError: a drive left the target state by itself.
+        """
+        if self.ready and self._all_there():
+            return True
+        self.ready = True
+        for g, walks in enumerate(self._walks):
+            for i, walk in enumerate(walks):
+                self._step_drive(g, i, walk)
+                self.ready = self.ready and walk.arrived
+        return self.ready
+
+    def _all_there(self) -> bool:
+        mask = STATUS[self.target][0]
+        for statusword, scratch, wanted in self._status:
+            np.bitwise_and(statusword, mask, out=scratch)
+            if scratch.tobytes() != wanted:
+                return False
+        return True
+
+    def _step_drive(self, g: int, i: int, walk: _Walk) -> None:
+        statusword, error_code, controlword = (int(words[i]) for words in self._words[g])
+        device = self._devices[g][i]
+        state = decode(statusword)
+        where = (device.name, device.node, str(state), statusword)
+        switching_off = self.target is State.SWITCH_ON_DISABLED
+        if state in (State.FAULT, State.FAULT_REACTION_ACTIVE):
+            if not switching_off and (walk.arrived or not self._reset_faults):
+                raise DriveFaultError(*where, error_code)
+            if switching_off and not self._reset_faults:
+                walk.arrived = True  # a drive in fault gives no torque
+                return
+        if state is self.target:
+            walk.arrived = True
+            controlword = TARGETS[self.target]
+        elif walk.arrived and not switching_off:
+            raise LeftStateError(*where, str(self.target))
+        else:
+            controlword = self._advance(where, state, walk)
+        self._words[g][2][i] = controlword
+
+    def _advance(self, where: tuple[str, int, str, int], state: State, walk: _Walk) -> int:
+        """The controlword for a drive that is under way."""
+        under_way = walk.transition
+        if under_way is None or state is under_way.target:
+            walk.transition = next_transition(state, self.target)
+            walk.ticks = 0
+            under_way = walk.transition
+            if under_way is None:
+                raise TransitionError(*where, 0, f"there is no way to {self.target}")
+            if under_way.number == 15:
+                return DISABLE_VOLTAGE  # the reset is a rising edge: one tick without it first
+        if state is not under_way.source:
+            raise TransitionError(*where, under_way.number, f"expected {under_way.target}")
+        walk.ticks += 1
+        if walk.ticks > self._deadline:
+            raise TransitionError(*where, under_way.number, f"not within {self._deadline} ticks")
+        return under_way.controlword
