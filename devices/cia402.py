@@ -43,6 +43,7 @@ STATUS: Final[dict[State, tuple[int, int]]] = {
     State.FAULT: (0x4F, 0x08),
 }
 STATUS_MASK: Final = 0x6F
+VOLTAGE_ENABLED: Final = 0x0010
 
 # Commands in the controlword (6040h)
 DISABLE_VOLTAGE: Final = 0x0000
@@ -244,5 +245,6 @@ class PowerStage:
             raise TransitionError(*where, under_way.number, f"expected {under_way.target}")
         walk.ticks += 1
         if walk.ticks > self._deadline:
-            raise TransitionError(*where, under_way.number, f"not within {self._deadline} ticks")
+            why = "" if where[3] & VOLTAGE_ENABLED else ", and has no voltage (is STO acting?)"
+            raise TransitionError(*where, under_way.number, f"not within {self._deadline} ticks{why}")
         return under_way.controlword

@@ -6,7 +6,7 @@ from collections import deque
 from typing import Final, Protocol
 
 from ..devices.cia301 import EMCY_RPDO_TIMEOUT, AlState
-from ..devices.cia402 import STATUS, State
+from ..devices.cia402 import STATUS, VOLTAGE_ENABLED, State
 from ..devices.device import Device
 from ..devices.drive import (
     CYCLIC_SYNCHRONOUS_TORQUE,
@@ -55,8 +55,7 @@ _FAULT_RESET: Final = 0x80
 _ENABLE: Final = 0x0F
 _ENABLED: Final = State.OPERATION_ENABLED
 _OP: Final = AlState.OP
-_REMOTE: Final = 0x0200  # bits of the statusword besides the state
-_VOLTAGE_ENABLED: Final = 0x0010
+_REMOTE: Final = 0x0200  # a bit of the statusword that is always set here
 _STATUSWORD: Final = {state: value | _REMOTE for state, (_, value) in STATUS.items()}
 _ERROR_GENERIC: Final = 0x01
 
@@ -118,7 +117,7 @@ class SimDrive(SimNode):
     def statusword(self) -> int:
         """6041h."""
         word = _STATUSWORD[self.state]
-        return word if self.sto else word | _VOLTAGE_ENABLED
+        return word if self.sto else word | VOLTAGE_ENABLED
 
     def outputs_latched(self) -> None:
         """Obeys the controlword."""

@@ -10,6 +10,7 @@ from canopen.sdo.constants import (
     ABORT_INVALID_COMMAND_SPECIFIER,
     ABORT_VALUE_TOO_HIGH,
     ABORT_VALUE_TOO_LOW,
+    REQUEST_BLOCK_DOWNLOAD,
     REQUEST_SEGMENT_DOWNLOAD,
     REQUEST_SEGMENT_UPLOAD,
 )
@@ -28,7 +29,7 @@ class Objects(LocalNode):
     """The canopen library's local node without its network and its threads.
 
     Attributes:
-        refuse: abort codes for objects whose access is to fail.
+        refuse: abort codes for objects that SDO shall not reach.
     """
 
     def __init__(self, device: Device, emit: Emit, written: Callable[[], None]) -> None:
@@ -65,15 +66,16 @@ class Objects(LocalNode):
         """Serves one SDO request; the response goes to `emit`."""
         if len(data) != _LENGTH:
             return
-        continues = data[0] & _SPECIFIER in (REQUEST_SEGMENT_UPLOAD, REQUEST_SEGMENT_DOWNLOAD)
-        if continues and self._server._buffer is None:
+        command = data[0] & _SPECIFIER
+        continues = command in (REQUEST_SEGMENT_UPLOAD, REQUEST_SEGMENT_DOWNLOAD)
+        if command == REQUEST_BLOCK_DOWNLOAD or (continues and self._server._buffer is None):
             self._server.abort(ABORT_INVALID_COMMAND_SPECIFIER)
         else:
             self._server.on_request(0, data, 0.0)
 
     def get_data(self, index: int, subindex: int, check_readable: bool = False) -> bytes:
         """The bytes of an object; called by the server."""
-        if (index, subindex) in self.refuse:
+        if check_readable and (index, subindex) in self.refuse:
             raise SdoAbortedError(self.refuse[index, subindex])
         return bytes(super().get_data(index, subindex, check_readable))
 

@@ -1,0 +1,120 @@
+"""The giant's twelve devices on a bus in memory, master and simulated devices in lockstep."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import pytest
+from hapticd.devices.bringup import Bringup, BringupState, Deadlines
+from hapticd.devices.cia402 import PowerStage, State
+from hapticd.devices.device import Device
+from hapticd.devices.drive import AxisDrive, JointDrive
+from hapticd.devices.force_torque import ForceTorque
+from hapticd.devices.frames import Frames
+from hapticd.devices.image import COUNTERS, ProcessImage
+from hapticd.devices.imu import Imu
+from hapticd.devices.network import Network
+from hapticd.devices.safety_plc import SafetyPlc
+from hapticd.sim.nodes import SimNodes
+
+PERIOD = 1e-3
+Step = Callable[[], object]
+
+
+def giant_devices() -> list[Device]:
+    joints = [
+        JointDrive(
+            name=f"joint{i}",
+            node=i,
+            counts_per_turn=65536,
+            gear_ratio=(100, 1),
+            link_counts_per_turn=1 << 20,
+            rated_torque=100.0,
+        )
+        for i in range(1, 7)
+    ]
+    return [
+        *joints,
+        AxisDrive(name="ppu_x", node=7, counts_per_metre=1_000_000),
+        AxisDrive(name="ppu_y", node=8, counts_per_metre=1_000_000),
+        ForceTorque(name="ft", node=9),
+        Imu(name="imu_carriage", node=10),
+        Imu(name="imu_handle", node=11),
+        SafetyPlc(name="plc", node=12),
+    ]
+
+
+class Rig:
+    """Master and simulated devices, one tick at a time."""
+
+    def __init__(self, devices: Sequence[Device]) -> None:
+        self.network = Network(devices)
+        self.image = ProcessImage(self.network)
+        self.nodes = SimNodes(self.network)
+        self.power = PowerStage(
+            self.image, [g for g in self.network.groups if g in ("joints", "axes")], deadline=50
+        )
+        self.incoming, self.outgoing = Frames(), Frames()
+        self.counter = 0
+        self.deadlines = Deadlines(boot=20, response=5, configuration=500, start=10)
+
+    def tick(self, *steps: Step, operational: bool = False) -> None:
+        self.image.latch(self.incoming, self.counter)
+        self.counter += 1
+        self.outgoing.clear()
+        for step in steps:
+            step()
+        self.image.compose(self.outgoing, self.counter, operational)
+        self.incoming.clear()
+        self.nodes.receive(self.outgoing, self.incoming)
+        self.nodes.advance(PERIOD)
+
+    def bring_up(self, bringup: Bringup | None = None) -> Bringup:
+        bringup = bringup or Bringup(self.image, self.deadlines)
+        while bringup.state is not BringupState.READY:
+            self.tick(lambda: bringup.step(self.incoming, self.outgoing))
+        return bringup
+
+    def walk(self, target: State, reset_faults: bool = False) -> int:
+        """Ticks that it took."""
+        self.power.request(target, reset_faults)
+        start = self.counter
+        while not self.power.ready:
+            self.tick(self.power.step, operational=True)
+        return self.counter - start
+
+    def run(self, ticks: int = 1, operational: bool = True) -> None:
+        for _ in range(ticks):
+            self.tick(operational=operational)
+
+    def count(self, name: str) -> int:
+        return int(self.image.counters[COUNTERS.index(name)])
+
+
+@pytest.fixture
+def devices() -> list[Device]:
+    return giant_devices()
+
+
+@pytest.fixture
+def make_rig() -> type[Rig]:
+    return Rig
+
+
+@pytest.fixture
+def rig(devices: list[Device]) -> Rig:
+    return Rig(devices)
+
+
+@pytest.fixture
+def ready(rig: Rig) -> Rig:
+    """In SAFEOP."""
+    rig.bring_up()
+    return rig
+
+
+@pytest.fixture
+def enabled(ready: Rig) -> Rig:
+    """All drives in operation enabled."""
+    ready.walk(State.OPERATION_ENABLED)
+    return ready
