@@ -48,9 +48,10 @@ static void note_failure(wire_link *link, int error) {
 
 int32_t wire_receive(int32_t fd, wire_frames *frames, wire_link *link) {
     struct mmsghdr messages[BATCH];
+    int taken = 0; /* datagrams, frames or not: a flood of others must not hold us here */
     frames->count = 0;
-    while (!link->closed && frames->count < frames->capacity) {
-        const int room = frames->capacity - frames->count;
+    while (!link->closed && taken < frames->capacity) {
+        const int room = frames->capacity - taken;
         const int asked = room < BATCH ? room : BATCH;
         wire_frame *const batch = &frames->frame[frames->count];
         const int got = receive_batch(fd, batch, asked, messages);
@@ -70,6 +71,7 @@ int32_t wire_receive(int32_t fd, wire_frames *frames, wire_link *link) {
             }
         }
         frames->count += kept;
+        taken += got;
         if (got < asked) break;
     }
     return frames->count == 0 && link->closed ? WIRE_CLOSED : frames->count;

@@ -59,9 +59,9 @@ class SimSafetyPlc(SimNode):
         """Obeys the request: an acknowledgement is a rising edge, and needs the cause gone."""
         edge = self.request & ~self._obeyed
         self._obeyed = self.request
-        if edge & _REQUEST_RESET and not self._cause:
+        if edge & _REQUEST_RESET:
             self._latched = False
-        self._latched = self.sto
+        self._latched = self.sto  # again, where the cause is still there
 
     def outputs_invalid(self) -> None:
         """Without valid outputs there is no request; what was latched stays."""

@@ -43,13 +43,21 @@ def listened_pair(path: Path) -> Pair:
     return here, there
 
 
-@pytest.fixture(params=["memory", "unix pair", "unix path", "python-can"])
+def vcan_pair() -> Pair:
+    try:
+        return socketcan("vcan0"), socketcan("vcan0")
+    except AdapterError as error:
+        pytest.skip(str(error))
+
+
+@pytest.fixture(params=["memory", "unix pair", "unix path", "python-can", "vcan"])
 def pair(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Pair]:
     pairs = {
         "memory": lambda: memory_pair(),
         "unix pair": lambda: unix_pair(),
         "unix path": lambda: listened_pair(tmp_path / "bus"),
         "python-can": lambda: (python_can("virtual", "session"), python_can("virtual", "session")),
+        "vcan": vcan_pair,
     }
     here, there = pairs[request.param]()
     yield here, there
@@ -200,6 +208,17 @@ def test_more_frames_than_fit_stay_for_the_next_call(sockets: Sockets) -> None:
     for i in range(130):
         peer.send(CLASSIC.pack(i, 0, 0, 0, 0, bytes(8)))
     assert adapter.receive(big) == 130
+
+
+def test_a_flood_of_garbage_does_not_hold_the_receiver(sockets: Sockets) -> None:
+    adapter, peer = sockets
+    for _ in range(100):
+        peer.send(b"garbage")
+    peer.send(CLASSIC.pack(0x701, 0, 0, 0, 0, bytes(8)))
+    frames = Frames()
+    assert adapter.receive(frames) == 0
+    assert adapter.malformed == 64
+    assert adapter.receive(frames) == 1
 
 
 def test_connecting_to_nobody_says_so(tmp_path: Path) -> None:
