@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import IntFlag
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,9 +37,12 @@ class SafetyRequest(IntFlag):
     RESET = 0x02  # rising edge: acknowledges an STO whose cause is gone
 
 
-DEAD_MAN = SafetyInput.DEAD_MAN_A | SafetyInput.DEAD_MAN_B
-EMERGENCY_STOP = SafetyInput.EMERGENCY_STOP_A | SafetyInput.EMERGENCY_STOP_B
-TORQUE_PERMITTED = SafetyInput.TORQUE_PERMITTED_A | SafetyInput.TORQUE_PERMITTED_B
+# plain numbers: enum arithmetic is slow, and this is read several times per tick
+DEAD_MAN: Final = (SafetyInput.DEAD_MAN_A | SafetyInput.DEAD_MAN_B).value
+EMERGENCY_STOP: Final = (SafetyInput.EMERGENCY_STOP_A | SafetyInput.EMERGENCY_STOP_B).value
+SCANNER_CLEAR: Final = SafetyInput.SCANNER_CLEAR.value
+TORQUE_PERMITTED: Final = (SafetyInput.TORQUE_PERMITTED_A | SafetyInput.TORQUE_PERMITTED_B).value
+ALL: Final = DEAD_MAN | EMERGENCY_STOP | SCANNER_CLEAR | TORQUE_PERMITTED
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -67,7 +71,7 @@ class SafetySignals:
     @property
     def inputs(self) -> SafetyInput:
         """The bits that are set on every controller."""
-        return SafetyInput(int(np.bitwise_and.reduce(self._inputs)))
+        return SafetyInput(self._common())
 
     @property
     def dead_man(self) -> bool:
@@ -82,7 +86,7 @@ class SafetySignals:
     @property
     def scanner_clear(self) -> bool:
         """Nobody in the scanned field."""
-        return self._all(SafetyInput.SCANNER_CLEAR)
+        return self._all(SCANNER_CLEAR)
 
     @property
     def sto(self) -> bool:
@@ -93,11 +97,17 @@ class SafetySignals:
     def disagreement(self) -> bool:
         """The two channels of a signal differ; normal for some ticks while a switch moves."""
         pairs = (DEAD_MAN, EMERGENCY_STOP, TORQUE_PERMITTED)
-        return any(0 < int(word) & pair < pair for word in self._inputs for pair in pairs)
+        return any(0 < word & pair < pair for word in self._inputs.tolist() for pair in pairs)
 
     def request(self, bits: SafetyRequest) -> None:
         """Sets the request byte of all controllers of the group."""
         self._request[:] = int(bits)
 
-    def _all(self, bits: SafetyInput) -> bool:
-        return int(np.bitwise_and.reduce(self._inputs)) & bits == bits
+    def _all(self, bits: int) -> bool:
+        return self._common() & bits == bits
+
+    def _common(self) -> int:
+        common: int = ALL
+        for word in self._inputs.tolist():
+            common &= word
+        return common

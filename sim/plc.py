@@ -5,14 +5,12 @@ from __future__ import annotations
 from collections import deque
 
 from ..devices.cia301 import AlState
-from ..devices.safety_plc import TORQUE_PERMITTED, SafetyInput, SafetyPlc, SafetyRequest
+from ..devices.safety_plc import SCANNER_CLEAR, TORQUE_PERMITTED, SafetyInput, SafetyPlc, SafetyRequest
 from .node import SimNode
 
 # plain numbers: enum arithmetic is slow, and this runs several times per tick
 _DEAD_MAN = (SafetyInput.DEAD_MAN_A.value, SafetyInput.DEAD_MAN_B.value)
 _EMERGENCY_STOP = (SafetyInput.EMERGENCY_STOP_A.value, SafetyInput.EMERGENCY_STOP_B.value)
-_SCANNER_CLEAR = SafetyInput.SCANNER_CLEAR.value
-_TORQUE_PERMITTED = TORQUE_PERMITTED.value
 _REQUEST_STO = SafetyRequest.STO.value
 _REQUEST_RESET = SafetyRequest.RESET.value
 
@@ -47,13 +45,13 @@ class SimSafetyPlc(SimNode):
     @property
     def inputs(self) -> int:
         """Bits of `SafetyInput`."""
-        bits = _SCANNER_CLEAR if self.scanner_clear else 0
+        bits = SCANNER_CLEAR if self.scanner_clear else 0
         for channel in (0, 1):
             if self.dead_man[channel]:
                 bits |= _DEAD_MAN[channel]
             if not self.emergency_stop[channel]:
                 bits |= _EMERGENCY_STOP[channel]
-        return bits if self.sto else bits | _TORQUE_PERMITTED
+        return bits if self.sto else bits | TORQUE_PERMITTED
 
     def outputs_latched(self) -> None:
         """Obeys the request: an acknowledgement is a rising edge, and needs the cause gone."""
