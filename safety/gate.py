@@ -1,0 +1,143 @@
+"""The last code before bytes leave: an output goes out only if the gate admitted it.
+
+Deny by default. The gate owns the buffers that are encoded and is the only writer of them; whatever it
+does not admit it replaces by something that carries less energy.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import isfinite
+
+from .verdict import PASS, Reaction, Verdict, strongest
+
+CLAMPS_BEFORE_STOP = 10
+"""Commands beyond a limit in a row before the machine stops (fault matrix, row 24)."""
+LOST_BEFORE_STOP = 3
+"""Commands that are not numbers, in a row, before the machine stops."""
+
+
+@dataclass(frozen=True, slots=True)
+class AxisLimits:
+    """What an axis may be commanded, in units of its command (N m for torque, m/s for velocity axes).
+
+    Attributes:
+        name: of the axis.
+        command: largest magnitude.
+        step: largest change from one tick to the next, infinite where the drive limits it.
+        power: largest command times measured speed, infinite where it is no torque [W].
+        lower, upper: measured positions at which commands further out are neutralised [rad or m].
+    """
+
+    name: str
+    command: float
+    step: float
+    power: float
+    lower: float
+    upper: float
+
+
+class Gate:
+    """Admits the commands of one tick.
+
+    Attributes:
+        admitted: what may be encoded, one command an axis.
+        enable: whether the drives may be enabled.
+        clamps: how many commands were ever replaced.
+    """
+
+    def __init__(self, axes: Sequence[AxisLimits]) -> None:
+        self._axes = tuple(axes)
+        self.admitted = [0.0] * len(self._axes)
+        self.enable = False
+        self.clamps = 0
+        self._clamped_ticks = 0
+        self._lost_ticks = 0
+
+    def deny(self) -> None:
+        """Admit nothing: zero commands, drives not enabled."""
+        for i in range(len(self.admitted)):
+            self.admitted[i] = 0.0
+        self.enable = False
+
+    def admit(
+        self,
+        commands: Sequence[float],
+        position: Sequence[float],
+        velocity: Sequence[float],
+        armed: bool,
+        command_tick: int,
+        tick: int,
+    ) -> Verdict:
+        """Check one command an axis against the measured state; never raises for any numbers.
+
+        Args:
+            commands: one an axis.
+            position, velocity: measured, one an axis.
+            armed: without it nothing is admitted.
+            command_tick: the tick the commands were computed for.
+            tick: the present tick.
+        """
+        if not armed:
+            self.deny()
+            self._clamped_ticks = self._lost_ticks = 0
+            return PASS
+        if command_tick != tick:
+            self.deny()
+            return Verdict(
+                Reaction.RAMP, "stale_output", f"the output was computed for tick {command_tick}, not {tick}"
+            )
+        self.enable = True
+        verdict = PASS
+        lost = False
+        for i, axis in enumerate(self._axes):
+            command = commands[i]
+            if not isfinite(command):
+                lost = True  # the last admitted command stands
+                verdict = strongest(verdict, _sanitised(axis, "is not a number"))
+                continue
+            safe, why = _clamp(axis, command, self.admitted[i], position[i], velocity[i])
+            self.admitted[i] = safe
+            if why:
+                verdict = strongest(verdict, _sanitised(axis, why))
+        return self._count(verdict, lost)
+
+    def _count(self, verdict: Verdict, lost: bool) -> Verdict:
+        if verdict.reaction is Reaction.PASS:
+            self._clamped_ticks = self._lost_ticks = 0
+            return verdict
+        self.clamps += 1
+        self._clamped_ticks += 1
+        self._lost_ticks = self._lost_ticks + 1 if lost else 0
+        if self._lost_ticks >= LOST_BEFORE_STOP:
+            return Verdict(Reaction.RAMP, "output_not_finite", f"{verdict.detail}, {self._lost_ticks} ticks in a row")
+        if self._clamped_ticks >= CLAMPS_BEFORE_STOP:
+            return Verdict(Reaction.HOLD, "output_beyond_limit", f"{verdict.detail}, {self._clamped_ticks} ticks in a row")
+        return verdict
+
+
+def _sanitised(axis: AxisLimits, why: str) -> Verdict:
+    return Verdict(Reaction.SANITISE, "output_clamped", f"command of {axis.name} {why}")
+
+
+def _clamp(axis: AxisLimits, command: float, last: float, position: float, velocity: float) -> tuple[float, str]:
+    """A command that respects the axis, and what was wrong with the given one ('' for nothing)."""
+    safe, why = command, ""
+    if abs(safe) > axis.command:
+        safe, why = _limited(safe, axis.command), f"exceeds {axis.command:g}"
+    if abs(safe - last) > axis.step:
+        safe, why = last + _limited(safe - last, axis.step), f"jumps by more than {axis.step:g}"
+    # comparisons that a NaN fails: an axis without a valid position gets no command in either direction
+    if safe > 0.0 and not position <= axis.upper:
+        safe, why = 0.0, f"pushes further at {position:g}, beyond {axis.upper:g}"
+    if safe < 0.0 and not position >= axis.lower:
+        safe, why = 0.0, f"pushes further at {position:g}, beyond {axis.lower:g}"
+    if not abs(safe * velocity) <= axis.power:
+        most = axis.power / abs(velocity) if isfinite(velocity) else 0.0
+        safe, why = _limited(safe, most), f"exceeds {axis.power:g} W"
+    return safe, why
+
+
+def _limited(value: float, most: float) -> float:
+    return most if value > most else -most if value < -most else value

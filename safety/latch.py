@@ -1,0 +1,65 @@
+"""Stops latch: the strongest reaction stands until its cause is gone and a person resets it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from .verdict import PASS, Reaction, Verdict
+
+
+@dataclass(frozen=True, slots=True)
+class Trip:
+    """A latched stop: what, and at which tick it first tripped."""
+
+    verdict: Verdict
+    tick: int
+
+
+class StopLatch:
+    """Holds the first trip of the strongest reaction.
+
+    Attributes:
+        trip: the latched stop, None while there is none.
+    """
+
+    def __init__(self) -> None:
+        self.trip: Trip | None = None
+
+    @property
+    def reaction(self) -> Reaction:
+        """The reaction that stands."""
+        return self.trip.verdict.reaction if self.trip else Reaction.PASS
+
+    def take(self, verdict: Verdict, tick: int) -> bool:
+        """Latch a stop that is stronger than the one that stands; whether it was."""
+        if not verdict.reaction.stops or verdict.reaction <= self.reaction:
+            return False
+        self.trip = Trip(verdict, tick)
+        return True
+
+    def reset(self, present: Verdict, dead_man: bool, at_rest: bool) -> str:
+        """Try to clear the latch; returns why not, '' where it is clear.
+
+        Args:
+            present: what the monitor says now.
+            dead_man: whether the dead-man switch is pressed; it must be released first.
+            at_rest: whether the stop is complete.
+        """
+        if self.trip is None:
+            return ""
+        if not at_rest:
+            return "the machine is not at rest yet"
+        if present.reaction.stops:
+            return f"the cause is still there: {present.detail}"
+        if dead_man:
+            return "release the dead-man switch first"
+        self.trip = None
+        return ""
+
+
+def describe(trip: Trip | None) -> str:
+    """One line for people."""
+    verdict = trip.verdict if trip else PASS
+    if trip is None:
+        return "no stop"
+    return f"{verdict.reaction.code} {verdict.reason} at tick {trip.tick}: {verdict.detail}"

@@ -1,0 +1,223 @@
+"""Watches what comes in: freshness, devices, people, limits, solver and punctuality (fault matrix, L2)."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from math import isfinite
+
+from .verdict import PASS, Reaction, Verdict, strongest
+
+WINDOW = 100
+"""Ticks over which sporadic faults are counted."""
+SPORADIC = 5
+"""Sporadic faults in a window that stop the machine (rows 4 and 19)."""
+MISSED_HOLD, MISSED_RAMP = 5, 20
+"""Consecutive frames of one device missing (rows 2 and 3)."""
+SKIPPED_IN_A_ROW = 3
+"""Skipped ticks at once that stop the machine where overruns stop it (row 19)."""
+STALL_TICKS = 20
+"""A gap after which every drive's watchdog has acted (row 20)."""
+SOLVE_HOLD, SOLVE_RAMP = 3, 10
+"""Failed solves in a row (row 17)."""
+WRENCH_FADE_TICKS = 20
+"""Ticks without a valid wrench, faded out meanwhile, before the machine stops (row 12)."""
+LIMIT_TICKS = 3
+"""Ticks past a hard limit before the machine stops (row 25)."""
+
+
+@dataclass(frozen=True, slots=True)
+class Thresholds:
+    """What the monitor compares with.
+
+    Attributes:
+        axes: names of the axes.
+        lower, upper: hard position limits, infinite where there is none [rad or m].
+        speed: largest measured speeds [rad/s or m/s].
+        devices: names of the devices, in the order of ``Observation.missed``.
+        overruns_stop: whether skipped ticks stop the machine (a real bus) or are only recorded.
+    """
+
+    axes: tuple[str, ...]
+    lower: tuple[float, ...]
+    upper: tuple[float, ...]
+    speed: tuple[float, ...]
+    devices: tuple[str, ...]
+    overruns_stop: bool
+
+
+@dataclass(slots=True)
+class Observation:
+    """What one tick saw; plain numbers, filled anew by the caller each tick.
+
+    Attributes:
+        skipped: ticks that did not run before this one.
+        missed: consecutive ticks without a fresh frame, one a device.
+        discarded: frames of this tick dropped as stale, duplicate or reordered.
+        foreign: frames of this tick that only a master may send.
+        faults: per device, 0 or its error code.
+        lost: per device, whether it restarted or left OP while it should run.
+        position, velocity: measured, one an axis.
+        armed: whether the drives are meant to run.
+        dead_man, e_stop: state of the two-channel inputs; ``dead_man`` False where channels disagree.
+        sto: whether the safety PLC reports that torque is off.
+        wrench: of the operator as measured (6), None where the sensor reports an error.
+        solved: whether the solver gave an answer it stands by.
+    """
+
+    skipped: int = 0
+    missed: Sequence[int] = ()
+    discarded: int = 0
+    foreign: int = 0
+    faults: Sequence[int] = ()
+    lost: Sequence[bool] = ()
+    position: Sequence[float] = ()
+    velocity: Sequence[float] = ()
+    armed: bool = False
+    dead_man: bool = False
+    e_stop: bool = True
+    sto: bool = True
+    wrench: Sequence[float] | None = None
+    solved: bool = True
+
+
+@dataclass(slots=True)
+class _Window:
+    """Faults of the last WINDOW ticks."""
+
+    marks: deque[int] = field(default_factory=lambda: deque(maxlen=WINDOW))
+    total: int = 0
+
+    def push(self, count: int) -> int:
+        if len(self.marks) == WINDOW:
+            self.total -= self.marks[0]
+        self.marks.append(count)
+        self.total += count
+        return self.total
+
+
+class Monitor:
+    """Judges one observation a tick; total, never raises.
+
+    Attributes:
+        wrench_gain: 1 with a valid wrench, fading to 0 within WRENCH_FADE_TICKS without (row 12).
+    """
+
+    def __init__(self, thresholds: Thresholds) -> None:
+        self._t = thresholds
+        self._discards, self._skips = _Window(), _Window()
+        self._unsolved = 0
+        self._wrench_lost = 0
+        self._beyond = 0
+        self.wrench_gain = 1.0
+
+    def judge(self, seen: Observation) -> Verdict:
+        """The strongest of what the single checks say."""
+        verdict = PASS
+        for check in (
+            self._people,
+            self._devices,
+            self._frames,
+            self._limits,
+            self._wrench,
+            self._solver,
+            self._punctuality,
+        ):
+            verdict = strongest(verdict, check(seen))
+        return verdict
+
+    def _people(self, seen: Observation) -> Verdict:
+        if seen.e_stop:
+            return Verdict(Reaction.OFF, "e_stop", "the emergency stop is pressed")
+        if seen.armed and seen.sto:
+            return Verdict(Reaction.OFF, "sto", "the safety PLC switched the torque off")
+        if seen.armed and not seen.dead_man:
+            return Verdict(Reaction.RAMP, "dead_man", "the dead-man switch is open")
+        return PASS
+
+    def _devices(self, seen: Observation) -> Verdict:
+        for name, code in zip(self._t.devices, seen.faults, strict=True):
+            if code:
+                return Verdict(Reaction.RAMP, "device_fault", f"{name} reports error {code:#06x}")
+        if seen.armed:
+            for name, lost in zip(self._t.devices, seen.lost, strict=True):
+                if lost:
+                    return Verdict(Reaction.RAMP, "device_state", f"{name} restarted or left its operating state")
+        return PASS
+
+    def _frames(self, seen: Observation) -> Verdict:
+        verdict = PASS
+        worst = max(seen.missed, default=0)
+        if worst:
+            name = self._t.devices[list(seen.missed).index(worst)]
+            detail = f"{worst} frames of {name} missing in a row"
+            if worst >= MISSED_RAMP:
+                verdict = Verdict(Reaction.RAMP, "device_silent", detail)
+            elif worst >= MISSED_HOLD:
+                verdict = Verdict(Reaction.HOLD, "device_silent", detail)
+            else:
+                verdict = Verdict(Reaction.SANITISE, "frame_missing", detail)
+        if seen.foreign:
+            verdict = strongest(
+                verdict, Verdict(Reaction.RAMP, "second_master", f"{seen.foreign} frames that only a master sends")
+            )
+        discarded = self._discards.push(seen.discarded)
+        if discarded > SPORADIC:
+            detail = f"{discarded} stale or repeated frames within {WINDOW} ticks"
+            verdict = strongest(verdict, Verdict(Reaction.HOLD, "stale_frames", detail))
+        elif seen.discarded:
+            verdict = strongest(verdict, Verdict(Reaction.SANITISE, "frame_discarded", f"{seen.discarded} stale frames"))
+        return verdict
+
+    def _limits(self, seen: Observation) -> Verdict:
+        t = self._t
+        axes = zip(t.axes, seen.position, seen.velocity, t.lower, t.upper, t.speed, strict=True)
+        for name, q, qd, lower, upper, speed in axes:
+            # written so that a NaN fails them
+            if lower <= q <= upper and abs(qd) <= speed:
+                continue
+            self._beyond += 1
+            detail = f"{name} at {q:g} with {qd:g} per second; allowed {lower:g} to {upper:g}, {speed:g}"
+            if self._beyond >= LIMIT_TICKS and seen.armed:
+                return Verdict(Reaction.RAMP, "beyond_limit", detail)
+            return Verdict(Reaction.RECORD, "near_limit", detail)
+        self._beyond = 0
+        return PASS
+
+    def _wrench(self, seen: Observation) -> Verdict:
+        if seen.wrench is not None and all(map(isfinite, seen.wrench)):
+            self._wrench_lost = 0
+            self.wrench_gain = 1.0
+            return PASS
+        self._wrench_lost += 1
+        self.wrench_gain = max(0.0, 1.0 - self._wrench_lost / WRENCH_FADE_TICKS)
+        detail = f"no valid wrench for {self._wrench_lost} ticks"
+        if self._wrench_lost > WRENCH_FADE_TICKS and seen.armed:
+            return Verdict(Reaction.HOLD, "wrench_lost", detail)
+        return Verdict(Reaction.SANITISE, "wrench_invalid", detail)
+
+    def _solver(self, seen: Observation) -> Verdict:
+        if seen.solved:
+            self._unsolved = 0
+            return PASS
+        self._unsolved += 1
+        detail = f"{self._unsolved} failed solves in a row"
+        if self._unsolved >= SOLVE_RAMP:
+            return Verdict(Reaction.RAMP, "solve_failed", detail)
+        if self._unsolved >= SOLVE_HOLD:
+            return Verdict(Reaction.HOLD, "solve_failed", detail)
+        return Verdict(Reaction.SANITISE, "solve_failed", detail)
+
+    def _punctuality(self, seen: Observation) -> Verdict:
+        total = self._skips.push(seen.skipped)
+        if not seen.skipped:
+            return PASS
+        detail = f"{seen.skipped} ticks skipped, {total} within {WINDOW} ticks"
+        if not (self._t.overruns_stop and seen.armed):
+            return Verdict(Reaction.RECORD, "overrun", detail)
+        if seen.skipped >= STALL_TICKS:
+            return Verdict(Reaction.RAMP, "stall", detail)
+        if seen.skipped >= SKIPPED_IN_A_ROW or total > SPORADIC:
+            return Verdict(Reaction.HOLD, "overrun", detail)
+        return Verdict(Reaction.RECORD, "overrun", detail)
