@@ -1,0 +1,324 @@
+/* The life of a solver, the caller's data, and which method is used when. hqp.h has the problem, docs/hqp.md
+ * the rest.
+ */
+#include "hqp_internal.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+enum { MAX_N = 1024, MAX_LEVELS = 256, MAX_ROWS = 4096 };
+
+static const double LARGEST = 1e100, SMALLEST = 1e-100; /* of a coefficient; of the norm of a row that acts */
+static const double CLOSED = 1e-9;                      /* lb > ub by less than this part of them: a point */
+
+hqp_settings hqp_default_settings(void) {
+    return (hqp_settings){.feasibility = 1e-13, .rank = 1e-9, .rounding = 2e-14, .max_iterations = 0};
+}
+
+const char *hqp_status_name(hqp_status status) {
+    switch (status) {
+    case HQP_SOLVED:
+        return "solved";
+    case HQP_ITERATION_CAP:
+        return "iteration cap reached";
+    case HQP_REPEATED_SET:
+        return "working set repeated";
+    case HQP_BAD_MATRIX:
+        return "entry not finite";
+    case HQP_BAD_BOUNDS:
+        return "bounds contradict";
+    case HQP_OVERFLOW:
+        return "solution not finite";
+    }
+    return "unknown status";
+}
+
+/* a 64-byte aligned slice of the arena, or NULL while only sizes are counted */
+static void *slice(char *arena, size_t *used, size_t bytes) {
+    void *at = arena ? arena + *used : NULL;
+    *used += (bytes + 63) & ~(size_t)63;
+    return at;
+}
+
+static hqp_rows slice_rows(char *arena, size_t *used, size_t rows, size_t ld) {
+    hqp_rows r;
+    r.cell = slice(arena, used, rows * ld * sizeof(double));
+    r.first = slice(arena, used, rows * sizeof(int));
+    r.last = slice(arena, used, rows * sizeof(int));
+    return r;
+}
+
+/* Give every array its place behind the solver; returns the size of the whole. */
+static size_t lay_out(hqp_solver *s, char *arena) {
+    const size_t rows = (size_t)s->total, n = (size_t)s->n, ld = (size_t)s->ld, levels = (size_t)s->levels;
+    const size_t widest = (size_t)s->widest, most = rows + n + 1;
+    size_t used = (sizeof *s + 63) & ~(size_t)63;
+    s->given = slice_rows(arena, &used, rows, ld);
+    s->base = slice_rows(arena, &used, rows, ld);
+    s->work_rows = slice_rows(arena, &used, rows, ld);
+    s->fit_rows = slice_rows(arena, &used, widest > n ? widest : n, ld);
+    s->reflector = slice_rows(arena, &used, n, ld);
+    s->direction = slice_rows(arena, &used, n, ld);
+    const struct {
+        double **at;
+        size_t count;
+    } reals[] = {
+        {&s->norm, rows},
+        {&s->lb, rows},
+        {&s->ub, rows},
+        {&s->value, rows},
+        {&s->trial_value, rows},
+        {&s->strength, rows},
+        {&s->multiplier, most},
+        {&s->rounding, most},
+        {&s->rhs, widest},
+        {&s->held.rows, ld * (n + 1)},
+        {&s->held.basis, ld * (n + 1)},
+        {&s->held.triangle, ld * (n + 1)},
+        {&s->held.gap, n + 1},
+        {&s->held.multiplier, n + 1},
+        {&s->broken_row, ld},
+        {&s->broken_rest, ld},
+        {&s->broken_pull, ld},
+        {&s->clash.weight, most},
+        {&s->clash.pull, n},
+        {&s->x, ld},
+        {&s->trial, ld},
+        {&s->step, ld},
+        {&s->reduced, ld},
+        {&s->start, ld},
+        {&s->kept, ld},
+        {&s->path, ld * (levels + 1)},
+    };
+    for (size_t i = 0; i < sizeof reals / sizeof *reals; i++) {
+        *reals[i].at = slice(arena, &used, reals[i].count * sizeof(double));
+    }
+    int **const ints[] = {&s->done,      &s->work,       &s->fit,     &s->work_order,
+                          &s->fit_order, &s->column_row, &s->held.id, &s->clash.id};
+    for (size_t i = 0; i < sizeof ints / sizeof *ints; i++)
+        *ints[i] = slice(arena, &used, most * sizeof(int));
+    signed char **const flags[] = {&s->kind,      &s->side, &s->forced, &s->guess_side, &s->guess_held_side,
+                                   &s->clash.side};
+    for (size_t i = 0; i < sizeof flags / sizeof *flags; i++) *flags[i] = slice(arena, &used, most);
+    s->guess_held_at = slice(arena, &used, rows * sizeof(short));
+    s->frozen_at = slice(arena, &used, rows * sizeof(short));
+    s->row0 = slice(arena, &used, (levels + 1) * sizeof(int));
+    s->rank_at = slice(arena, &used, (levels + 2) * sizeof(int));
+    s->equalities = slice(arena, &used, levels * sizeof(int));
+    return used;
+}
+
+static int dims_fit(const hqp_dims *d) {
+    if (d->n < 1 || d->n > MAX_N || d->levels < 1 || d->levels > MAX_LEVELS) return 0;
+    for (int p = 0; p < d->levels; p++) {
+        if (d->equalities[p] < 0 || d->equalities[p] > MAX_ROWS) return 0;
+        if (d->inequalities[p] < 0 || d->inequalities[p] > MAX_ROWS) return 0;
+    }
+    return 1;
+}
+
+static int settings_fit(const hqp_settings *t) {
+    return t->feasibility > 0.0 && t->feasibility < 1.0 && t->rank > 0.0 && t->rank < 1.0 &&
+           t->rounding > 0.0 && t->rounding < 1.0 && t->max_iterations >= 0;
+}
+
+hqp_solver *hqp_create(const hqp_dims *dims, const hqp_settings *settings) {
+    const hqp_settings defaults = hqp_default_settings();
+    if (!settings) settings = &defaults;
+    if (!dims_fit(dims) || !settings_fit(settings)) return NULL;
+    hqp_solver shape = {
+        .n = dims->n, .levels = dims->levels, .ld = hqp_ceil4(dims->n), .settings = *settings};
+    if (shape.settings.max_iterations == 0) shape.settings.max_iterations = shape.n <= 32 ? 64 : 4 * shape.n;
+    for (int p = 0; p < dims->levels; p++) {
+        const int rows = dims->equalities[p] + dims->inequalities[p];
+        if (rows > shape.widest) shape.widest = rows;
+        shape.total += rows;
+    }
+    const size_t bytes = lay_out(&shape, NULL);
+    char *arena = aligned_alloc(64, bytes);
+    if (!arena) return NULL;
+    memset(arena, 0, bytes);
+    hqp_solver *s = (hqp_solver *)(void *)arena;
+    *s = shape;
+    lay_out(s, arena);
+    for (int p = 0; p < s->levels; p++) {
+        s->equalities[p] = dims->equalities[p];
+        s->row0[p + 1] = s->row0[p] + dims->equalities[p] + dims->inequalities[p];
+    }
+    hqp_reset(s);
+    return s;
+}
+
+void hqp_destroy(hqp_solver *s) {
+    free(s);
+}
+
+void hqp_reset(hqp_solver *s) {
+    memset(s->x, 0, (size_t)s->ld * sizeof(double));
+    for (int i = 0; i < s->total; i++) {
+        s->guess_side[i] = s->guess_held_side[i] = 0;
+        s->guess_held_at[i] = -1;
+        s->strength[i] = 0.0;
+    }
+    s->warm = s->resumable = 0;
+}
+
+/* Copy one row, find its norm and the window of its nonzeros; 0 where an entry is not usable. */
+static int load_row(hqp_solver *s, int id, const double *from) {
+    double *to = hqp_row(s, s->given, id);
+    double sum = 0.0;
+    int first = (int)s->ld, last = 0;
+    for (int i = 0; i < s->n; i++) {
+        to[i] = from[i];
+        sum += from[i] * from[i];
+        if (from[i] == 0.0) continue;
+        if (first > i) first = i;
+        last = i + 1;
+    }
+    if (!(sum <= LARGEST * LARGEST)) return 0;
+    s->norm[id] = sqrt(sum);
+    s->given.first[id] = hqp_floor4(first);
+    s->given.last[id] = hqp_ceil4(last);
+    s->done[id] = 0;
+    s->frozen_at[id] = -1;
+    return 1;
+}
+
+/* Bounds of one row; 0 where they contradict. lb > ub by rounding closes to the point between them. */
+static int load_bounds(hqp_solver *s, int id, double lb, double ub) {
+    if (!(lb < INFINITY) || !(ub > -INFINITY)) return 0;
+    if (lb > ub) {
+        if (lb - ub > CLOSED * (1.0 + fabs(lb) + fabs(ub))) return 0;
+        lb = ub = 0.5 * lb + 0.5 * ub;
+    }
+    s->lb[id] = lb;
+    s->ub[id] = ub;
+    s->kind[id] = lb < ub ? HQP_RANGE : HQP_EQUALITY;
+    if (s->norm[id] < SMALLEST || (isinf(lb) && isinf(ub))) s->kind[id] = HQP_IDLE;
+    return 1;
+}
+
+static hqp_status load_level(hqp_solver *s, int level, const hqp_level *data) {
+    const int first = s->row0[level], split = first + s->equalities[level];
+    for (int i = first; i < s->row0[level + 1]; i++) {
+        const ptrdiff_t r = i < split ? i - first : i - split;
+        if (!load_row(s, i, (i < split ? data->A : data->C) + r * s->n)) return HQP_BAD_MATRIX;
+        if (i < split && !(fabs(data->b[r]) <= LARGEST)) return HQP_BAD_MATRIX;
+        const double lb = i < split ? data->b[r] : data->lb[r], ub = i < split ? data->b[r] : data->ub[r];
+        if (!load_bounds(s, i, lb, ub)) return HQP_BAD_BOUNDS;
+    }
+    return HQP_SOLVED;
+}
+
+static signed char activity(const hqp_solver *s, int id, double value) {
+    if (s->kind[id] == HQP_IDLE) return 0;
+    if (isfinite(s->ub[id]) && hqp_at_bound(s, id, 1, value, s->x_norm)) return 1;
+    return isfinite(s->lb[id]) && hqp_at_bound(s, id, -1, value, s->x_norm) ? -1 : 0;
+}
+
+/* slack and activity of all rows at x */
+static void report(const hqp_solver *s, hqp_info *info) {
+    double *w = info->w, *v = info->v;
+    signed char *active = info->active;
+    for (int p = 0; p < s->levels; p++) {
+        for (int i = s->row0[p]; i < s->row0[p + 1]; i++) {
+            const double value = hqp_value(s, i, s->x);
+            const double slack = value < s->lb[i]   ? s->lb[i] - value
+                                 : value > s->ub[i] ? s->ub[i] - value
+                                                    : 0.0;
+            if (i < s->row0[p] + s->equalities[p]) {
+                if (w) *w++ = slack;
+                continue;
+            }
+            if (v) *v++ = slack;
+            if (active) *active++ = activity(s, i, value);
+        }
+    }
+}
+
+static hqp_status refuse(hqp_solver *s, hqp_status status, int level, double *x, hqp_info *info) {
+    int equalities = 0;
+    for (int p = 0; p < s->levels; p++) equalities += s->equalities[p];
+    for (int i = 0; i < equalities && info->w; i++) info->w[i] = NAN;
+    for (int i = 0; i < s->total - equalities && info->v; i++) info->v[i] = NAN;
+    if (info->active) memset(info->active, 0, (size_t)(s->total - equalities));
+    memcpy(s->x, s->start, (size_t)s->ld * sizeof(double));
+    memcpy(x, s->start, (size_t)s->n * sizeof(double));
+    s->resumable = s->warm = 0;
+    info->status = status;
+    info->iterations = s->iterations;
+    info->levels_done = info->rank = 0;
+    info->bad_level = level;
+    return status;
+}
+
+/* Level by level from `first` on. */
+static hqp_status walk_from(hqp_solver *s, int first) {
+    hqp_status status = HQP_SOLVED;
+    memset(s->forced, 0, (size_t)s->total);
+    s->levels_done = first;
+    for (int p = first; p < s->levels; p++) {
+        s->rank_at[p] = s->rank;
+        const hqp_status of_level = hqp_walk(s, p);
+        if (of_level == HQP_SOLVED && status == HQP_SOLVED) s->levels_done = p + 1;
+        if (of_level != HQP_SOLVED) status = of_level;
+        if (of_level == HQP_ITERATION_CAP) break;
+    }
+    s->rank_at[s->levels] = s->rank;
+    return status;
+}
+
+static void start_at(hqp_solver *s, const double *x, int first) {
+    memcpy(s->x, x, (size_t)s->ld * sizeof(double));
+    hqp_rewind(s, first);
+}
+
+/*
+ * Sweep; if that does not settle, walk. What rounding left while x was far away is then put right by one more
+ * sweep with the sets that the walk found.
+ */
+static hqp_status solve_from(hqp_solver *s, int first) {
+    s->resumable = s->levels_done = s->levels;
+    s->iteration_limit = s->settings.max_iterations;
+    hqp_rewind(s, first);
+    if (hqp_sweep(s, first, 1)) return HQP_SOLVED;
+    s->iteration_limit = s->iterations + s->settings.max_iterations;
+    start_at(s, s->start, first);
+    const hqp_status status = walk_from(s, first);
+    memcpy(s->kept, s->x, (size_t)s->ld * sizeof(double));
+    s->resumable = s->levels_done;
+    if (status != HQP_SOLVED) return status;
+    hqp_rewind(s, first);
+    if (hqp_sweep(s, first, 0)) return status;
+    start_at(s, s->kept, first);
+    s->resumable = first;
+    return status;
+}
+
+hqp_status hqp_resolve(hqp_solver *s, const hqp_level *levels, int first, double *x, hqp_info *info) {
+    if (first > s->resumable) first = s->resumable;
+    if (first < 0) first = 0;
+    memcpy(s->start, s->x, (size_t)s->ld * sizeof(double));
+    s->iterations = 0;
+    for (int p = first; p < s->levels; p++) {
+        const hqp_status status = load_level(s, p, &levels[p]);
+        if (status < 0) return refuse(s, status, p, x, info);
+    }
+    const hqp_status status = solve_from(s, first);
+    for (int i = 0; i < s->n; i++) {
+        if (!isfinite(s->x[i])) return refuse(s, HQP_OVERFLOW, -1, x, info);
+    }
+    memcpy(x, s->x, (size_t)s->n * sizeof(double));
+    report(s, info);
+    s->warm = 1;
+    info->status = status;
+    info->iterations = s->iterations;
+    info->levels_done = s->levels_done;
+    info->rank = s->rank_at[s->levels];
+    info->bad_level = -1;
+    return status;
+}
+
+hqp_status hqp_solve(hqp_solver *s, const hqp_level *levels, double *x, hqp_info *info) {
+    return hqp_resolve(s, levels, 0, x, info);
+}

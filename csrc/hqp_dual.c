@@ -1,0 +1,331 @@
+/*
+ * The last step: the level that uses up the freedom of x, or, where none does, the wish to stay close to the
+ * start.
+ *
+ * On what earlier levels left free, x = x* + T^T t, with |t|^2 / 2 how much worse than at its free minimiser
+ * x* the level gets. So the hard rows ask for the shortest t with N t >= gap: a projection, solved by the
+ * dual method of Goldfarb and Idnani (Mathematical Programming 27, 1983). It starts at t = 0 and brings
+ * broken rows to their bounds one by one; it needs no feasible start.
+ */
+#include "hqp_internal.h"
+
+#include <string.h>
+
+static int freedom(const hqp_solver *s) {
+    return s->n - s->rank;
+}
+static double *line(const hqp_solver *s, double *rows, int i) {
+    return rows + i * s->ld;
+}
+
+/* direction = an orthonormal basis of what the frozen rows leave free: e_{rank+j}^T H_{rank-1} .. H_0 */
+static void free_directions(hqp_solver *s) {
+    const int m = freedom(s);
+    memset(s->direction.cell, 0, (size_t)(m * s->ld) * sizeof(double));
+    for (int j = 0; j < m; j++) {
+        hqp_row(s, s->direction, j)[s->rank + j] = 1.0;
+        s->direction.first[j] = hqp_floor4(s->rank + j);
+        s->direction.last[j] = hqp_floor4(s->rank + j) + 4;
+        s->work_order[j] = j;
+    }
+    for (int k = s->rank - 1; k >= 0; k--) hqp_reflect(s, k, s->direction, s->work_order, m);
+}
+
+/* One column of triangularise: a reflector from the left, u = (head, rows[c + 1 .., c]), leaves -+norm at [c,
+ * c]. */
+static void reduce_column(hqp_solver *s, int c, double norm) {
+    const int m = freedom(s);
+    double *pivot = hqp_row(s, s->fit_rows, c), *sum = s->step;
+    const double head = pivot[c] + (pivot[c] < 0.0 ? -norm : norm), factor = 1.0 / (norm * fabs(head));
+    double sum_rhs = head * s->rhs[c];
+    for (int k = c + 1; k < m; k++) sum[k] = head * pivot[k];
+    for (int i = c + 1; i < s->fit_count; i++) {
+        const double *row = hqp_row(s, s->fit_rows, i);
+        for (int k = c + 1; k < m; k++) sum[k] += row[c] * row[k];
+        sum_rhs += row[c] * s->rhs[i];
+    }
+    pivot[c] = pivot[c] < 0.0 ? norm : -norm;
+    for (int k = c + 1; k < m; k++) pivot[k] -= factor * head * sum[k];
+    s->rhs[c] -= factor * head * sum_rhs;
+    for (int i = c + 1; i < s->fit_count; i++) {
+        double *row = hqp_row(s, s->fit_rows, i);
+        const double u = factor * row[c];
+        for (int k = c + 1; k < m; k++) row[k] -= u * sum[k];
+        s->rhs[i] -= u * sum_rhs;
+    }
+}
+
+/* Householder QR of fit_rows, rhs to Q^T rhs. Returns 0 where its columns are not clearly independent. */
+static int triangularise(hqp_solver *s) {
+    double largest = 0.0;
+    for (int i = 0; i < s->fit_count; i++) largest = fmax(largest, s->norm[s->fit[i]]);
+    for (int c = 0; c < freedom(s); c++) {
+        double sum = 0.0;
+        for (int i = c; i < s->fit_count; i++) {
+            const double a = hqp_row(s, s->fit_rows, i)[c];
+            sum += a * a;
+        }
+        if (!(sqrt(sum) > 1e-7 * largest)) return 0;
+        reduce_column(s, c, sqrt(sum));
+    }
+    return 1;
+}
+
+/* R y = rhs, trial = x + D^T y, direction = T = R^{-T} D */
+static void measure_by_level(hqp_solver *s) {
+    const int width = (int)s->ld;
+    for (int j = freedom(s) - 1; j >= 0; j--) {
+        const double *row = hqp_row(s, s->fit_rows, j);
+        double sum = s->rhs[j];
+        for (int k = j + 1; k < freedom(s); k++) sum -= row[k] * s->reduced[k];
+        s->reduced[j] = sum / row[j];
+        hqp_axpy(s->trial, s->reduced[j], hqp_row(s, s->direction, j), 0, width);
+    }
+    for (int j = 0; j < freedom(s); j++) {
+        double *direction = hqp_row(s, s->direction, j);
+        for (int i = 0; i < j; i++) {
+            hqp_axpy(direction, -hqp_row(s, s->fit_rows, i)[j], hqp_row(s, s->direction, i), 0, width);
+        }
+        const double scale = 1.0 / hqp_row(s, s->fit_rows, j)[j];
+        for (int i = 0; i < s->ld; i++) direction[i] *= scale;
+    }
+}
+
+/* trial = x*, the minimiser of the fitted rows that minds no hard row. Returns 0 where it is not unique. */
+static int free_minimiser(hqp_solver *s, int level) {
+    free_directions(s);
+    memcpy(s->trial, s->x, (size_t)s->ld * sizeof(double));
+    s->metric = level < s->levels && freedom(s) > 0;
+    if (!s->metric) return 1;
+    s->fit_count = 0;
+    for (int i = s->row0[level]; i < s->row0[level + 1]; i++) {
+        if (!s->side[i]) continue;
+        double *row = hqp_row(s, s->fit_rows, s->fit_count);
+        for (int j = 0; j < freedom(s); j++) row[j] = hqp_value(s, i, hqp_row(s, s->direction, j));
+        s->rhs[s->fit_count] = hqp_bound(s, i, s->side[i]) - hqp_value(s, i, s->x);
+        s->fit[s->fit_count++] = i;
+    }
+    if (!triangularise(s)) return 0;
+    measure_by_level(s);
+    return 1;
+}
+
+/* The hard row that x breaks most, by distance; -1: none. */
+static int most_broken(hqp_solver *s, int level) {
+    double distance = 0.0;
+    int worst = -1;
+    s->x_norm = hqp_length(s, s->x);
+    for (int i = 0; i < s->row0[level]; i++) {
+        if (!hqp_is_hard(s, i) || s->side[i]) continue;
+        const double value = hqp_value(s, i, s->x);
+        const int side = hqp_outside(s, i, value, s->x_norm);
+        if (!side || side * (value - hqp_bound(s, i, side)) <= distance * s->norm[i]) continue;
+        distance = side * (value - hqp_bound(s, i, side)) / s->norm[i];
+        worst = i;
+    }
+    return worst;
+}
+
+/* row[..m] = -side (row . T^T), how t changes the room the row has; returns the gap, what is missing at x* */
+static double to_t_space(const hqp_solver *s, int id, int side, double *row) {
+    for (int j = 0; j < freedom(s); j++) row[j] = -side * hqp_value(s, id, hqp_row(s, s->direction, j));
+    return side * (hqp_value(s, id, s->trial) - hqp_bound(s, id, side));
+}
+
+/*
+ * rest = the part of a row outside the span of the held rows, by Gram-Schmidt done twice; coefficient = the
+ * part inside, in their basis. Returns |rest|^2.
+ */
+static double orthogonalise(const hqp_solver *s, const double *row, double *rest, double *coefficient) {
+    const int m = freedom(s);
+    double sum = 0.0;
+    memcpy(rest, row, (size_t)m * sizeof(double));
+    for (int i = 0; i < s->held.count; i++) coefficient[i] = 0.0;
+    for (int pass = 0; pass < 2; pass++) {
+        for (int i = 0; i < s->held.count; i++) {
+            const double *basis = line(s, s->held.basis, i);
+            double c = 0.0;
+            for (int j = 0; j < m; j++) c += basis[j] * rest[j];
+            for (int j = 0; j < m; j++) rest[j] -= c * basis[j];
+            coefficient[i] += c;
+        }
+    }
+    for (int j = 0; j < m; j++) sum += rest[j] * rest[j];
+    return sum;
+}
+
+/* Whether the rest of a row is more than rounding: seen from x it is R^T rest. */
+static int is_independent(const hqp_solver *s, int id, const double *rest) {
+    const double least = s->settings.rank * s->norm[id];
+    double sum = 0.0;
+    for (int j = 0; j < freedom(s); j++) {
+        double part = s->metric ? 0.0 : rest[j];
+        for (int i = 0; i <= j && s->metric; i++) part += hqp_row(s, s->fit_rows, i)[j] * rest[i];
+        sum += part * part;
+    }
+    return s->held.count < freedom(s) && sum > least * least;
+}
+
+/* Append held row number held.count, whose place in t-space and gap are set. Returns 0 if it depends on the
+ * others. */
+static int append(hqp_solver *s) {
+    const int k = s->held.count;
+    double *basis = line(s, s->held.basis, k), *triangle = line(s, s->held.triangle, k);
+    const double left = orthogonalise(s, line(s, s->held.rows, k), basis, triangle);
+    if (!is_independent(s, s->held.id[k], basis)) return 0;
+    triangle[k] = sqrt(left);
+    for (int j = 0; j < freedom(s); j++) basis[j] /= triangle[k];
+    s->held.count = k + 1;
+    return 1;
+}
+
+/* Release held row number `drop` and orthogonalise those after it again. */
+static void release(hqp_solver *s, int drop) {
+    const int count = s->held.count;
+    s->side[s->held.id[drop]] = 0;
+    s->held.count = drop;
+    for (int i = drop + 1; i < count; i++) {
+        const int to = s->held.count;
+        memcpy(line(s, s->held.rows, to), line(s, s->held.rows, i), (size_t)s->ld * sizeof(double));
+        s->held.id[to] = s->held.id[i];
+        s->held.gap[to] = s->held.gap[i];
+        s->held.multiplier[to] = s->held.multiplier[i];
+        if (!append(s)) s->side[s->held.id[to]] = 0;
+    }
+}
+
+/* L^T y = y in place, L the triangle of the held rows */
+static void solve_transposed(const hqp_solver *s, double *y) {
+    for (int i = s->held.count - 1; i >= 0; i--) {
+        const double *triangle = line(s, s->held.triangle, i);
+        y[i] /= triangle[i];
+        for (int k = 0; k < i; k++) y[k] -= triangle[k] * y[i];
+    }
+}
+
+/* x at the shortest t that closes the gaps of the held rows: L q = gap, t = basis^T q, L^T multiplier = q */
+static void close_gaps(hqp_solver *s) {
+    double *q = s->held.multiplier, *t = s->reduced;
+    memset(t, 0, (size_t)s->ld * sizeof(double));
+    for (int i = 0; i < s->held.count; i++) {
+        const double *triangle = line(s, s->held.triangle, i), *basis = line(s, s->held.basis, i);
+        double sum = s->held.gap[i];
+        for (int k = 0; k < i; k++) sum -= triangle[k] * q[k];
+        q[i] = sum / triangle[i];
+        for (int j = 0; j < freedom(s); j++) t[j] += q[i] * basis[j];
+    }
+    solve_transposed(s, q);
+    memcpy(s->x, s->trial, (size_t)s->ld * sizeof(double));
+    for (int j = 0; j < freedom(s); j++) hqp_axpy(s->x, t[j], hqp_row(s, s->direction, j), 0, (int)s->ld);
+}
+
+/* Hold what the last solve held here, without the rows that would be pulled the wrong way. */
+static void hold_guess(hqp_solver *s, int level) {
+    int worst = 0;
+    s->held.count = 0;
+    memset(s->side, 0, (size_t)s->row0[level]);
+    for (int i = 0; i < s->row0[level]; i++) {
+        const int side = s->guess_held_side[i], k = s->held.count;
+        if (!hqp_is_hard(s, i) || s->guess_held_at[i] != level || !isfinite(hqp_bound(s, i, side))) continue;
+        s->held.gap[k] = to_t_space(s, i, side, line(s, s->held.rows, k));
+        s->held.id[k] = i;
+        if (append(s)) s->side[i] = (signed char)side;
+    }
+    while (worst >= 0) {
+        double least = 0.0;
+        close_gaps(s);
+        worst = -1;
+        for (int k = 0; k < s->held.count; k++) {
+            if (s->held.multiplier[k] >= least) continue;
+            least = s->held.multiplier[k];
+            worst = k;
+        }
+        if (worst >= 0) release(s, worst);
+    }
+}
+
+/*
+ * Bring broken row `id` to its bound, along the way releasing held rows whose multiplier falls to zero: with
+ * row = pull . held + rest, a step of length l raises its own multiplier to l, lowers theirs by l pull, and
+ * closes l |rest|^2 of the gap. Returns HQP_DONE, HQP_LOST, or the level that must give way.
+ */
+static int hold_broken(hqp_solver *s, int level, int id) {
+    const double value = hqp_value(s, id, s->x);
+    const int side = value > s->ub[id] ? 1 : -1;
+    double *row = s->broken_row, *rest = s->broken_rest, *pull = s->broken_pull;
+    const double gap = to_t_space(s, id, side, row);
+    double missing = side * (value - hqp_bound(s, id, side));
+    for (int first = 0; first >= 0;) {
+        const double left = orthogonalise(s, row, rest, pull);
+        const int independent = is_independent(s, id, rest);
+        double length = independent ? missing / left : INFINITY;
+        solve_transposed(s, pull);
+        first = -1;
+        for (int k = 0; k < s->held.count; k++) {
+            if (!(pull[k] > 1e-13) || !(s->held.multiplier[k] < length * pull[k])) continue;
+            length = fmax(s->held.multiplier[k], 0.0) / pull[k];
+            first = k;
+        }
+        if (!(length < INFINITY)) return hqp_give_way(s, level, id, side, pull);
+        for (int k = 0; k < s->held.count; k++) s->held.multiplier[k] -= length * pull[k];
+        if (first < 0) break;
+        if (independent) missing -= length * left;
+        release(s, first);
+        if (hqp_out_of_iterations(s)) return HQP_LOST;
+    }
+    const int k = s->held.count;
+    memcpy(line(s, s->held.rows, k), row, (size_t)freedom(s) * sizeof(double));
+    s->held.gap[k] = gap;
+    s->held.id[k] = id;
+    if (!append(s)) return HQP_LOST;
+    s->side[id] = (signed char)side;
+    close_gaps(s);
+    return HQP_DONE;
+}
+
+/* Remember what is held, for the next solve. */
+static void remember(hqp_solver *s, int level) {
+    for (int i = 0; i < s->row0[level]; i++) {
+        if (s->guess_held_at[i] == level) s->guess_held_at[i] = -1;
+    }
+    for (int k = 0; k < s->held.count; k++) {
+        const int id = s->held.id[k];
+        s->guess_held_at[id] = (short)level;
+        s->guess_held_side[id] = s->side[id];
+        s->strength[id] = s->held.multiplier[k] * s->norm[id];
+    }
+}
+
+/* If the level breaks ranges of its own the worst of them shall be fitted. Returns as hqp_finish. */
+static int check_own_rows(hqp_solver *s, int level) {
+    double worst = 0.0;
+    int add = -1;
+    for (int i = s->row0[level]; i < s->row0[level + 1]; i++) {
+        if (s->kind[i] != HQP_RANGE) continue;
+        const double value = hqp_value(s, i, s->x);
+        const int side = hqp_outside(s, i, value, s->x_norm);
+        if (!side || side * (value - hqp_bound(s, i, side)) <= worst) continue;
+        worst = side * (value - hqp_bound(s, i, side));
+        add = i;
+    }
+    if (add < 0) return HQP_DONE;
+    s->strength[add] = 0.0;
+    s->guess_side[add] = hqp_value(s, add, s->x) > s->ub[add] ? 1 : -1;
+    return level;
+}
+
+/*
+ * Finish the sweep at `level`, of which only equalities may be fitted; level == levels: no level is left.
+ * HQP_DONE: x is optimal; HQP_NOT_LAST: the level leaves freedom; HQP_LOST: out of iterations or ideas.
+ */
+int hqp_finish(hqp_solver *s, int level) {
+    if (!free_minimiser(s, level)) return HQP_NOT_LAST;
+    hold_guess(s, level);
+    for (int broken; (broken = most_broken(s, level)) >= 0;) {
+        if (hqp_out_of_iterations(s)) return HQP_LOST;
+        const int result = hold_broken(s, level, broken);
+        if (result != HQP_DONE) return result;
+    }
+    remember(s, level);
+    return s->metric ? check_own_rows(s, level) : HQP_DONE;
+}

@@ -1,0 +1,182 @@
+/* What the files of the solver share. docs/hqp.md describes the method; its words are used here. */
+#ifndef HQP_INTERNAL_H
+#define HQP_INTERNAL_H
+
+#include <math.h>
+#include <stddef.h>
+
+#include "hqp.h"
+
+/* Four doubles added lane by lane: the order of every sum is fixed by the source, not by the machine. */
+typedef double hqp_quad __attribute__((vector_size(32), may_alias));
+
+/* Rows of `ld` doubles, 32-byte aligned, zero outside the window [first, last), whose ends are multiples
+ * of 4. */
+typedef struct hqp_rows {
+    double *cell;
+    int *first;
+    int *last;
+} hqp_rows;
+
+/* A row that cannot act (all zero, or no bound), an equality (lb == ub), or a range. */
+enum { HQP_IDLE = 0, HQP_EQUALITY = 1, HQP_RANGE = 2 };
+
+/*
+ * Rows are numbered through all levels: those of level p are row0[p] .. row0[p + 1] - 1, A_p before C_p.
+ * Q = H_0 H_1 .. H_{top-1} with H_k = I - v_k v_k^T; the first `rank` reflectors belong to the frozen rows.
+ */
+struct hqp_solver {
+    int n, levels, total, widest; /* widest: rows of the largest level */
+    ptrdiff_t ld;                 /* n rounded up to a multiple of 4 */
+    hqp_settings settings;
+    int *row0;       /* [levels + 1] */
+    int *equalities; /* [levels] */
+
+    /* per row */
+    hqp_rows given;              /* the caller's coefficients */
+    hqp_rows base;               /* those times H_0 .. H_{done-1} */
+    int *done;                   /* 0: base not filled */
+    double *norm, *lb, *ub;      /* lb == ub for an equality */
+    double *value, *trial_value; /* row . x, row . trial */
+    double *strength;        /* of a held row its multiplier times its norm, of a fitted one its violation */
+    signed char *kind;       /* HQP_IDLE, HQP_EQUALITY, HQP_RANGE */
+    signed char *side;       /* membership in the working set: -1 at lb, 1 at ub, 0 no member */
+    signed char *forced;     /* of a clash found in this solve: certainly at its bound */
+    signed char *guess_side; /* side the row is fitted at in its own level */
+    signed char *guess_held_side;     /* side it is held at in a later level .. */
+    short *guess_held_at, *frozen_at; /* .. namely in this one, or -1; level that froze the row, or -1 */
+
+    /* the shared factorisation */
+    hqp_rows reflector; /* [n] v_k */
+    int rank, top;
+    int *rank_at;    /* [levels + 1] rank at the start of each level */
+    int *column_row; /* [n] row behind each reflector of a held row, -1 behind those of fitted rows */
+
+    /* the working set of the level at hand; position i of the copies is row work[i], fit[i] */
+    int *work, *fit, work_count, work_rank, fit_count, fit_rank;
+    hqp_rows work_rows, fit_rows;
+    int *work_order, *fit_order;   /* positions in the order of their reflectors, dependent ones last */
+    double *multiplier, *rounding; /* [n] by work_order: must not be negative; what is as good as zero */
+    double *rhs;                   /* [widest] by fit_order */
+
+    /* the last step: x = trial + direction^T t */
+    hqp_rows direction; /* [n] */
+    int metric;         /* |t| is measured by R of the level, else like x */
+    struct {
+        int count, *id;                  /* held rows, */
+        double *rows, *basis, *triangle; /* [n + 1][ld] in t-space, rows = triangle basis */
+        double *gap, *multiplier;        /* what is missing at t = 0 */
+    } held;
+    double *broken_row, *broken_rest, *broken_pull; /* [ld] */
+    struct {
+        int count, *id; /* rows that cannot be met together, */
+        signed char *side;
+        double *weight, *pull, size; /* with weights > 0; their sum has terms of this size */
+    } clash;
+
+    double *x, *trial, *step, *reduced; /* [ld]; step and reduced also serve as scratch */
+    double *start, *kept;               /* [ld] x at the start of the solve, and before polishing */
+    double *path;                       /* [levels + 1][ld] x at the start of each level of a sweep */
+    double x_norm, trial_norm;
+    int iterations, iteration_limit;
+    int levels_done;
+    int resumable; /* levels whose end state is kept for hqp_resolve */
+    int warm;      /* there are guesses from an earlier solve */
+};
+
+static inline int hqp_floor4(int i) {
+    return i & ~3;
+}
+static inline int hqp_ceil4(int i) {
+    return (i + 3) & ~3;
+}
+
+static inline double *hqp_row(const hqp_solver *s, hqp_rows rows, int i) {
+    return rows.cell + i * s->ld;
+}
+
+/* sum a_i b_i over [from, to), multiples of 4, aligned */
+static inline double hqp_dot(const double *a, const double *b, int from, int to) {
+    hqp_quad even = {0.0, 0.0, 0.0, 0.0}, odd = {0.0, 0.0, 0.0, 0.0};
+    int i = from;
+    for (; i + 8 <= to; i += 8) {
+        even += *(const hqp_quad *)(a + i) * *(const hqp_quad *)(b + i);
+        odd += *(const hqp_quad *)(a + i + 4) * *(const hqp_quad *)(b + i + 4);
+    }
+    if (i < to) even += *(const hqp_quad *)(a + i) * *(const hqp_quad *)(b + i);
+    even += odd;
+    return (even[0] + even[1]) + (even[2] + even[3]);
+}
+
+/* a += t b over [from, to), multiples of 4, aligned */
+static inline void hqp_axpy(double *a, double t, const double *b, int from, int to) {
+    for (int i = from; i < to; i += 4) *(hqp_quad *)(a + i) += t * *(const hqp_quad *)(b + i);
+}
+
+static inline double hqp_length(const hqp_solver *s, const double *a) {
+    return sqrt(hqp_dot(a, a, 0, (int)s->ld));
+}
+
+/* row . x */
+static inline double hqp_value(const hqp_solver *s, int id, const double *x) {
+    return hqp_dot(hqp_row(s, s->given, id), x, s->given.first[id], s->given.last[id]);
+}
+
+static inline double hqp_bound(const hqp_solver *s, int id, int side) {
+    return side < 0 ? s->lb[id] : s->ub[id];
+}
+
+/* a range of an earlier level that must hold and may be inside its bounds */
+static inline int hqp_is_hard(const hqp_solver *s, int id) {
+    return s->kind[id] == HQP_RANGE && s->frozen_at[id] < 0;
+}
+
+static inline double hqp_tolerance(const hqp_solver *s, int id, double bound, double x_norm) {
+    return s->settings.feasibility * (1.0 + fabs(bound)) + s->settings.rounding * s->norm[id] * x_norm;
+}
+
+/* -1: the value is below lb by more than the tolerance, 1: above ub, 0: neither */
+static inline int hqp_outside(const hqp_solver *s, int id, double value, double x_norm) {
+    if (value > s->ub[id]) return value - s->ub[id] > hqp_tolerance(s, id, s->ub[id], x_norm);
+    if (value < s->lb[id]) return -(s->lb[id] - value > hqp_tolerance(s, id, s->lb[id], x_norm));
+    return 0;
+}
+
+/* the value lies at this (finite) bound or beyond it */
+static inline int hqp_at_bound(const hqp_solver *s, int id, int side, double value, double x_norm) {
+    const double bound = hqp_bound(s, id, side);
+    return side * (bound - value) <= hqp_tolerance(s, id, bound, x_norm);
+}
+
+/* hqp_lq.c: the factorisation */
+void hqp_bring(hqp_solver *s, const int *ids, int count);
+void hqp_copy_base(const hqp_solver *s, hqp_rows to, int position, int id);
+void hqp_reflect(const hqp_solver *s, int k, hqp_rows rows, const int *idx, int count);
+void hqp_reflect_row(const hqp_solver *s, int k, double *row);
+int hqp_lq(hqp_solver *s, hqp_rows rows, const int *ids, int *order, int count);
+void hqp_least_squares(hqp_solver *s, int column);
+
+/* hqp_set.c: the working set of a level, and the passage from one level to the next */
+int hqp_seat_guess(hqp_solver *s, int level);
+int hqp_seat_violated(hqp_solver *s, int level);
+void hqp_factorise(hqp_solver *s, int level);
+void hqp_find_step(hqp_solver *s, int keep);
+void hqp_find_multipliers(hqp_solver *s, const double *value, double x_norm);
+void hqp_move_to_trial(hqp_solver *s);
+void hqp_freeze(hqp_solver *s, int level);
+void hqp_close_level(hqp_solver *s, int level);
+void hqp_rewind(hqp_solver *s, int first);
+int hqp_out_of_iterations(hqp_solver *s);
+
+/* The two methods: all levels with guessed working sets (hqp_sweep.c), and one level with certainty
+ * (hqp_walk.c) */
+int hqp_sweep(hqp_solver *s, int first, int repair);
+hqp_status hqp_walk(hqp_solver *s, int level);
+
+/* Parts of the sweep: the last step (hqp_dual.c), and what to do where it is impossible (hqp_clash.c). They
+ * return one of these, or the level to go back to. */
+enum { HQP_DONE = -1, HQP_NOT_LAST = -2, HQP_LOST = -3 };
+int hqp_finish(hqp_solver *s, int level);
+int hqp_give_way(hqp_solver *s, int level, int id, int side, const double *pull);
+
+#endif

@@ -1,0 +1,184 @@
+/*
+ * One orthogonal factorisation shared by all levels: rows are reduced from the right by Householder
+ * reflectors, [rows] Q = [L 0], so that the columns of Q after the first `top` span what these rows leave
+ * free. Row-oriented, hence backward stable row by row whatever the rows' scales (Golub, Van Loan, Matrix
+ * Computations, section 5.2).
+ */
+#include "hqp_internal.h"
+
+#include <string.h>
+
+/* a -= (a . v) v */
+void hqp_reflect_row(const hqp_solver *s, int k, double *row) {
+    const double *v = hqp_row(s, s->reflector, k);
+    const int from = s->reflector.first[k], to = s->reflector.last[k];
+    hqp_axpy(row, -hqp_dot(row, v, from, to), v, from, to);
+}
+
+/* the same for four rows at once: the loads of v are shared and the sums do not wait for each other */
+static void reflect_four(double *const a[4], const double *v, int from, int to) {
+    hqp_quad sum[4] = {{0.0, 0.0, 0.0, 0.0}};
+    double t[4];
+    for (int i = from; i < to; i += 4) {
+        const hqp_quad vi = *(const hqp_quad *)(v + i);
+        for (int r = 0; r < 4; r++) sum[r] += *(const hqp_quad *)(a[r] + i) * vi;
+    }
+    for (int r = 0; r < 4; r++) t[r] = (sum[r][0] + sum[r][1]) + (sum[r][2] + sum[r][3]);
+    for (int i = from; i < to; i += 4) {
+        const hqp_quad vi = *(const hqp_quad *)(v + i);
+        for (int r = 0; r < 4; r++) *(hqp_quad *)(a[r] + i) -= t[r] * vi;
+    }
+}
+
+/* rows[idx] H_k; rows that do not meet the reflector's window are left alone */
+void hqp_reflect(const hqp_solver *s, int k, hqp_rows rows, const int *idx, int count) {
+    const int from = s->reflector.first[k], to = s->reflector.last[k];
+    double *batch[4];
+    int filled = 0;
+    for (int i = 0; i < count; i++) {
+        const int r = idx[i];
+        if (rows.last[r] <= from || rows.first[r] >= to) continue;
+        if (rows.first[r] > from) rows.first[r] = from;
+        if (rows.last[r] < to) rows.last[r] = to;
+        batch[filled++] = hqp_row(s, rows, r);
+        if (filled < 4) continue;
+        reflect_four(batch, hqp_row(s, s->reflector, k), from, to);
+        filled = 0;
+    }
+    for (int i = 0; i < filled; i++) hqp_reflect_row(s, k, batch[i]);
+}
+
+/* base[ids] = given[ids] H_0 .. H_{rank-1} */
+void hqp_bring(hqp_solver *s, const int *ids, int count) {
+    int *fresh = s->fit_order, fresh_count = 0;
+    for (int i = 0; i < count; i++) {
+        const int id = ids[i];
+        if (s->done[id] == 0) {
+            memcpy(hqp_row(s, s->base, id), hqp_row(s, s->given, id), (size_t)s->ld * sizeof(double));
+            s->base.first[id] = s->given.first[id];
+            s->base.last[id] = s->given.last[id];
+            fresh[fresh_count++] = id;
+        } else {
+            for (int k = s->done[id]; k < s->rank; k++) hqp_reflect(s, k, s->base, &id, 1);
+        }
+        s->done[id] = s->rank;
+    }
+    for (int k = 0; k < s->rank; k++) hqp_reflect(s, k, s->base, fresh, fresh_count);
+}
+
+/* to[position] = base[id] in the columns that the frozen rows leave */
+void hqp_copy_base(const hqp_solver *s, hqp_rows to, int position, int id) {
+    double *copy = hqp_row(s, to, position);
+    const double *base = hqp_row(s, s->base, id);
+    const int start = hqp_floor4(s->rank);
+    memcpy(copy + start, base + start, (size_t)(s->ld - start) * sizeof(double));
+    to.first[position] = s->base.first[id];
+    to.last[position] = s->base.last[id];
+}
+
+/* H_top with (row H_top)[top + 1 ..] = 0, for a row of which the length `left` lies from column top on */
+static void make_reflector(hqp_solver *s, double *row, int last, double left) {
+    const int top = s->top, from = hqp_floor4(top);
+    double *v = hqp_row(s, s->reflector, top);
+    const double head = row[top], sign = head < 0.0 ? -1.0 : 1.0;
+    const double scale = 1.0 / sqrt(left * (left + fabs(head)));
+    for (int i = from; i < top; i++) v[i] = 0.0;
+    for (int i = top; i < last; i++) v[i] = row[i] * scale;
+    v[top] = (head + sign * left) * scale;
+    row[top] = -sign * left;
+    s->reflector.first[top] = from;
+    s->reflector.last[top] = last;
+    s->top = top + 1;
+}
+
+/* length of the row from column `top` on */
+static double length_left(const double *row, int top, int last) {
+    const int whole = hqp_ceil4(top);
+    double sum = 0.0;
+    for (int i = top; i < whole; i++) sum += row[i] * row[i];
+    if (whole < last) sum += hqp_dot(row, row, whole, last);
+    return sqrt(sum);
+}
+
+/*
+ * Reduce rows[0 .. count) one by one, each either giving the next reflector or found dependent on those
+ * before. Rows of which little is left wait until the clear ones are in, so that a nearly parallel pair does
+ * not decide a direction that another row fixes better. order: accepted positions, then dependent ones.
+ * Returns the rank.
+ */
+int hqp_lq(hqp_solver *s, hqp_rows rows, const int *ids, int *order, int count) {
+    const double threshold[2] = {0.03, s->settings.rank};
+    int rank = 0;
+    for (int i = 0; i < count; i++) order[i] = i;
+    for (int pass = 0; pass < 2; pass++) {
+        for (int i = rank; i < count && s->top < s->n; i++) {
+            const int r = order[i];
+            double *row = hqp_row(s, rows, r);
+            if (rows.last[r] <= s->top) continue;
+            const double left = length_left(row, s->top, rows.last[r]);
+            if (!(left > threshold[pass] * s->norm[ids[r]])) continue;
+            make_reflector(s, row, rows.last[r], left);
+            order[i] = order[rank];
+            order[rank++] = r;
+            hqp_reflect(s, s->top - 1, rows, order + rank, count - rank);
+        }
+    }
+    return rank;
+}
+
+/*
+ * One column of fold_dependent: a reflector from the left, u = (head, M[:, c]), takes M[:, c] into L[c, c].
+ * [rows, rhs] -= factor u (u^T [rows, rhs])
+ */
+static void fold_column(hqp_solver *s, int column, int c, double length) {
+    const int rank = s->fit_rank, count = s->fit_count;
+    double *pivot = hqp_row(s, s->fit_rows, s->fit_order[c]) + column, *sum = s->step;
+    const double sign = pivot[c] < 0.0 ? -1.0 : 1.0, head = pivot[c] + sign * length;
+    const double factor = 1.0 / (length * fabs(head));
+    double sum_rhs = head * s->rhs[c];
+    for (int k = 0; k < c; k++) sum[k] = head * pivot[k];
+    for (int i = rank; i < count; i++) {
+        const double *row = hqp_row(s, s->fit_rows, s->fit_order[i]) + column;
+        for (int k = 0; k < c; k++) sum[k] += row[c] * row[k];
+        sum_rhs += row[c] * s->rhs[i];
+    }
+    for (int k = 0; k < c; k++) pivot[k] -= factor * head * sum[k];
+    s->rhs[c] -= factor * head * sum_rhs;
+    pivot[c] = -sign * length;
+    for (int i = rank; i < count; i++) {
+        double *row = hqp_row(s, s->fit_rows, s->fit_order[i]) + column;
+        const double u = factor * row[c];
+        for (int k = 0; k < c; k++) row[k] -= u * sum[k];
+        s->rhs[i] -= u * sum_rhs;
+        row[c] = 0.0;
+    }
+}
+
+/*
+ * The fitted rows are [L; M] z ~ rhs in columns column .. column + fit_rank, rows by fit_order, L lower
+ * triangular and M the dependent rows. Reflectors from the left fold M into L, last column first, so that L
+ * stays triangular: [L; M] -> [L'; 0], rhs -> [rhs'; residual].
+ */
+static void fold_dependent(hqp_solver *s, int column) {
+    for (int c = s->fit_rank - 1; c >= 0; c--) {
+        const double diagonal = hqp_row(s, s->fit_rows, s->fit_order[c])[column + c];
+        double below = 0.0;
+        for (int i = s->fit_rank; i < s->fit_count; i++) {
+            const double m = hqp_row(s, s->fit_rows, s->fit_order[i])[column + c];
+            below += m * m;
+        }
+        if (below > 0.0) fold_column(s, column, c, sqrt(diagonal * diagonal + below));
+    }
+}
+
+/* reduced[column ..] = argmin |[L; M] z - rhs| */
+void hqp_least_squares(hqp_solver *s, int column) {
+    double *z = s->reduced + column;
+    if (s->fit_rank < s->fit_count) fold_dependent(s, column);
+    for (int i = 0; i < s->fit_rank; i++) {
+        const double *row = hqp_row(s, s->fit_rows, s->fit_order[i]) + column;
+        double sum = s->rhs[i];
+        for (int k = 0; k < i; k++) sum -= row[k] * z[k];
+        z[i] = sum / row[i];
+    }
+}

@@ -1,0 +1,231 @@
+/*
+ * The working set of a level: its factorisation, the step it asks for, the multipliers that judge it, and
+ * what is frozen when the level is solved. It consists of hard rows of earlier levels held at a bound
+ * (`work`) and rows of the level fitted by least squares (`fit`: equalities and violated rows): the rows
+ * whose `side` is not 0.
+ */
+#include "hqp_internal.h"
+
+#include <string.h>
+
+static const double CLEAR = 10.0; /* times rounding: a multiplier that is certainly not zero */
+
+/* Q^T applied to the working set: work Q = [L 0], fit Q = [F L 0] in the columns that earlier levels left
+ * free. */
+void hqp_factorise(hqp_solver *s, int level) {
+    s->top = s->rank;
+    s->work_count = s->fit_count = 0;
+    for (int i = 0; i < s->row0[level]; i++) {
+        if (hqp_is_hard(s, i) && s->side[i]) s->work[s->work_count++] = i;
+    }
+    for (int i = s->row0[level]; i < s->row0[level + 1]; i++) {
+        if (s->side[i]) s->fit[s->fit_count++] = i;
+    }
+    hqp_bring(s, s->work, s->work_count);
+    for (int i = 0; i < s->work_count; i++) hqp_copy_base(s, s->work_rows, i, s->work[i]);
+    s->work_rank = hqp_lq(s, s->work_rows, s->work, s->work_order, s->work_count);
+    for (int i = s->work_rank; i < s->work_count; i++) s->side[s->work[s->work_order[i]]] = 0;
+
+    hqp_bring(s, s->fit, s->fit_count);
+    for (int i = 0; i < s->fit_count; i++) {
+        hqp_copy_base(s, s->fit_rows, i, s->fit[i]);
+        s->fit_order[i] = i;
+    }
+    for (int k = s->rank; k < s->top; k++) hqp_reflect(s, k, s->fit_rows, s->fit_order, s->fit_count);
+    s->fit_rank = hqp_lq(s, s->fit_rows, s->fit, s->fit_order, s->fit_count);
+}
+
+static double missing(const hqp_solver *s, int id) {
+    return hqp_bound(s, id, s->side[id]) - s->value[id];
+}
+
+/*
+ * The shortest step from x that minimises the fitted rows, with the work rows kept where they are (keep != 0)
+ * or brought exactly onto their bounds: L y = missing for work, then [L; M] z ~ missing - F y for fit, step =
+ * Q (y, z).
+ */
+void hqp_find_step(hqp_solver *s, int keep) {
+    const int brought = keep ? 0 : s->work_rank;
+    double *y = s->reduced + s->rank;
+    memset(s->reduced, 0, (size_t)s->ld * sizeof(double));
+    for (int i = 0; i < brought; i++) {
+        const int r = s->work_order[i];
+        const double *row = hqp_row(s, s->work_rows, r) + s->rank;
+        double sum = missing(s, s->work[r]);
+        for (int k = 0; k < i; k++) sum -= row[k] * y[k];
+        y[i] = sum / row[i];
+    }
+    for (int i = 0; i < s->fit_count; i++) {
+        const int r = s->fit_order[i];
+        const double *row = hqp_row(s, s->fit_rows, r) + s->rank;
+        double sum = missing(s, s->fit[r]);
+        for (int k = 0; k < brought; k++) sum -= row[k] * y[k];
+        s->rhs[i] = sum;
+    }
+    hqp_least_squares(s, s->rank + s->work_rank);
+    memcpy(s->step, s->reduced, (size_t)s->ld * sizeof(double));
+    for (int k = s->top - 1; k >= 0; k--) hqp_reflect_row(s, k, s->step);
+}
+
+static const double *work_triangle(const hqp_solver *s, int i) {
+    return hqp_row(s, s->work_rows, s->work_order[i]) + s->rank;
+}
+
+/* What rounding can do to multiplier i: column i of |L^{-1}| times error, the rounding of the right-hand
+ * sides. */
+static double rounding_of(hqp_solver *s, int i, const double *error) {
+    double *column = s->reduced, sum = 0.0;
+    for (int j = i; j < s->work_rank; j++) {
+        const double *row = work_triangle(s, j);
+        double z = j == i ? 1.0 : 0.0;
+        for (int k = i; k < j; k++) z -= row[k] * column[k];
+        column[j] = z / row[j];
+        sum += fabs(column[j]) * error[j];
+    }
+    return sum;
+}
+
+/*
+ * Multipliers of the work rows where the rows of the level have these values: L^T multiplier = F^T (value -
+ * bound), times the norm of the row and signed so that they must not be negative. rounding: what is as good
+ * as zero.
+ */
+void hqp_find_multipliers(hqp_solver *s, const double *value, double x_norm) {
+    const double unit = s->settings.rounding;
+    const int count = s->work_rank;
+    double *lambda = s->multiplier, *error = s->step;
+    for (int k = 0; k < count; k++) lambda[k] = error[k] = 0.0;
+    for (int i = 0; i < s->fit_count && count > 0; i++) {
+        const int id = s->fit[i];
+        const double *row = hqp_row(s, s->fit_rows, i) + s->rank;
+        const double bound = hqp_bound(s, id, s->side[id]), residual = value[id] - bound;
+        const double of_value = unit * (fabs(bound) + s->norm[id] * x_norm);
+        const double of_row = unit * s->norm[id] * fabs(residual);
+        for (int k = 0; k < count; k++) {
+            lambda[k] += row[k] * residual;
+            error[k] += fabs(row[k]) * of_value + of_row;
+        }
+    }
+    for (int i = count - 1; i >= 0; i--) {
+        const double *row = work_triangle(s, i);
+        lambda[i] /= row[i];
+        error[i] += unit * fabs(row[i] * lambda[i]);
+        for (int k = 0; k < i; k++) {
+            lambda[k] -= row[k] * lambda[i];
+            error[k] += unit * fabs(row[k] * lambda[i]);
+        }
+    }
+    for (int i = 0; i < count; i++) {
+        const int id = s->work[s->work_order[i]];
+        s->rounding[i] = rounding_of(s, i, error) * s->norm[id];
+        lambda[i] *= -s->side[id] * s->norm[id];
+    }
+}
+
+void hqp_move_to_trial(hqp_solver *s) {
+    double *swap = s->x;
+    s->x = s->trial;
+    s->trial = swap;
+    swap = s->value;
+    s->value = s->trial_value;
+    s->trial_value = swap;
+    s->x_norm = s->trial_norm;
+}
+
+int hqp_out_of_iterations(hqp_solver *s) {
+    if (s->iterations >= s->iteration_limit) return 1;
+    s->iterations++;
+    return 0;
+}
+
+/* Take out of the working set what need not be frozen. Returns how many rows. */
+static int release_doubtful(hqp_solver *s, int level) {
+    int changes = 0;
+    hqp_find_multipliers(s, s->value, s->x_norm);
+    for (int i = 0; i < s->work_rank; i++) {
+        const int id = s->work[s->work_order[i]];
+        if (s->forced[id] || s->multiplier[i] > CLEAR * s->rounding[i]) continue;
+        s->side[id] = 0;
+        changes++;
+    }
+    for (int i = s->row0[level]; i < s->row0[level + 1]; i++) {
+        if (s->kind[i] != HQP_RANGE || !s->side[i] || s->forced[i]) continue;
+        if (hqp_outside(s, i, s->value[i], s->x_norm)) continue;
+        s->side[i] = 0;
+        changes++;
+    }
+    return changes;
+}
+
+/*
+ * The level is minimal at x: hold its fitted rows for ever, and with them the work rows whose multiplier is
+ * clearly not zero (at every minimiser they lie at their bound). What is doubtful stays a hard row, which is
+ * always right.
+ */
+void hqp_freeze(hqp_solver *s, int level) {
+    if (release_doubtful(s, level)) hqp_factorise(s, level);
+    for (int i = 0; i < s->row0[level]; i++) {
+        if (!hqp_is_hard(s, i)) continue;
+        if (s->side[i]) {
+            s->frozen_at[i] = s->guess_held_at[i] = (short)level;
+            s->guess_held_side[i] = s->side[i];
+        } else if (s->guess_held_at[i] == level) {
+            s->guess_held_at[i] = -1;
+        }
+    }
+    for (int k = s->rank; k < s->top; k++) s->column_row[k] = -1;
+    for (int i = 0; i < s->work_rank; i++) s->column_row[s->rank + i] = s->work[s->work_order[i]];
+    s->rank = s->top;
+}
+
+/* Give the level's rows, and the hard rows it is to hold, the sides of the guess. Returns how many rows to
+ * fit. */
+int hqp_seat_guess(hqp_solver *s, int level) {
+    int fitted = 0;
+    for (int i = s->row0[level]; i < s->row0[level + 1]; i++) {
+        const int side = s->kind[i] == HQP_EQUALITY ? 1 : s->kind[i] == HQP_RANGE ? s->guess_side[i] : 0;
+        s->side[i] = isfinite(hqp_bound(s, i, side)) ? (signed char)side : 0;
+        fitted += s->side[i] != 0;
+    }
+    for (int i = 0; i < s->row0[level] && fitted; i++) {
+        if (!hqp_is_hard(s, i) || s->guess_held_at[i] != level) continue;
+        if (isfinite(hqp_bound(s, i, s->guess_held_side[i]))) s->side[i] = s->guess_held_side[i];
+    }
+    return fitted;
+}
+
+/* Equalities, and the rows of the level that x violates, get their side. Returns whether x misses any of
+ * them. */
+int hqp_seat_violated(hqp_solver *s, int level) {
+    int violated = 0;
+    for (int i = s->row0[level]; i < s->row0[level + 1]; i++) {
+        s->value[i] = hqp_value(s, i, s->x);
+        const int now = s->kind[i] == HQP_IDLE ? 0 : hqp_outside(s, i, s->value[i], s->x_norm);
+        s->side[i] = s->kind[i] == HQP_EQUALITY ? 1 : (signed char)now;
+        violated |= now;
+    }
+    return violated;
+}
+
+/* The level is over: rows it leaves violated keep their value for good, the others become hard rows. */
+void hqp_close_level(hqp_solver *s, int level) {
+    for (int i = s->row0[level]; i < s->row0[level + 1]; i++) {
+        if (s->kind[i] != HQP_RANGE) continue;
+        s->guess_side[i] = s->side[i];
+        s->frozen_at[i] = s->side[i] ? (short)level : -1;
+    }
+    memset(s->side, 0, (size_t)s->row0[level + 1]);
+}
+
+/* Take the factorisation and the rows of earlier levels back to the start of level `first`; x is where it
+ * begins. */
+void hqp_rewind(hqp_solver *s, int first) {
+    s->rank = s->rank_at[first];
+    s->x_norm = hqp_length(s, s->x);
+    for (int i = 0; i < s->total; i++) {
+        if (s->done[i] > s->rank) s->done[i] = 0;
+        if (s->frozen_at[i] >= first) s->frozen_at[i] = -1;
+        s->side[i] = 0;
+    }
+    for (int i = 0; i < s->row0[first]; i++) s->value[i] = hqp_value(s, i, s->x);
+}

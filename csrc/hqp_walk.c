@@ -1,0 +1,237 @@
+/*
+ * The second method, for what the sweep does not settle: one level after the other with certainty.
+ *
+ * phi(x) = 1/2 dist(rows of the level, their bounds)^2 is convex and piecewise quadratic, and x is a
+ * minimiser of the levels before. First, working sets are tried and corrected as a whole, and kept only if
+ * they prove optimal. Where this does not settle, a primal active-set descent follows: phi falls at each step
+ * and hard rows never break.
+ */
+#include "hqp_internal.h"
+
+#include <stdint.h>
+#include <string.h>
+
+enum { TRIALS = 6, PATIENCE = 8 };
+static const double DOUBT = 0.1; /* times rounding: a multiplier that is wrong by less is left alone */
+
+/* row . x for the hard rows of earlier levels and the rows of this one */
+static void level_values(const hqp_solver *s, int level, const double *x, double *value) {
+    for (int i = 0; i < s->row0[level + 1]; i++) {
+        if (i >= s->row0[level] || hqp_is_hard(s, i)) value[i] = hqp_value(s, i, x);
+    }
+}
+
+/* trial = x + length step, and the values there */
+static void make_trial(hqp_solver *s, int level, double length) {
+    for (int i = 0; i < s->ld; i++) s->trial[i] = s->x[i] + length * s->step[i];
+    s->trial_norm = hqp_length(s, s->trial);
+    level_values(s, level, s->trial, s->trial_value);
+}
+
+/* Fit rows of the level whose violation began, drop those where it clearly ended. Returns how many changed.
+ */
+static int revise_fit(hqp_solver *s, int level, const double *value, double x_norm) {
+    int changes = 0;
+    for (int i = s->row0[level]; i < s->row0[level + 1]; i++) {
+        if (s->kind[i] != HQP_RANGE) continue;
+        const int now = hqp_outside(s, i, value[i], x_norm);
+        if (now == s->side[i] || (now == 0 && hqp_at_bound(s, i, s->side[i], value[i], x_norm))) continue;
+        s->side[i] = (signed char)now;
+        changes++;
+    }
+    return changes;
+}
+
+static int is_wrong(const hqp_solver *s, int i) {
+    return s->multiplier[i] < -DOUBT * s->rounding[i];
+}
+
+/* Hold hard rows that broke, release work rows with a wrong multiplier. Returns how many changed. */
+static int revise_work(hqp_solver *s, int level) {
+    int changes = 0;
+    hqp_find_multipliers(s, s->trial_value, s->trial_norm);
+    for (int i = 0; i < s->row0[level]; i++) {
+        if (!hqp_is_hard(s, i) || s->side[i]) continue;
+        s->side[i] = (signed char)hqp_outside(s, i, s->trial_value[i], s->trial_norm);
+        changes += s->side[i] != 0;
+    }
+    for (int i = 0; i < s->work_rank; i++) {
+        if (!is_wrong(s, i)) continue;
+        s->side[s->work[s->work_order[i]]] = 0;
+        changes++;
+    }
+    return changes;
+}
+
+/* Take whole steps from the same x, correct the working set where it proved wrong, and move once it is right.
+ */
+static int settle_by_trial(hqp_solver *s, int level) {
+    for (int trial = 0; trial < TRIALS; trial++) {
+        if (trial > 0 && hqp_out_of_iterations(s)) return 0;
+        hqp_factorise(s, level);
+        hqp_find_step(s, 0);
+        make_trial(s, level, 1.0);
+        const int changes = revise_work(s, level);
+        if (revise_fit(s, level, s->trial_value, s->trial_norm) + changes) continue;
+        hqp_move_to_trial(s);
+        return 1;
+    }
+    return 0;
+}
+
+/* Longest step along which no hard row breaks; *block is the row that ends it, or -1 */
+static double longest_step(const hqp_solver *s, int level, const double *slope, int *block) {
+    const double least = 2.0 * s->settings.rank * hqp_length(s, s->step);
+    double longest = INFINITY;
+    *block = -1;
+    for (int i = 0; i < s->row0[level]; i++) {
+        if (!hqp_is_hard(s, i) || s->side[i] || !(fabs(slope[i]) > least * s->norm[i])) continue;
+        const double bound = slope[i] > 0.0 ? s->ub[i] : s->lb[i];
+        const double reach = fmax((bound - s->value[i]) / slope[i], 0.0);
+        if (reach >= longest) continue;
+        longest = reach;
+        *block = i;
+    }
+    return longest;
+}
+
+/* Minimise phi(x + alpha step) over [0, limit]: its derivative is piecewise linear, walk from kink to kink.
+ */
+static double line_search(const hqp_solver *s, int level, const double *slope, double limit) {
+    double alpha = 0.0;
+    for (int kinks = 2 * (s->row0[level + 1] - s->row0[level]); kinks >= 0; kinks--) {
+        double first = 0.0, second = 0.0, next = limit;
+        for (int i = s->row0[level]; i < s->row0[level + 1]; i++) {
+            if (s->kind[i] == HQP_IDLE || slope[i] == 0.0) continue;
+            const double upper = (s->ub[i] - s->value[i]) / slope[i],
+                         lower = (s->lb[i] - s->value[i]) / slope[i];
+            if (upper > alpha && upper < next) next = upper;
+            if (lower > alpha && lower < next) next = lower;
+            const int above = s->kind[i] == HQP_EQUALITY || (slope[i] > 0.0 ? upper <= alpha : upper > alpha);
+            const int below = slope[i] > 0.0 ? lower > alpha : lower <= alpha;
+            if (!above && !below) continue;
+            first += (s->value[i] + alpha * slope[i] - (above ? s->ub[i] : s->lb[i])) * slope[i];
+            second += slope[i] * slope[i];
+        }
+        if (!(first < 0.0)) return alpha;
+        if (alpha - first / second < next) return alpha - first / second;
+        if (!(next < INFINITY)) return alpha;
+        alpha = next;
+        if (alpha >= limit) return limit;
+    }
+    return alpha;
+}
+
+/* Release one work row with a wrong multiplier: the worst, or the first where progress has ceased. */
+static int release_one(hqp_solver *s, int lowest_index) {
+    double worst = 0.0;
+    int release = -1;
+    hqp_find_multipliers(s, s->value, s->x_norm);
+    for (int i = 0; i < s->work_rank; i++) {
+        const int id = s->work[s->work_order[i]];
+        if (!is_wrong(s, i)) continue;
+        if (lowest_index ? release >= 0 && id > release : s->multiplier[i] >= worst) continue;
+        worst = s->multiplier[i];
+        release = id;
+    }
+    if (release >= 0) s->side[release] = 0;
+    return release >= 0;
+}
+
+/* Start from what the trials hold and x really touches. */
+static void begin_descent(hqp_solver *s, int level) {
+    for (int i = 0; i < s->row0[level]; i++) {
+        if (hqp_is_hard(s, i) && s->side[i] && !hqp_at_bound(s, i, s->side[i], s->value[i], s->x_norm))
+            s->side[i] = 0;
+    }
+    hqp_seat_violated(s, level);
+}
+
+/* no fitted row would change by more than its tolerance: x already minimises the piece */
+static int negligible(const hqp_solver *s, const double *slope) {
+    for (int i = 0; i < s->fit_count; i++) {
+        const int id = s->fit[i];
+        if (fabs(slope[id]) > hqp_tolerance(s, id, hqp_bound(s, id, s->side[id]), s->x_norm)) return 0;
+    }
+    return 1;
+}
+
+/*
+ * Rows of the level at their bound, to within rounding, that the step carries outside at once join the fitted
+ * rows: phi is the same with and without them, and the next step minds them. Returns how many.
+ */
+static int fit_outgoing(hqp_solver *s, int level, const double *slope) {
+    int added = 0;
+    for (int i = s->row0[level]; i < s->row0[level + 1]; i++) {
+        if (s->kind[i] != HQP_RANGE || s->side[i] || slope[i] == 0.0) continue;
+        const int side = slope[i] < 0.0 ? -1 : 1;
+        if (!isfinite(hqp_bound(s, i, side)) || !hqp_at_bound(s, i, side, s->value[i], s->x_norm)) continue;
+        s->side[i] = (signed char)side;
+        added++;
+    }
+    return added;
+}
+
+enum progress { MOVED, STUCK, MINIMAL }; /* MINIMAL: on the face of the working set */
+
+static enum progress descent_step(hqp_solver *s, int level) {
+    int block;
+    hqp_factorise(s, level);
+    hqp_find_step(s, 1);
+    double *slope = s->trial_value;
+    level_values(s, level, s->step, slope);
+    if (negligible(s, slope)) return MINIMAL;
+    const double limit = longest_step(s, level, slope, &block);
+    const double length = line_search(s, level, slope, limit);
+    const int blocked = block >= 0 && length >= limit;
+    if (!blocked && length < 1e-6 && fit_outgoing(s, level, slope)) return STUCK;
+    if (!blocked && !(length > 0.0)) return MINIMAL;
+    if (blocked) s->side[block] = slope[block] < 0.0 ? -1 : 1;
+    make_trial(s, level, length);
+    hqp_move_to_trial(s);
+    const int revised = revise_fit(s, level, s->value, s->x_norm);
+    if (!(length > 0.0)) return STUCK;
+    return !blocked && !revised && fabs(length - 1.0) < 1e-9 ? MINIMAL : MOVED;
+}
+
+static uint64_t fingerprint(const hqp_solver *s, int level) {
+    uint64_t hash = 14695981039346656037u;
+    for (int i = 0; i < s->row0[level + 1]; i++) hash = (hash ^ (uint64_t)(s->side[i] + 1)) * 1099511628211u;
+    return hash;
+}
+
+/*
+ * Primal descent. After PATIENCE steps without progress rows are released by lowest index (Bland), and a
+ * working set that comes back without progress in between (Brent's cycle detection) ends the level.
+ */
+static hqp_status descend(hqp_solver *s, int level) {
+    int stalled = 0, checkpoint = PATIENCE;
+    uint64_t mark = 0;
+    begin_descent(s, level);
+    while (!hqp_out_of_iterations(s)) {
+        const enum progress progress = descent_step(s, level);
+        if (progress == MINIMAL && !release_one(s, stalled > PATIENCE)) return HQP_SOLVED;
+        stalled = progress == MOVED ? 0 : stalled + 1;
+        if (stalled < PATIENCE) continue;
+        const uint64_t now = fingerprint(s, level);
+        if (stalled > PATIENCE && now == mark) return HQP_REPEATED_SET;
+        if (stalled < checkpoint) continue;
+        mark = now;
+        checkpoint = 2 * stalled;
+    }
+    return HQP_ITERATION_CAP;
+}
+
+/* Solve one level from a minimiser x of the levels before. */
+hqp_status hqp_walk(hqp_solver *s, int level) {
+    hqp_status status = HQP_SOLVED;
+    const int violated = hqp_seat_violated(s, level);
+    if (s->rank < s->n) {
+        if (violated && s->warm) hqp_seat_guess(s, level);
+        if (violated && !settle_by_trial(s, level)) status = descend(s, level);
+        if (!violated) hqp_factorise(s, level);
+        if (status != HQP_ITERATION_CAP) hqp_freeze(s, level);
+    }
+    hqp_close_level(s, level);
+    return status;
+}

@@ -1,0 +1,93 @@
+"""The problem: levels of rows over one vector x, and the error of this package."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+class HqpError(Exception):
+    """A problem that cannot be posed as asked.
+
+    Attributes:
+        what: the thing that is wrong, e.g. "C".
+        why: what was found and what was expected.
+        mend: what to do instead.
+    """
+
+    def __init__(self, what: str, why: str, mend: str) -> None:
+        super().__init__(f"{what} {why}; {mend}")
+        self.what, self.why, self.mend = what, why, mend
+
+
+def _absent() -> Array:
+    return np.empty((0, 0))
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Level:
+    """One level: A x + w = b and lb <= C x + v <= ub, |w|^2 + |v|^2 to be least. Either part may be absent.
+
+    The arrays are kept, not copied: write new numbers into them between solves.
+
+    Attributes:
+        A: (equalities, n), float64 and C-contiguous like all of them.
+        b: (equalities,).
+        C: (inequalities, n).
+        lb: (inequalities,), -inf where there is no bound.
+        ub: (inequalities,), +inf where there is no bound.
+
+    Raises:
+        HqpError: an array of another type, shape or memory order.
+    """
+
+    A: Array = field(default_factory=_absent)
+    b: Array = field(default_factory=_absent)
+    C: Array = field(default_factory=_absent)
+    lb: Array = field(default_factory=_absent)
+    ub: Array = field(default_factory=_absent)
+
+    def __post_init__(self) -> None:
+        for name, ndim in (("A", 2), ("b", 1), ("C", 2), ("lb", 1), ("ub", 1)):
+            value = getattr(self, name)
+            if isinstance(value, np.ndarray) and value.shape == (0, 0):  # absent: as wide as the other part
+                n = max(np.shape(self.A)[-1:] + np.shape(self.C)[-1:], default=0)
+                object.__setattr__(self, name, np.empty((0, n) if ndim == 2 else 0))
+            else:
+                _check(name, value, ndim)
+        if self.A.shape[1] != self.C.shape[1]:
+            raise HqpError(
+                "C", f"has {self.C.shape[1]} columns and A has {self.A.shape[1]}", "both have one per x_i"
+            )
+        if self.A.shape[1] == 0:
+            raise HqpError(
+                "Level", "has neither A nor C", "give at least one of them, if need be of shape (0, n)"
+            )
+        for matrix, vector in (("A", "b"), ("C", "lb"), ("C", "ub")):
+            rows, entries = len(getattr(self, matrix)), len(getattr(self, vector))
+            if rows != entries:
+                raise HqpError(
+                    vector, f"has {entries} entries and {matrix} has {rows} rows", "give one per row"
+                )
+
+    @property
+    def n(self) -> int:
+        """Number of variables."""
+        return int(self.A.shape[1])
+
+    @property
+    def rows(self) -> tuple[int, int]:
+        """Numbers of equality and of inequality rows."""
+        return len(self.A), len(self.C)
+
+
+def _check(name: str, value: object, ndim: int) -> None:
+    if not isinstance(value, np.ndarray) or value.dtype != np.float64:
+        kind = f"{value.dtype} array" if isinstance(value, np.ndarray) else type(value).__name__
+        raise HqpError(name, f"is of type {kind}", f"pass np.ascontiguousarray({name}, dtype=np.float64)")
+    if value.ndim != ndim:
+        raise HqpError(name, f"has shape {value.shape}", f"it must have {ndim} dimension{'s' * (ndim > 1)}")
+    if not value.flags.c_contiguous:
+        raise HqpError(name, "is not C-contiguous", f"pass np.ascontiguousarray({name})")
