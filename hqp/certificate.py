@@ -1,0 +1,92 @@
+"""Proof of optimality for a hierarchical problem from its data and a point alone: no solver is involved.
+
+With s the slack at x, level p is minimal over the minimisers of the levels before it exactly where the
+gradient of 1/2 |s_p|^2 lies in the cone of the rows that earlier levels hold: equalities and rows left
+violated (of either sign), and rows at a bound (pointing inside). How far it is from there is a non-negative
+least-squares problem.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import nnls
+
+from .problem import Array, Level
+
+Mask = NDArray[np.bool_]
+
+
+def slacks(level: Level, x: Array) -> tuple[Array, Array]:
+    """Slacks of one level at x.
+
+    Returns:
+        w (equalities,) = b - A x, and v (inequalities,), the smallest correction that brings C x into bounds.
+    """
+    value = level.C @ x
+    return level.b - level.A @ x, np.clip(value, level.lb, level.ub) - value
+
+
+def slack_norms(levels: Sequence[Level], x: Array) -> Array:
+    """Length of (w, v) of each level at x, (levels,)."""
+    return np.array([np.linalg.norm(np.concatenate(slacks(level, x))) for level in levels])
+
+
+def certificate(levels: Sequence[Level], x: Array, tolerance: float = 1e-9) -> Array:
+    """Distance of each level's gradient from the cone of the earlier levels' rows.
+
+    It is divided by the level's largest row norm, so that it has the unit of the slack, and by 1 + |slack|,
+    so that it is relative where the slack is large.
+
+    Args:
+        levels: the problem.
+        x: the point to judge, (n,).
+        tolerance: times (1 + |bound| + |row| |x|), how far a row may miss its bound before it counts as
+            violated, and how close to it it must be to count as active.
+
+    Returns:
+        (levels,), 0 where the level is proven minimal.
+    """
+    n = x.shape[0]
+    free, cone = np.zeros((0, n)), np.zeros((0, n))
+    distances = np.zeros(len(levels))
+    for p, level in enumerate(levels):
+        w, v = slacks(level, x)
+        row_norm = np.linalg.norm(np.vstack([level.A, level.C]), axis=1).max(initial=1e-300)
+        scale = row_norm * (1.0 + np.linalg.norm(np.concatenate([w, v])))
+        distances[p] = _distance((level.A.T @ w + level.C.T @ v) / -scale, free, cone)
+        held, lower, upper = _activity(level, x, tolerance)
+        free = np.vstack([free, _unit(level.A), _unit(level.C[held])])
+        cone = np.vstack([cone, _unit(level.C[lower]), -_unit(level.C[upper])])
+    return distances
+
+
+def _activity(level: Level, x: Array, tolerance: float) -> tuple[Mask, Mask, Mask]:
+    """Masks of the rows of C that are held at a value, that lie at their lower and at their upper bound."""
+    value, norm = level.C @ x, np.linalg.norm(level.C, axis=1)
+    reach_lb = tolerance * (1.0 + np.abs(np.nan_to_num(level.lb)) + norm * np.linalg.norm(x))
+    reach_ub = tolerance * (1.0 + np.abs(np.nan_to_num(level.ub)) + norm * np.linalg.norm(x))
+    lower, upper = value <= level.lb + reach_lb, value >= level.ub - reach_ub
+    violated = (value < level.lb - reach_lb) | (value > level.ub + reach_ub)
+    held = violated | (lower & upper)
+    return held, lower & ~held, upper & ~held
+
+
+def _unit(rows: Array) -> Array:
+    norms = np.linalg.norm(rows, axis=1)
+    return np.asarray(rows[norms > 0.0] / norms[norms > 0.0, None])
+
+
+def _distance(gradient: Array, free: Array, cone: Array) -> float:
+    """Distance of the gradient from {free^T y + cone^T z: z >= 0}."""
+    if len(free):
+        _, sizes, right = np.linalg.svd(free, full_matrices=False)
+        basis = right[sizes > 1e-9 * sizes[0]]
+        gradient = gradient - basis.T @ (basis @ gradient)
+        cone = cone - (cone @ basis.T) @ basis
+    norms = np.linalg.norm(cone, axis=1)
+    cone = cone[norms > 1e-9] / norms[norms > 1e-9, None]
+    if len(cone):
+        z, _ = nnls(cone.T, gradient, maxiter=100 * len(cone))
+        gradient = gradient - cone.T @ z
+    return float(np.linalg.norm(gradient))
