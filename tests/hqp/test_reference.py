@@ -1,0 +1,24 @@
+import numpy as np
+import pytest
+from hapticd.hqp import solve
+from hapticd.hqp.certificate import slack_norms
+from hapticd.hqp.generate import KINDS, problem
+from hapticd.hqp.reference import first_mismatch, reference
+
+# the cascade's own accuracy is too low for these
+BEYOND = {"nearly_parallel", "badly_scaled", "rank_deficient"}
+
+
+def test_a_mismatch_is_absolute_for_small_norms_and_relative_for_large_ones():
+    expected = np.array([0.0, 100.0])
+    assert first_mismatch(np.array([1e-7, 100.0]), expected, 1e-6) is None
+    assert first_mismatch(np.array([0.0, 100.0 + 1e-5]), expected, 1e-6) is None
+    assert first_mismatch(np.array([1e-5, 200.0]), expected, 1e-6) == 0
+
+
+@pytest.mark.parametrize("kind", sorted(KINDS.keys() - BEYOND))
+def test_the_cascade_finds_the_same_slacks(kind):
+    for seed in range(12):
+        levels = problem(kind, seed, n=2 + seed, levels=1 + seed % 5)
+        norms = slack_norms(levels, solve(levels).x)
+        assert first_mismatch(norms, slack_norms(levels, reference(levels)), 1e-6) is None, seed

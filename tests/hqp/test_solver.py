@@ -1,0 +1,280 @@
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from hapticd.hqp import HqpError, Level, Solver, Status, solve
+from hapticd.hqp.certificate import certificate, slack_norms
+from hapticd.hqp.generate import KINDS, problem
+
+
+def equalities(A, b):
+    return Level(A=np.array(A, dtype=float), b=np.array(b, dtype=float))
+
+
+def ranges(C, lb, ub):
+    return Level(C=np.array(C, dtype=float), lb=np.array(lb, dtype=float), ub=np.array(ub, dtype=float))
+
+
+def fresh(levels, **settings):
+    return Solver(levels[0].n, [level.rows for level in levels], **settings)
+
+
+def test_one_equality_is_met_by_the_shortest_x():
+    solution = solve([equalities([[3.0, 4.0]], [25.0])])
+    assert np.allclose(solution.x, [3.0, 4.0], atol=1e-14)
+    assert solution.status is Status.SOLVED and not solution.unique
+
+
+def test_a_lower_level_yields_to_an_upper_one():
+    solution = solve([equalities([[1.0]], [1.0]), equalities([[1.0]], [3.0])])
+    assert solution.x == pytest.approx([1.0])
+    assert solution.w[0] == pytest.approx([0.0]) and solution.w[1] == pytest.approx([2.0])
+    assert solution.unique
+
+
+def test_slack_is_what_brings_a_row_into_its_bounds():
+    solution = solve([equalities(np.eye(3), [5.0, -5.0, 0.5]), ranges(np.eye(3), [-1] * 3, [1] * 3)])
+    assert np.allclose(solution.v[1], [-4.0, 4.0, 0.0])
+    assert solution.active[1].tolist() == [1, -1, 0]
+
+
+def test_conflicting_rows_of_one_level_share_the_slack():
+    solution = solve([ranges([[1.0], [1.0]], [2.0, -np.inf], [np.inf, 0.0])])
+    assert solution.x == pytest.approx([1.0])
+    assert solution.v[0] == pytest.approx([1.0, -1.0])
+
+
+def test_what_need_not_move_does_not_move():
+    solver = Solver(2, [(1, 0)])
+    levels = [equalities([[1.0, 0.0]], [1.0])]
+    solver.solve(levels)
+    levels[0].A[:] = [[0.0, 1.0]]
+    assert np.allclose(solver.solve(levels).x, [1.0, 1.0])
+
+
+def test_equal_bounds_are_an_equality():
+    as_range = solve([ranges([[1.0, 2.0]], [3.0], [3.0]), equalities(np.eye(2), [0.0, 0.0])])
+    as_equality = solve([equalities([[1.0, 2.0]], [3.0]), equalities(np.eye(2), [0.0, 0.0])])
+    assert np.allclose(as_range.x, as_equality.x, atol=1e-14)
+    assert as_range.active[0].tolist() == [1]
+
+
+def test_bounds_crossed_by_rounding_close_to_a_point_between_them():
+    solution = solve([ranges([[1.0]], [1000.0], [1000.0 - 1e-7])])
+    assert solution.status is Status.SOLVED
+    assert 1000.0 - 1e-7 <= solution.x[0] <= 1000.0
+
+
+def test_a_zero_row_keeps_its_slack_and_is_never_active():
+    levels = [ranges([[0.0, 0.0]], [1.0], [2.0]), equalities(np.eye(2), [3.0, 4.0])]
+    solution = solve(levels)
+    assert np.allclose(solution.x, [3.0, 4.0])
+    assert solution.v[0].tolist() == [1.0] and solution.active[0].tolist() == [0]
+
+
+def test_the_solution_is_the_solvers_own_and_holds_until_the_next_call():
+    solver = Solver(1, [(1, 0)])
+    levels = [equalities([[1.0]], [1.0])]
+    first = solver.solve(levels)
+    levels[0].b[0] = 2.0
+    assert solver.solve(levels) is first and first.x[0] == 2.0
+
+
+def test_arrays_are_bound_again_for_another_sequence():
+    solver = Solver(1, [(1, 0)])
+    assert solver.solve([equalities([[1.0]], [1.0])]).x[0] == 1.0
+    assert solver.solve([equalities([[1.0]], [7.0])]).x[0] == 7.0
+
+
+def test_levels_of_another_shape_are_refused_with_both_shapes():
+    solver = Solver(2, [(1, 0)])
+    with pytest.raises(HqpError, match=r"\(\(2, 0\),\).*made for \(\(1, 0\),\)"):
+        solver.solve([equalities(np.eye(2), [0.0, 0.0])])
+    with pytest.raises(HqpError, match=r"3 columns.*n = 2"):
+        solver.solve([equalities([[1.0, 0.0, 0.0]], [0.0])])
+    with pytest.raises(HqpError, match="empty"):
+        solve([])
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [(0, [(1, 0)]), (1025, [(1, 0)]), (2, []), (2, [(5000, 0)]), (2, [(-1, 0)]), (2, [(1, 1)] * 257)],
+)
+def test_a_size_out_of_range_is_refused(arguments):
+    with pytest.raises(HqpError, match="out of range"):
+        Solver(*arguments)
+
+
+@pytest.mark.parametrize(
+    "setting", [{"feasibility": 0.0}, {"rank": 1.0}, {"rounding": -1.0}, {"max_iterations": -1}]
+)
+def test_a_setting_out_of_range_is_refused(setting):
+    with pytest.raises(HqpError, match="out of range"):
+        Solver(2, [(1, 0)], **setting)
+
+
+@pytest.mark.parametrize(
+    ("part", "value", "status"),
+    [
+        ("A", np.nan, Status.BAD_MATRIX),
+        ("A", np.inf, Status.BAD_MATRIX),
+        ("b", np.nan, Status.BAD_MATRIX),
+        ("b", -np.inf, Status.BAD_MATRIX),
+        ("C", np.nan, Status.BAD_MATRIX),
+        ("C", 1e200, Status.BAD_MATRIX),
+        ("lb", np.nan, Status.BAD_BOUNDS),
+        ("ub", np.nan, Status.BAD_BOUNDS),
+        ("lb", np.inf, Status.BAD_BOUNDS),
+        ("ub", -np.inf, Status.BAD_BOUNDS),
+        ("lb", 1e6, Status.BAD_BOUNDS),
+    ],
+)
+def test_bad_data_give_a_status_the_level_and_the_last_good_x(part, value, status):
+    levels = problem("dense", 3, n=8, levels=3)
+    levels[1] = Level(A=np.ones((1, 8)), b=np.ones(1), C=np.eye(2, 8), lb=-np.ones(2), ub=np.ones(2))
+    solver = fresh(levels)
+    good = solver.solve(levels).x.copy()
+    getattr(levels[1], part).flat[0] = value
+    bad = solver.solve(levels)
+    assert bad.status is status and bad.bad_level == 1
+    assert bad.x.tobytes() == good.tobytes()
+    assert all(np.isnan(w).all() for w in bad.w) and not any(a.any() for a in bad.active)
+    getattr(levels[1], part).flat[0] = 1.0 if part == "ub" else 0.5
+    assert solver.solve(levels).status is Status.SOLVED
+    assert certificate(levels, solver.solve(levels).x).max() < 1e-9
+
+
+def test_a_solution_that_overflows_is_refused():
+    solution = solve([equalities([[1e-99]], [1e99]), equalities([[1e99]], [0.0])])
+    assert np.isfinite(solution.x).all()
+
+
+def test_the_iteration_cap_is_kept_and_upper_levels_stay_optimal():
+    for seed in range(20):
+        levels = problem("dense", seed, n=30, levels=5)
+        solution = solve(levels, max_iterations=1)
+        assert solution.iterations <= 2
+        assert np.isfinite(solution.x).all()
+        if solution.status is Status.ITERATION_CAP:
+            done = solution.levels_done
+            assert done < 5 and certificate(levels, solution.x)[:done].max(initial=0.0) < 1e-8
+            break
+    else:
+        raise AssertionError("no problem reached the cap")
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_warm_and_cold_agree_while_the_data_drift(kind):
+    for seed in range(8):
+        rng = np.random.default_rng(seed)
+        levels = problem(kind, seed)
+        solver = fresh(levels)
+        for _ in range(4):
+            warm = slack_norms(levels, solver.solve(levels).x)
+            cold = slack_norms(levels, solve(levels).x)
+            if kind not in (
+                "nearly_parallel",
+                "mixed",
+            ):  # slacks of lower levels hang on the last digits of upper ones
+                assert np.all(np.abs(warm - cold) <= 1e-6 * (1.0 + cold))
+            assert certificate(levels, solver.solve(levels).x).max() < 1e-6
+            for level in levels:
+                level.A[:] *= 1.0 + 1e-3 * rng.normal()
+                level.b[:] += 1e-2 * rng.normal(size=len(level.b))
+                level.C[:] *= 1.0 + 1e-3 * rng.normal(size=(len(level.C), 1))
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_resolving_later_levels_is_solving_all(kind):
+    for seed in range(8):
+        rng = np.random.default_rng(seed)
+        levels = problem(kind, seed)
+        solver = fresh(levels)
+        solver.solve(levels)
+        for _ in range(4):
+            first = int(rng.integers(len(levels) + 1))
+            for level in levels[first:]:
+                shift = rng.normal(size=len(level.lb))
+                level.lb[:] += shift
+                level.ub[:] += shift
+                level.b[:] += rng.normal(size=len(level.b))
+            solution = solver.resolve(levels, first)
+            assert solution.status is Status.SOLVED
+            assert certificate(levels, solution.x).max() < 1e-6
+
+
+def test_appending_a_level_leaves_the_upper_slacks_unchanged():
+    for seed in range(20):
+        levels = problem("mixed", seed, n=12, levels=6)
+        upper = slack_norms(levels[:5], solve(levels[:5]).x)
+        assert np.allclose(slack_norms(levels, solve(levels).x)[:5], upper, rtol=1e-6, atol=1e-6)
+
+
+def test_row_order_and_duplicated_rows_change_no_slack():
+    for seed in range(20):
+        rng = np.random.default_rng(seed)
+        levels = problem("conflicting", seed, n=10, levels=4)
+        shuffled = []
+        for level in levels:
+            eq, ineq = rng.permutation(len(level.A)), rng.permutation(len(level.C))
+            shuffled.append(
+                Level(A=level.A[eq], b=level.b[eq], C=level.C[ineq], lb=level.lb[ineq], ub=level.ub[ineq])
+            )
+        expected = slack_norms(levels, solve(levels).x)
+        assert np.allclose(slack_norms(levels, solve(shuffled).x), expected, rtol=1e-8, atol=1e-8)
+
+
+def test_scaling_x_changes_no_slack():
+    for seed in range(20):
+        scale = 10.0 ** np.random.default_rng(seed).uniform(-2, 2, size=10)
+        levels = problem("dense", seed, n=10, levels=4)
+        scaled = [Level(A=lv.A * scale, b=lv.b, C=lv.C * scale, lb=lv.lb, ub=lv.ub) for lv in levels]
+        expected = slack_norms(levels, solve(levels).x)
+        assert np.allclose(slack_norms(scaled, solve(scaled).x), expected, rtol=1e-7, atol=1e-7)
+
+
+def test_reset_forgets_everything():
+    levels, others = problem("mixed", 1, n=15, levels=4), problem("mixed", 2, n=15, levels=4)
+    solver = fresh(levels)
+    expected = solver.solve(levels).x.tobytes()
+    for level in levels:
+        level.b[:] += 1.0
+    solver.solve(levels)
+    solver.reset()
+    for level in levels:
+        level.b[:] -= 1.0
+    again = fresh(levels)
+    assert solver.solve(levels).x.tobytes() == again.solve(levels).x.tobytes()
+    assert len(expected) == 8 * others[0].n
+
+
+ANSWERS = """
+import hashlib, sys
+import numpy as np
+from hapticd.hqp import Solver
+from hapticd.hqp.generate import KINDS, problem
+digest = hashlib.sha256()
+padding = [np.empty(int(sys.argv[1])) for _ in range(100)]
+for kind in KINDS:
+    for seed in range(3):
+        levels = problem(kind, seed)
+        solver = Solver(levels[0].n, [level.rows for level in levels])
+        for _ in range(3):
+            solution = solver.solve(levels)
+            for array in (solution.x, *solution.w, *solution.v, *solution.active):
+                digest.update(array.tobytes())
+            for level in levels:
+                level.b[:] += 0.01
+print(digest.hexdigest())
+"""
+
+
+def test_the_same_problems_give_the_same_bits_in_every_process():
+    digests = {
+        subprocess.run(
+            [sys.executable, "-c", ANSWERS, size], check=True, capture_output=True, text=True
+        ).stdout
+        for size in ("1", "1001", "54321")
+    }
+    assert len(digests) == 1
