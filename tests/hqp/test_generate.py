@@ -18,6 +18,24 @@ def test_kinds_are_what_they_say():
     assert np.linalg.matrix_rank(problem("rank_deficient", 1, n=20, levels=1)[0].C) < 20
 
 
+# What once went wrong: clashes in circles, rounding taken for a multiplier, a false minimum of the descent.
+STUBBORN = [
+    ("badly_scaled", (32, 721, 823)),
+    ("mixed", (0, 292)),
+    ("nearly_parallel", (10, 32, 49, 140, 142, 144, 153, 261, 297, 397, 517, 891, 1253, 1283, 1426, 1456)),
+    ("rank_deficient", (270,)),
+]
+
+
+@pytest.mark.parametrize(("kind", "seeds"), STUBBORN)
+def test_stubborn_problems_are_solved_and_proven(kind, seeds):
+    for seed in seeds:
+        levels = problem(kind, seed)
+        solution = solve(levels)
+        assert solution.status is Status.SOLVED, seed
+        assert certificate(levels, solution.x).max() < 1e-6, seed
+
+
 @pytest.mark.parametrize("kind", KINDS)
 def test_every_kind_is_solved_and_proven(kind):
     for seed in range(80):

@@ -27,6 +27,20 @@ def test_every_recorded_tick_is_solved_to_its_optimum(recordings, name, warm):
             assert np.allclose(solution.x, recording.x[tick], rtol=1e-6, atol=1e-6), tick
 
 
+@pytest.mark.parametrize(
+    ("name", "mean", "most"),
+    [("cartesian", 6.5, 40), ("excavator", 5.5, 30), ("door", 4.0, 25), ("cycling", 15, 20)],
+)
+def test_the_sweep_needs_few_working_sets_from_cold(recordings, name, mean, most):
+    recording = recordings[name]
+    solver = Solver(recording.x.shape[1], [level.rows for level in recording.levels(0)])
+    iterations = []
+    for _, levels in recording.replay():
+        solver.reset()
+        iterations.append(solver.solve(levels).iterations)
+    assert np.mean(iterations) <= mean and max(iterations) <= most
+
+
 @pytest.mark.parametrize(("name", "tick"), sorted(IMPROVABLE))
 def test_where_we_differ_from_a_recorded_optimum_ours_is_better_and_proven(recordings, name, tick):
     recording = recordings[name]
