@@ -12,7 +12,7 @@ static const double LARGEST = 1e100, SMALLEST = 1e-100; /* of a coefficient; of 
 static const double CLOSED = 1e-9;                      /* lb > ub by less than this part of them: a point */
 
 hqp_settings hqp_default_settings(void) {
-    return (hqp_settings){.feasibility = 1e-13, .rank = 1e-9, .rounding = 2e-14, .max_iterations = 0};
+    return (hqp_settings){.feasibility = 1e-13, .rank = 1e-9, .rounding = 5e-15, .max_iterations = 0};
 }
 
 const char *hqp_status_name(hqp_status status) {
@@ -128,7 +128,7 @@ hqp_solver *hqp_create(const hqp_dims *dims, const hqp_settings *settings) {
     if (!dims_fit(dims) || !settings_fit(settings)) return NULL;
     hqp_solver shape = {
         .n = dims->n, .levels = dims->levels, .ld = hqp_ceil4(dims->n), .settings = *settings};
-    if (shape.settings.max_iterations == 0) shape.settings.max_iterations = shape.n <= 32 ? 64 : 4 * shape.n;
+    if (shape.settings.max_iterations == 0) shape.settings.max_iterations = shape.n <= 8 ? 64 : 8 * shape.n;
     for (int p = 0; p < dims->levels; p++) {
         const int rows = dims->equalities[p] + dims->inequalities[p];
         if (rows > shape.widest) shape.widest = rows;

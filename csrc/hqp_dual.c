@@ -203,20 +203,35 @@ static void solve_transposed(const hqp_solver *s, double *y) {
     }
 }
 
-/* x at the shortest t that closes the gaps of the held rows: L q = gap, t = basis^T q, L^T multiplier = q */
-static void close_gaps(hqp_solver *s) {
-    double *q = s->held.multiplier, *t = s->reduced;
+/* x += T^T t for the shortest t that closes these gaps of the held rows: L q = gap, t = basis^T q; gap
+ * becomes q */
+static void step_to_bounds(hqp_solver *s, double *gap) {
+    double *q = gap, *t = s->reduced;
     memset(t, 0, (size_t)s->ld * sizeof(double));
     for (int i = 0; i < s->held.count; i++) {
         const double *triangle = line(s, s->held.triangle, i), *basis = line(s, s->held.basis, i);
-        double sum = s->held.gap[i];
-        for (int k = 0; k < i; k++) sum -= triangle[k] * q[k];
-        q[i] = sum / triangle[i];
+        for (int k = 0; k < i; k++) q[i] -= triangle[k] * q[k];
+        q[i] /= triangle[i];
         for (int j = 0; j < freedom(s); j++) t[j] += q[i] * basis[j];
     }
-    solve_transposed(s, q);
-    memcpy(s->x, s->trial, (size_t)s->ld * sizeof(double));
     for (int j = 0; j < freedom(s); j++) hqp_axpy(s->x, t[j], hqp_row(s, s->direction, j), 0, (int)s->ld);
+}
+
+/*
+ * x at the shortest t that brings the held rows to their bounds, and their multipliers, L^T multiplier = q. A
+ * second step mends what rounding left of the first where x* is far away.
+ */
+static void close_gaps(hqp_solver *s) {
+    double *multiplier = s->held.multiplier, *left = s->step;
+    memcpy(s->x, s->trial, (size_t)s->ld * sizeof(double));
+    for (int k = 0; k < s->held.count; k++) multiplier[k] = s->held.gap[k];
+    step_to_bounds(s, multiplier);
+    solve_transposed(s, multiplier);
+    for (int k = 0; k < s->held.count; k++) {
+        const int id = s->held.id[k];
+        left[k] = s->side[id] * (hqp_value(s, id, s->x) - hqp_bound(s, id, s->side[id]));
+    }
+    step_to_bounds(s, left);
 }
 
 /* Hold what the last solve held here, without the rows that would be pulled the wrong way. */

@@ -12,7 +12,7 @@
 #include <string.h>
 
 enum { TRIALS = 6, PATIENCE = 8 };
-static const double DOUBT = 0.1; /* times rounding: a multiplier that is wrong by less is left alone */
+static const double DOUBT = 0.05; /* times rounding: a multiplier that is wrong by less is left alone */
 
 /* row . x for the hard rows of earlier levels and the rows of this one */
 static void level_values(const hqp_solver *s, int level, const double *x, double *value) {

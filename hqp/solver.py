@@ -93,7 +93,7 @@ class Solver:
         rank: a row is dependent on others when less than this part of its norm is left.
         rounding: relative error of row . x; a multiplier that it could have caused counts as zero.
         max_iterations: working sets that may be tried after the first of each level, over the whole solve;
-            0: 64 up to n = 32, beyond that 4 n.
+            0: 8 n, at least 64.
 
     Raises:
         HqpError: a size or a setting that is out of range.
@@ -106,7 +106,7 @@ class Solver:
         *,
         feasibility: float = 1e-13,
         rank: float = 1e-9,
-        rounding: float = 2e-14,
+        rounding: float = 5e-15,
         max_iterations: int = 0,
     ) -> None:
         self.n, self.rows = n, tuple((int(eq), int(ineq)) for eq, ineq in rows)
