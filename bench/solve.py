@@ -189,10 +189,8 @@ def _print_table(figures: dict[str, dict[str, Figures]]) -> None:
     print(f"{'':27}" + "".join(f"{title:>11}" for title in columns.values()))
     for dataset, solvers in figures.items():
         for solver, values in solvers.items():
-            cells = (
-                f"{values[key]:11.{key.endswith(('us', 'mean'))}f}" if key in values else " " * 11
-                for key in columns
-            )
+            digits = {key: 1 if key.endswith(("us", "mean")) else 0 for key in columns}
+            cells = (f"{values[k]:11.{digits[k]}f}" if k in values else " " * 11 for k in columns)
             print(f"{dataset + ' ' + solver:27}" + "".join(cells))
 
 
