@@ -1,4 +1,12 @@
 from setuptools import setup
 
 # cffi has no pyproject key
-setup(cffi_modules=["csrc/build_devices.py:ffi", "csrc/build_hqp.py:ffi"])
+setup(
+    cffi_modules=[
+        "csrc/build.py:control",
+        "csrc/build.py:devices",
+        "csrc/build.py:hqp",
+        "csrc/build.py:plant",
+        "csrc/build.py:runtime",
+    ]
+)

@@ -129,6 +129,11 @@ class Solver:
         self._bound: Sequence[Level] | None = None
         self._kept: list[Level] = []
 
+    @property
+    def solution(self) -> Solution:
+        """The solver's one Solution; all zero before the first solve."""
+        return self._solution
+
     def solve(self, levels: Sequence[Level]) -> Solution:
         """Solve, starting from the last solution and its working sets.
 

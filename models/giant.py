@@ -6,6 +6,7 @@ z, joint 4 raises the forearm, joint 5 tilts the handle, joint 6 turns it about 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import acos, atan2, cos, hypot, pi, sin
 
@@ -87,3 +88,14 @@ def inverse_kinematics(T_base_handle: Array, q_ppu: Array, branch: Branch) -> Ar
     q2 = acos(cos_q2) if branch.elbow_left else -acos(cos_q2)
     q1 = atan2(y, x) - atan2(LOWER * sin(q2), UPPER + LOWER * cos_q2)
     return np.array([q1, q2, yaw - q1 - q2, q4, tilt - q4, q6])
+
+
+def points(q: Sequence[float], q_ppu: Sequence[float]) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Handle and elbow (origin of joint 4) in B [m] for manipulator angles and PPU position."""
+    q12 = q[0] + q[1]
+    yaw, tilt = q12 + q[2], q[3] + q[4]
+    x = q_ppu[0] + UPPER * cos(q[0]) + LOWER * cos(q12)
+    y = q_ppu[1] + UPPER * sin(q[0]) + LOWER * sin(q12)
+    reach = FOREARM * sin(q[3]) + HANDLE * sin(tilt)
+    z = -DROP - FOREARM * cos(q[3]) - HANDLE * cos(tilt)
+    return (x - reach * cos(yaw), y - reach * sin(yaw), z), (x, y, -DROP)

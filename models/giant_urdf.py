@@ -16,7 +16,7 @@ from math import inf, pi
 import numpy as np
 
 from . import giant
-from .dh import Array, rot_x, rot_y, rot_z, translation
+from .dh import Array, rot_x, rot_y, translation
 
 COLOURS = {
     "steel": (0.62, 0.64, 0.67),
@@ -91,11 +91,23 @@ def _frame_parts() -> list[Part]:
     """The portal, 4.7 m x 5.5 m, standing on the floor 2.05 m below the base frame."""
     x, y, top, floor = 4.7 / 2, 5.5 / 2, 0.42, -2.05
     posts = [
-        Part(f"post_{i}", (0.12, 0.12, top - floor), translation(sx * x, sy * y, (top + floor) / 2), 0.0, "steel")
+        Part(
+            f"post_{i}",
+            (0.12, 0.12, top - floor),
+            translation(sx * x, sy * y, (top + floor) / 2),
+            0.0,
+            "steel",
+        )
         for i, (sx, sy) in enumerate(((-1, -1), (-1, 1), (1, -1), (1, 1)))
     ]
-    rails = [Part(f"rail_{i}", (2 * x, 0.12, 0.16), translation(0.0, s * y, top), 0.0, "steel") for i, s in enumerate((-1, 1))]
-    beams = [Part(f"beam_{i}", (0.12, 2 * y, 0.16), translation(s * x, 0.0, top), 0.0, "steel") for i, s in enumerate((-1, 1))]
+    rails = [
+        Part(f"rail_{i}", (2 * x, 0.12, 0.16), translation(0.0, s * y, top), 0.0, "steel")
+        for i, s in enumerate((-1, 1))
+    ]
+    beams = [
+        Part(f"beam_{i}", (0.12, 2 * y, 0.16), translation(s * x, 0.0, top), 0.0, "steel")
+        for i, s in enumerate((-1, 1))
+    ]
     return posts + rails + beams
 
 
@@ -265,7 +277,11 @@ def _joint(robot: ET.Element, name: str, kind: str, parent: str, child: str, pos
 def _origin(parent: ET.Element, pose: Array) -> None:
     R = pose[:3, :3]
     if abs(R[2, 0]) > 1.0 - 1e-12:  # pitch of +-90 deg: roll and yaw share one axis, so yaw = 0
-        roll, pitch, yaw = np.arctan2(-R[2, 0] * R[0, 1], R[1, 1]), np.arcsin(np.clip(-R[2, 0], -1.0, 1.0)), 0.0
+        roll, pitch, yaw = (
+            np.arctan2(-R[2, 0] * R[0, 1], R[1, 1]),
+            np.arcsin(np.clip(-R[2, 0], -1.0, 1.0)),
+            0.0,
+        )
     else:
         roll, pitch, yaw = np.arctan2(R[2, 1], R[2, 2]), np.arcsin(-R[2, 0]), np.arctan2(R[1, 0], R[0, 0])
     ET.SubElement(

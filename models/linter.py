@@ -43,7 +43,9 @@ def parse(text: str, source: str) -> Element:
         ModelError: for malformed XML, a document type (entities can explode) or more than 4 MiB.
     """
     if len(text) > MAX_BYTES:
-        raise ModelError(source, 0, f"{len(text)} bytes of XML", f"keep the description below {MAX_BYTES} bytes")
+        raise ModelError(
+            source, 0, f"{len(text)} bytes of XML", f"keep the description below {MAX_BYTES} bytes"
+        )
     parser = expat.ParserCreate()
     top = Element("", {}, 0)
     stack = [top]
@@ -54,7 +56,9 @@ def parse(text: str, source: str) -> Element:
         stack.append(element)
 
     def refuse_doctype(*_: object) -> None:
-        raise ModelError(source, parser.CurrentLineNumber, "a document type declaration", "remove <!DOCTYPE ...>")
+        raise ModelError(
+            source, parser.CurrentLineNumber, "a document type declaration", "remove <!DOCTYPE ...>"
+        )
 
     parser.StartElementHandler = start
     parser.EndElementHandler = lambda _: stack.pop()
@@ -62,7 +66,9 @@ def parse(text: str, source: str) -> Element:
     try:
         parser.Parse(text, True)
     except expat.ExpatError as error:
-        raise ModelError(source, error.lineno, f"not XML: {expat.ErrorString(error.code)}", "mend the file") from error
+        raise ModelError(
+            source, error.lineno, f"not XML: {expat.ErrorString(error.code)}", "mend the file"
+        ) from error
     return top.children[0]
 
 
@@ -74,7 +80,9 @@ def lint(text: str, source: str) -> None:
     """
     robot = parse(text, source)
     if robot.tag != "robot":
-        raise ModelError(source, robot.line, f"the root element is <{robot.tag}>", "a URDF starts with <robot name=...>")
+        raise ModelError(
+            source, robot.line, f"the root element is <{robot.tag}>", "a URDF starts with <robot name=...>"
+        )
     links = _named(robot, "link", source)
     joints = _named(robot, "joint", source)
     for link in links.values():
@@ -85,7 +93,10 @@ def lint(text: str, source: str) -> None:
         child = _lint_joint(joint, links, source)
         if child in children:
             raise ModelError(
-                source, joint.line, f"link '{child}' has two parent joints", "a URDF is a tree: remove one of them"
+                source,
+                joint.line,
+                f"link '{child}' has two parent joints",
+                "a URDF is a tree: remove one of them",
             )
         children[child] = joint
     roots = [name for name in links if name not in children]
@@ -120,7 +131,9 @@ def _lint_joint(joint: Element, links: dict[str, Element], source: str) -> str:
         element = joint.child(end)
         link = element.attributes.get("link", "") if element else ""
         if link not in links:
-            raise ModelError(source, joint.line, f"joint '{name}': {end} link '{link}' does not exist", "name a link")
+            raise ModelError(
+                source, joint.line, f"joint '{name}': {end} link '{link}' does not exist", "name a link"
+            )
         ends.append(link)
     if kind in MOVING:
         _lint_axis(joint, name, source)
@@ -135,7 +148,10 @@ def _lint_axis(joint: Element, name: str, source: str) -> None:
     vector = _numbers(axis, "xyz", 3, source)
     if abs(np.linalg.norm(vector) - 1.0) > 1e-3:
         raise ModelError(
-            source, axis.line, f"joint '{name}': the axis has length {np.linalg.norm(vector):g}", "give a unit vector"
+            source,
+            axis.line,
+            f"joint '{name}': the axis has length {np.linalg.norm(vector):g}",
+            "give a unit vector",
         )
 
 
@@ -151,14 +167,20 @@ def _lint_limits(joint: Element, name: str, kind: str, source: str) -> None:
         (value,) = _numbers(limit, attribute, 1, source)
         if value <= 0.0:
             raise ModelError(
-                source, limit.line, f"joint '{name}': {attribute} = {value:g}", f"give a positive {attribute} [{what}]"
+                source,
+                limit.line,
+                f"joint '{name}': {attribute} = {value:g}",
+                f"give a positive {attribute} [{what}]",
             )
     if kind == "continuous":
         return
     (lower,), (upper,) = _numbers(limit, "lower", 1, source), _numbers(limit, "upper", 1, source)
     if lower >= upper:
         raise ModelError(
-            source, limit.line, f"joint '{name}': lower = {lower:g} is not below upper = {upper:g}", "swap or mend them"
+            source,
+            limit.line,
+            f"joint '{name}': lower = {lower:g} is not below upper = {upper:g}",
+            "swap or mend them",
         )
     if kind == "revolute" and max(abs(lower), abs(upper)) > 2.0 * pi + 1e-6:
         raise ModelError(
@@ -177,16 +199,21 @@ def _lint_inertial(link: Element, source: str) -> None:
         raise ModelError(source, body.line, f"link '{name}': <inertial> lacks mass or inertia", "give both")
     (mass,) = _numbers(mass_element, "value", 1, source)
     if mass <= 0.0:
-        raise ModelError(source, mass_element.line, f"link '{name}': mass = {mass:g} kg", "give a positive mass")
-    I = np.zeros((3, 3))
+        raise ModelError(
+            source, mass_element.line, f"link '{name}': mass = {mass:g} kg", "give a positive mass"
+        )
+    inertia_matrix = np.zeros((3, 3))
     for i, j in ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)):
-        (I[i, j],) = (I[j, i],) = _numbers(inertia, f"i{'xyz'[i]}{'xyz'[j]}", 1, source)
-    moments = np.linalg.eigvalsh(I)
+        (value,) = _numbers(inertia, f"i{'xyz'[i]}{'xyz'[j]}", 1, source)
+        inertia_matrix[i, j] = inertia_matrix[j, i] = value
+    moments = np.linalg.eigvalsh(inertia_matrix)
     if moments[0] <= 0.0 or moments[0] + moments[1] < moments[2] * (1.0 - 1e-6):
         raise ModelError(
-            source, inertia.line, f"link '{name}': principal moments {moments[0]:g}, {moments[1]:g}, {moments[2]:g}"
-            " belong to no rigid body", "all must be positive and none above the sum of the others",
-        )  # fmt: skip
+            source,
+            inertia.line,
+            f"link '{name}': moments {', '.join(f'{m:g}' for m in moments)} belong to no rigid body",
+            "all must be positive and none above the sum of the others",
+        )
 
 
 def _lint_meshes(link: Element, source: str) -> None:
@@ -196,7 +223,10 @@ def _lint_meshes(link: Element, source: str) -> None:
         filename = mesh.attributes.get("filename", "") if mesh else ""
         if mesh and (filename.startswith("/") or "://" in filename or ".." in filename.split("/")):
             raise ModelError(
-                source, mesh.line, f"mesh '{filename}' lies outside the description's folder", "use a relative path"
+                source,
+                mesh.line,
+                f"mesh '{filename}' lies outside the description's folder",
+                "use a relative path",
             )
 
 
@@ -230,7 +260,9 @@ def _require_moving_mass(links: dict[str, Element], joints: dict[str, Element], 
 def _numbers(element: Element, attribute: str, count: int, source: str) -> list[float]:
     text = element.attributes.get(attribute)
     if text is None:
-        raise ModelError(source, element.line, f"<{element.tag}> lacks '{attribute}'", f'give {attribute}="..."')
+        raise ModelError(
+            source, element.line, f"<{element.tag}> lacks '{attribute}'", f'give {attribute}="..."'
+        )
     try:
         values = [float(word) for word in text.split()]
     except ValueError:

@@ -65,8 +65,8 @@ class Robot:
         return Robot(pin.buildReducedModel(self.model, ids, pin.neutral(self.model)))
 
     def configuration(self, q: Array) -> Array:
-        """pinocchio's configuration vector of joint positions q (nv,); own buffer, valid until the next call."""
-        buffer = self._q
+        """Pinocchio's configuration vector of joint positions q (nv,); own buffer."""
+        buffer: Array = self._q
         for target, source in self._blocks:
             buffer[target] = q[source]
         for at, i in self._turning:
@@ -75,13 +75,15 @@ class Robot:
         return buffer
 
     def frame(self, name: str) -> int:
-        """pinocchio's id of a frame.
+        """Pinocchio's id of a frame.
 
         Raises:
             ModelError: where no link or joint has that name.
         """
         if not self.model.existFrame(name):
-            raise ModelError(self.model.name, 0, f"no frame '{name}'", f"one of {[f.name for f in self.model.frames]}")
+            raise ModelError(
+                self.model.name, 0, f"no frame '{name}'", f"one of {[f.name for f in self.model.frames]}"
+            )
         return int(self.model.getFrameId(name))
 
     def placement(self, q: Array, frame: str) -> Array:

@@ -74,7 +74,8 @@ class Gate:
 
         Args:
             commands: one an axis.
-            position, velocity: measured, one an axis.
+            position: measured, one an axis.
+            velocity: measured, one an axis.
             armed: without it nothing is admitted.
             command_tick: the tick the commands were computed for.
             tick: the present tick.
@@ -111,9 +112,15 @@ class Gate:
         self._clamped_ticks += 1
         self._lost_ticks = self._lost_ticks + 1 if lost else 0
         if self._lost_ticks >= LOST_BEFORE_STOP:
-            return Verdict(Reaction.RAMP, "output_not_finite", f"{verdict.detail}, {self._lost_ticks} ticks in a row")
+            return Verdict(
+                Reaction.RAMP, "output_not_finite", f"{verdict.detail}, {self._lost_ticks} ticks in a row"
+            )
         if self._clamped_ticks >= CLAMPS_BEFORE_STOP:
-            return Verdict(Reaction.HOLD, "output_beyond_limit", f"{verdict.detail}, {self._clamped_ticks} ticks in a row")
+            return Verdict(
+                Reaction.HOLD,
+                "output_beyond_limit",
+                f"{verdict.detail}, {self._clamped_ticks} ticks in a row",
+            )
         return verdict
 
 
@@ -121,7 +128,9 @@ def _sanitised(axis: AxisLimits, why: str) -> Verdict:
     return Verdict(Reaction.SANITISE, "output_clamped", f"command of {axis.name} {why}")
 
 
-def _clamp(axis: AxisLimits, command: float, last: float, position: float, velocity: float) -> tuple[float, str]:
+def _clamp(
+    axis: AxisLimits, command: float, last: float, position: float, velocity: float
+) -> tuple[float, str]:
     """A command that respects the axis, and what was wrong with the given one ('' for nothing)."""
     safe, why = command, ""
     if abs(safe) > axis.command:

@@ -143,7 +143,9 @@ class Monitor:
         if seen.armed:
             for name, lost in zip(self._t.devices, seen.lost, strict=True):
                 if lost:
-                    return Verdict(Reaction.RAMP, "device_state", f"{name} restarted or left its operating state")
+                    return Verdict(
+                        Reaction.RAMP, "device_state", f"{name} restarted or left its operating state"
+                    )
         return PASS
 
     def _frames(self, seen: Observation) -> Verdict:
@@ -160,14 +162,17 @@ class Monitor:
                 verdict = Verdict(Reaction.SANITISE, "frame_missing", detail)
         if seen.foreign:
             verdict = strongest(
-                verdict, Verdict(Reaction.RAMP, "second_master", f"{seen.foreign} frames that only a master sends")
+                verdict,
+                Verdict(Reaction.RAMP, "second_master", f"{seen.foreign} frames that only a master sends"),
             )
         discarded = self._discards.push(seen.discarded)
         if discarded > SPORADIC:
             detail = f"{discarded} stale or repeated frames within {WINDOW} ticks"
             verdict = strongest(verdict, Verdict(Reaction.HOLD, "stale_frames", detail))
         elif seen.discarded:
-            verdict = strongest(verdict, Verdict(Reaction.SANITISE, "frame_discarded", f"{seen.discarded} stale frames"))
+            verdict = strongest(
+                verdict, Verdict(Reaction.SANITISE, "frame_discarded", f"{seen.discarded} stale frames")
+            )
         return verdict
 
     def _limits(self, seen: Observation) -> Verdict:

@@ -56,14 +56,14 @@ def test_every_branch_reaches_the_same_pose(raised: bool, elbow_left: bool) -> N
 def test_redundancy_is_resolved_by_the_position_of_the_ppu() -> None:
     q = postures(1)[0]
     T = forward(T_BASE_DH, DH, q)[-1]
-    elsewhere = q[:2] + [0.1, -0.05]
+    elsewhere = q[:2] + np.array([0.1, -0.05])
     found = inverse_kinematics(T, elsewhere, Branch(raised=q[5] > 0))
     np.testing.assert_allclose(forward(T_BASE_DH, DH, np.concatenate([elsewhere, found]))[-1], T, atol=1e-12)
 
 
 def test_a_pose_that_is_too_high_or_too_far_is_unreachable() -> None:
     T = translation(0.8, 0.0, 0.5)
-    with pytest.raises(UnreachableError, match="height 0.500 m"):
+    with pytest.raises(UnreachableError, match=r"height 0\.500 m"):
         inverse_kinematics(T, np.zeros(2), Branch())
     q = postures(1)[0]
     T = translation(5.0) @ forward(T_BASE_DH, DH, q)[-1]
@@ -77,7 +77,9 @@ def test_axes_point_where_the_paper_says() -> None:
     np.testing.assert_allclose(ppu, translation(1.0), atol=1e-12)
     turned = forward(T_BASE_DH, DH, 0.3 * np.eye(8)[2])[-1]
     np.testing.assert_allclose(turned, rot_z(0.3) @ forward(T_BASE_DH, DH, home)[-1], atol=1e-12)
-    heights = [forward(T_BASE_DH, DH, angle * np.eye(8)[5] - angle * np.eye(8)[6])[-1][2, 3] for angle in (0.1, 0.4)]
+    heights = [
+        forward(T_BASE_DH, DH, angle * np.eye(8)[5] - angle * np.eye(8)[6])[-1][2, 3] for angle in (0.1, 0.4)
+    ]
     assert heights[1] > heights[0]  # raising q4 raises the handle
     np.testing.assert_allclose(forward(T_BASE_DH, DH, home)[-1][:3, 2], [0, 0, -1], atol=1e-12)
 

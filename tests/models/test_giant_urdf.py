@@ -19,7 +19,9 @@ def test_inertia_of_joined_parts_is_that_of_the_sum_of_point_masses() -> None:
         n = 40_000
         if len(part.size) == 2:
             angle, radius = rng.uniform(0, 2 * np.pi, n), part.size[0] * np.sqrt(rng.uniform(0, 1, n))
-            local = np.stack([radius * np.cos(angle), radius * np.sin(angle), part.size[1] * rng.uniform(-0.5, 0.5, n)])
+            local = np.stack(
+                [radius * np.cos(angle), radius * np.sin(angle), part.size[1] * rng.uniform(-0.5, 0.5, n)]
+            )
         else:
             local = np.array(part.size)[:, None] * rng.uniform(-0.5, 0.5, (3, n))
         points = part.pose[:3, :3] @ local + part.pose[:3, 3:]
@@ -60,5 +62,7 @@ def test_every_moving_link_has_a_capsule_and_only_neighbours_touch_in_the_rest_p
 
 def test_every_link_that_moves_can_be_seen() -> None:
     robot = Robot.from_urdf(read_text("giant.urdf"), "giant.urdf")
-    geometry = pin.buildGeomFromUrdfString(robot.model, read_text("giant.urdf"), pin.GeometryType.VISUAL, None)
+    geometry = pin.buildGeomFromUrdfString(
+        robot.model, read_text("giant.urdf"), pin.GeometryType.VISUAL, None
+    )
     assert {int(shape.parentJoint) for shape in geometry.geometryObjects} == set(range(robot.model.njoints))

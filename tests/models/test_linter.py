@@ -39,7 +39,9 @@ def test_the_giant_passes() -> None:
         ("<robot name", "<robt name", "not XML"),
     ],
 )
-def test_a_dangerous_description_is_refused_with_line_reason_and_fix(old: str, new: str, problem: str) -> None:
+def test_a_dangerous_description_is_refused_with_line_reason_and_fix(
+    old: str, new: str, problem: str
+) -> None:
     assert old in GOOD
     text = GOOD.replace(old, new, 1)
     with pytest.raises(ModelError) as error:
@@ -56,7 +58,9 @@ def test_an_inertia_that_no_body_has_is_refused() -> None:
 
 
 def test_a_moving_link_without_mass_is_refused() -> None:
-    text = re.sub(r"<link name=\"link_4\">\s*<inertial>.*?</inertial>", '<link name="link_4">', GOOD, flags=re.S)
+    text = re.sub(
+        r"<link name=\"link_4\">\s*<inertial>.*?</inertial>", '<link name="link_4">', GOOD, flags=re.S
+    )
     with pytest.raises(ModelError, match="moves a link without mass"):
         lint(text, "arm.urdf")
 

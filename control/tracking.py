@@ -1,0 +1,82 @@
+"""Joint tracking of series-elastic drives with full feedforward (seed 000, section VI-E)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..models import Array, Robot
+from ._kernels import ffi, lib
+from .serial import SerialChain
+
+
+@dataclass(frozen=True, slots=True)
+class SeriesElasticity:
+    """One entry a joint: rotor inertia [kg m^2] in joint units, stiffness of the spring [N m/rad]."""
+
+    rotor: Array
+    stiffness: Array
+
+
+class Tracking:
+    """Torques that make the links follow the commanded state.
+
+    Feedforward of the link side (gravity, inertia, the operator's wrench, viscous friction) gives the
+    spring torque; the spring's deflection under it moves the reference of a motor-side PD controller.
+    The measured motor state is one tick old, so it is compared with the reference of that tick.
+    """
+
+    def __init__(
+        self,
+        manipulator: Robot,
+        chain: SerialChain,
+        elasticity: SeriesElasticity,
+        proportional: Array,
+        derivative: Array,
+        inputs: Mapping[str, Array],
+    ) -> None:
+        """Bind to the arrays of others that are read where they are.
+
+        Args:
+            manipulator: model of the links.
+            chain: the same for the tick.
+            elasticity: of its joints.
+            proportional: motor-side gains, (6,) [N m/rad].
+            derivative: motor-side gains, (6,) [N m s/rad].
+            inputs: ``q, qd, qdd`` commanded link state, (6,); ``J`` of the handle, (6, 6); ``wrench`` of the
+                operator on it in B, (6,) [N, N m]; ``motor, motor_rate`` measured, (6,) [rad, rad/s].
+        """
+        n = manipulator.nv
+        self._still = manipulator.model.gravity.linear.copy()
+        self._gravity = self._still.copy()
+        self._rigid, self.torque = np.zeros(n), np.zeros(n)
+        arrays = {
+            **inputs,
+            **{"friction": manipulator.damping, "rotor": elasticity.rotor, "stiffness": elasticity.stiffness},
+            **{"p": proportional, "d": derivative, "rigid": self._rigid, "torque": self.torque},
+            **{"reference": np.zeros(n), "rate": np.zeros(n)},
+        }
+        self._keep = {name: ffi.from_buffer("double[]", array) for name, array in arrays.items()}
+        self._core = ffi.new("tracking *", {"n": n, **self._keep})
+        self._inverse_dynamics = chain.torque_arguments(
+            inputs["q"], inputs["qd"], inputs["qdd"], self._gravity, self._rigid
+        )
+        self._fresh = True
+
+    def reset(self) -> None:
+        """Forget the reference of the last tick."""
+        self._fresh = True
+
+    def update(self, qdd_ppu: Array) -> Array:
+        """Motor torques (6,) [N m]; own buffer.
+
+        Args:
+            qdd_ppu: acceleration of the PPU, (2,) [m/s^2]. A base that only translates acts like gravity.
+        """
+        np.subtract(self._still[:2], qdd_ppu, out=self._gravity[:2])
+        lib.serial_torques(*self._inverse_dynamics)
+        lib.tracking_update(self._core, self._fresh)
+        self._fresh = False
+        return self.torque

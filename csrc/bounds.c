@@ -1,0 +1,74 @@
+#include "bounds.h"
+
+#include <math.h>
+
+static double clamp(double x, double lower, double upper) {
+    return fmax(lower, fmin(upper, x));
+}
+
+static bounds_interval closed(double lower, double upper) {
+    if (lower > upper) lower = upper = 0.5 * (lower + upper);
+    return (bounds_interval){lower, upper};
+}
+
+/* Least acceleration that keeps a joint, `gap` above its lower limit and moving at v, from passing it
+ * within dt (Del Prete, algorithm 1), but at most `a_max`. The upper limit is the mirror image: negate v
+ * and the result. */
+static double least_for_position(double gap, double v, double a_max, double dt) {
+    const double at_end = -2.0 * (gap + dt * v) / (dt * dt); /* gap + dt v + dt^2 a / 2 = 0 */
+    const double stop = -v / dt;
+    if (v >= 0.0 || at_end < stop) return at_end; /* the lowest point is the end of the step */
+    /* it turns inside the step, v^2 = 2 a gap; on the limit that is infinite, and a full stop is right */
+    return gap > 0.0 ? fmin(v * v / (2.0 * gap), a_max) : stop;
+}
+
+/* Least acceleration after which the joint can still brake in front of its lower limit: at the end of
+ * the step, v'^2 = 2 a_max gap' (Del Prete, algorithm 2). */
+static double least_for_viability(double gap, double v, double a_max, double dt) {
+    const double a = dt * dt;
+    const double b = 2.0 * dt * v - a_max * a;
+    const double c = v * v - 2.0 * a_max * (gap + dt * v);
+    const double discriminant = b * b - 4.0 * a * c;
+    const double stop = -v / dt;
+    if (discriminant < 0.0) return stop;
+    return fmin(stop, (-b - sqrt(discriminant)) / (2.0 * a));
+}
+
+static bounds_interval position_and_velocity(const bounds_limits *limits, double q, double qd, double a_max,
+                                             double dt) {
+    double lower = (-limits->velocity - qd) / dt;
+    double upper = (limits->velocity - qd) / dt;
+    if (isfinite(limits->lower)) lower = fmax(lower, least_for_position(q - limits->lower, qd, a_max, dt));
+    if (isfinite(limits->upper)) upper = fmin(upper, -least_for_position(limits->upper - q, -qd, a_max, dt));
+    return (bounds_interval){lower, upper};
+}
+
+bounds_interval bounds_a(const bounds_limits *limits, double q, double qd, double dt) {
+    /* close to the limit a joint must not be thrown back faster than it came */
+    const double rebound = 2.0 * fabs(qd) / dt;
+    const bounds_interval a =
+        position_and_velocity(limits, clamp(q, limits->lower, limits->upper), qd, rebound, dt);
+    return closed(a.lower, a.upper);
+}
+
+bounds_interval bounds_b(const bounds_limits *limits, double q, double qd, double dt) {
+    const double a_max = limits->acceleration;
+    q = clamp(q, limits->lower, limits->upper);
+    /* speeds from which the joint can still brake in front of its limits (Del Prete, (10)) */
+    const double fastest_down = fmin(limits->velocity, sqrt(2.0 * a_max * (q - limits->lower)));
+    const double fastest_up = fmin(limits->velocity, sqrt(2.0 * a_max * (limits->upper - q)));
+    qd = clamp(qd, -fastest_down, fastest_up);
+
+    bounds_interval b = position_and_velocity(limits, q, qd, a_max, dt);
+    if (isfinite(limits->lower))
+        b.lower = fmax(b.lower, least_for_viability(q - limits->lower, qd, a_max, dt));
+    if (isfinite(limits->upper))
+        b.upper = fmin(b.upper, -least_for_viability(limits->upper - q, -qd, a_max, dt));
+    return closed(fmax(b.lower, -a_max), fmin(b.upper, a_max));
+}
+
+bounds_interval bounds_c(double lower, double upper, double q, double qd, double horizon) {
+    const double scale = 2.0 / (horizon * horizon);
+    const double ahead = q + horizon * qd;
+    return closed(scale * (lower - ahead), scale * (upper - ahead));
+}

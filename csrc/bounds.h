@@ -1,0 +1,28 @@
+/* Acceleration intervals that keep one joint inside its limits (seed 000, section VI-B; Del Prete,
+ * "Joint position and velocity bounds in discrete-time acceleration/torque control", RA-L 2018).
+ *
+ * Units are those of the joint: rad or m, s. Position limits may be infinite. An interval whose ends
+ * cross by rounding closes to the point between them. */
+#ifndef HAPTICD_BOUNDS_H
+#define HAPTICD_BOUNDS_H
+
+typedef struct {
+    double lower, upper; /* position */
+    double velocity;     /* largest speed, > 0 */
+    double acceleration; /* largest magnitude, > 0 */
+} bounds_limits;
+
+typedef struct {
+    double lower, upper;
+} bounds_interval;
+
+/* Set A of (7): position and velocity hold at every instant of the next dt; acceleration is free. */
+bounds_interval bounds_a(const bounds_limits *limits, double q, double qd, double dt);
+
+/* Set B of (7): position, velocity and acceleration hold for ever (viability). */
+bounds_interval bounds_b(const bounds_limits *limits, double q, double qd, double dt);
+
+/* (8): the position is inside its limits one horizon ahead; returns from outside, too. */
+bounds_interval bounds_c(double lower, double upper, double q, double qd, double horizon);
+
+#endif

@@ -1,0 +1,42 @@
+#include "tracking.h"
+
+void tracking_update(const tracking *t, int fresh) {
+    const int n = t->n;
+    for (int i = 0; i < n; i++) {
+        /* spring torque that the link side needs: rigid body + friction - J^T w */
+        double spring = t->rigid[i] + t->friction[i] * t->qd[i];
+        for (int k = 0; k < 6; k++) spring -= t->J[n * k + i] * t->wrench[k];
+        const double deflected = t->q[i] + spring / t->stiffness[i];
+        if (fresh) t->reference[i] = deflected, t->rate[i] = t->qd[i];
+        t->torque[i] = t->rotor[i] * t->qdd[i] + spring + t->p[i] * (t->reference[i] - t->motor[i]) +
+                       t->d[i] * (t->rate[i] - t->motor_rate[i]);
+        t->reference[i] = deflected, t->rate[i] = t->qd[i];
+    }
+}
+
+static void rotate(const double *R, const double *v, double *out) {
+    for (int i = 0; i < 3; i++) out[i] = R[3 * i] * v[0] + R[3 * i + 1] * v[1] + R[3 * i + 2] * v[2];
+}
+
+static void add_cross(const double *a, const double *b, double *out) {
+    out[0] += a[1] * b[2] - a[2] * b[1];
+    out[1] += a[2] * b[0] - a[0] * b[2];
+    out[2] += a[0] * b[1] - a[1] * b[0];
+}
+
+void tracking_wrench(double mass, const double *centre, const double *R_sensor, const double *arm,
+                     const double *measured, const double *specific_force, const double *R_handle,
+                     double *wrench) {
+    double force[3], torque[3], weight[3], at_handle[3];
+    /* m (a - g) in the sensor's frame is what the tool's weight and inertia take from the reading */
+    for (int i = 0; i < 3; i++)
+        weight[i] = mass * (R_sensor[i] * specific_force[0] + R_sensor[3 + i] * specific_force[1] +
+                            R_sensor[6 + i] * specific_force[2]);
+    for (int i = 0; i < 3; i++) force[i] = measured[i] + weight[i], torque[i] = measured[3 + i];
+    add_cross(centre, weight, torque);
+    rotate(R_sensor, force, at_handle);
+    rotate(R_handle, at_handle, wrench);
+    rotate(R_sensor, torque, weight);
+    add_cross(arm, at_handle, weight);
+    rotate(R_handle, weight, wrench + 3);
+}

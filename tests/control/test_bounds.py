@@ -1,0 +1,123 @@
+"""Acceleration intervals of section VI-B: closed forms, integration, and every edge."""
+
+import numpy as np
+import pytest
+from hapticd.control._kernels import ffi, lib
+
+DT = 1e-3
+LIMITS = (-0.6, 1.15, 3.0, 40.0)
+
+
+def limits(lower: float, upper: float, velocity: float, acceleration: float):  # type: ignore[no-untyped-def]
+    return ffi.new(
+        "bounds_limits *",
+        {"lower": lower, "upper": upper, "velocity": velocity, "acceleration": acceleration},
+    )
+
+
+def a(q: float, qd: float, of: tuple[float, float, float, float] = LIMITS) -> tuple[float, float]:
+    interval = lib.bounds_a(limits(*of), q, qd, DT)
+    return interval.lower, interval.upper
+
+
+def b(q: float, qd: float, of: tuple[float, float, float, float] = LIMITS) -> tuple[float, float]:
+    interval = lib.bounds_b(limits(*of), q, qd, DT)
+    return interval.lower, interval.upper
+
+
+def least_by_bisection(gap: float, v: float) -> float:
+    """Smallest constant acceleration with gap + v t + a t^2 / 2 >= 0 on all of [0, dt]."""
+    t = np.linspace(0.0, DT, 4001)[1:]
+    low, high = -1e8, 1e8
+    for _ in range(120):
+        middle = 0.5 * (low + high)
+        low, high = (low, middle) if np.all(gap + v * t + 0.5 * middle * t * t >= 0.0) else (middle, high)
+    return high
+
+
+def test_far_from_its_limits_a_joint_is_bound_by_its_speed_alone() -> None:
+    assert a(0.2, 1.0) == pytest.approx((-4000.0, 2000.0))
+    assert b(0.2, 1.0) == pytest.approx((-40.0, 40.0))
+
+
+@pytest.mark.parametrize(
+    ("gap", "v"), [(1e-4, -0.05), (1e-3, -0.9), (5e-4, -0.6), (2e-4, 0.3), (1e-5, -0.015)]
+)
+def test_set_a_is_the_least_acceleration_that_never_passes_the_limit(gap: float, v: float) -> None:
+    expected = least_by_bisection(gap, v)
+    assert a(LIMITS[0] + gap, v)[0] == pytest.approx(expected, rel=1e-3, abs=2.0)
+    assert a(LIMITS[1] - gap, -v)[1] == pytest.approx(-expected, rel=1e-3, abs=2.0)
+
+
+def test_exactly_on_the_limit_and_moving_outward_a_joint_makes_a_full_stop() -> None:
+    assert a(LIMITS[0], -0.5)[0] == pytest.approx(500.0)
+    assert a(LIMITS[1], 0.5)[1] == pytest.approx(-500.0)
+
+
+def test_close_to_the_limit_a_joint_is_not_thrown_back_faster_than_it_came() -> None:
+    for gap in (1e-12, 1e-9, 1e-6):
+        assert a(LIMITS[0] + gap, -0.5)[0] <= 1000.0 * (1 + 1e-9)
+
+
+def test_beyond_the_limit_a_joint_may_not_go_further() -> None:
+    assert a(LIMITS[1] + 0.01, 0.0)[1] == pytest.approx(0.0, abs=1e-9)
+    assert a(LIMITS[1] + 0.01, 0.2)[1] == pytest.approx(-200.0)
+
+
+def test_a_joint_without_position_limits_has_finite_bounds() -> None:
+    free = (-np.inf, np.inf, 2.5, 25.0)
+    assert a(1e6, 2.0, free) == pytest.approx((-4500.0, 500.0))
+    assert b(-1e6, 2.5, free) == pytest.approx((-25.0, 0.0), abs=1e-9)
+
+
+@pytest.mark.parametrize("push", ["lower", "upper", "random"])
+def test_set_b_keeps_position_speed_and_acceleration_for_ever(push: str) -> None:
+    rng = np.random.default_rng(5)
+    lower, upper, velocity, acceleration = LIMITS
+    q, qd = 0.3, 0.0
+    for k in range(5000):
+        low, high = b(q, qd)
+        assert -acceleration - 1e-9 <= low <= high <= acceleration + 1e-9
+        if push == "random":
+            qdd = low + (high - low) * rng.choice([0.0, 1.0, rng.random()])
+        else:
+            qdd = high if (push == "upper") == (k % 2500 < 1500) else low
+        t = DT / 2  # between the samples as well
+        assert lower - 1e-9 <= q + qd * t + 0.5 * qdd * t * t <= upper + 1e-9
+        q, qd = q + qd * DT + 0.5 * qdd * DT**2, qd + qdd * DT
+        assert lower - 1e-9 <= q <= upper + 1e-9
+        assert abs(qd) <= velocity + 1e-9
+
+
+def test_set_b_brakes_a_state_that_is_no_longer_viable_as_hard_as_it_may() -> None:
+    low, high = b(LIMITS[1] - 0.01, 2.9)
+    assert high == pytest.approx(-LIMITS[3], rel=2e-2)
+    assert low <= high
+
+
+def test_crossed_ends_close_to_a_point() -> None:
+    rng = np.random.default_rng(6)
+    for _ in range(20_000):
+        q = rng.uniform(LIMITS[0] - 0.05, LIMITS[1] + 0.05)
+        for low, high in (a(q, rng.uniform(-6, 6)), b(q, rng.uniform(-6, 6))):
+            assert low <= high
+            assert np.isfinite([low, high]).all()
+
+
+def test_set_c_reaches_the_limit_after_one_horizon_from_inside_and_outside() -> None:
+    for q, qd in ((0.9, 0.1), (1.1, 2.0), (1.4, -0.3)):
+        interval = lib.bounds_c(-1.0, 1.0, q, qd, 0.015)
+        for qdd, target in ((interval.lower, -1.0), (interval.upper, 1.0)):
+            assert q + qd * 0.015 + 0.5 * qdd * 0.015**2 == pytest.approx(target)
+
+
+def test_set_c_with_a_horizon_of_15_ms_arrives_without_bouncing() -> None:
+    q, qd, peak = 0.9, 1.0, 0.0
+    for _ in range(3000):  # pushed towards the limit all the time
+        qdd = min(5.0, lib.bounds_c(-1.0, 1.0, q, qd, 0.015).upper)
+        q, qd = q + qd * DT + 0.5 * qdd * DT**2, qd + qdd * DT
+        peak = max(peak, abs(qdd))
+        assert q <= 1.0 + 4e-3  # the overshoot that notes on (8) allow, 4 mrad
+        assert qd >= -0.2
+    assert abs(q - 1.0) < 5e-3
+    assert peak < 110.0

@@ -1,0 +1,170 @@
+"""The levels that the C core writes, against the formulas of seed 000 written out in numpy."""
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from hapticd.control._kernels import ffi, lib
+from hapticd.control.chain import LOWER, UPPER, ChainLevels, Gains, Horizons, input_shapes
+from hapticd.control.limits import Limits
+
+DT, HORIZONS, GAINS = 1e-3, Horizons(5e-3, 15e-3), Gains(100.0, 80.0, 20.0, 15.0)
+TILT, BOX = (0.6, 2.54), ((-2.2, -2.6, -1.28), (2.2, 2.6, -0.7))
+MANIPULATOR = Limits(
+    np.array([-np.inf, 0.45, -2.2, -0.6, -0.9, -1.2]),
+    np.array([np.inf, 2.4, 1.2, 1.15, 2.2, 1.2]),
+    np.array([2.5, 2.5, 3.0, 3.0, 4.0, 5.0]),
+    np.array([25.0, 25.0, 35.0, 40.0, 60.0, 90.0]),
+)
+
+
+def twin_limits(n: int) -> Limits:
+    return Limits(-np.arange(1.0, n + 1), np.arange(1.0, n + 1), np.full(n, 3.0), np.full(n, 60.0))
+
+
+def random_inputs(n: int, seed: int) -> dict[str, np.ndarray]:
+    rng = np.random.default_rng(seed)
+    inputs = {name: rng.standard_normal(shape) for name, shape in input_shapes(n).items()}
+    inputs["R_H"][:] = pin.exp3(rng.standard_normal(3))
+    inputs["R_E"][:] = inputs["R_H"] @ pin.exp3(0.2 * rng.standard_normal(3))
+    inputs["q"][:] = rng.uniform([-4.0, 0.5, -2.0, -0.5, -0.8, -1.0], [4.0, 2.3, 1.1, 1.1, 2.1, 1.1])
+    inputs["qd"] *= 0.3
+    inputs["q_a"] *= 0.5
+    root = rng.standard_normal((n, n))
+    inputs["M_a"][:] = root @ root.T + 0.5 * np.eye(n)
+    return inputs
+
+
+def make(inputs: dict[str, np.ndarray], n: int) -> ChainLevels:
+    return ChainLevels(inputs, MANIPULATOR, twin_limits(n), TILT, BOX, GAINS, HORIZONS, DT)
+
+
+def interval(kind: str, limits: Limits, i: int, q: float, qd: float) -> tuple[float, float]:
+    row = {"lower": limits.lower[i], "upper": limits.upper[i], "velocity": limits.velocity[i]}
+    c = ffi.new("bounds_limits *", row | {"acceleration": limits.acceleration[i]})
+    found = lib.bounds_a(c, q, qd, DT) if kind == "a" else lib.bounds_b(c, q, qd, HORIZONS.viability)
+    return found.lower, found.upper
+
+
+def bounds_8(lower: float, upper: float, x: float, v: float) -> tuple[float, float]:
+    h = HORIZONS.point
+    return 2.0 / h**2 * (lower - x - h * v), 2.0 / h**2 * (upper - x - h * v)
+
+
+@pytest.mark.parametrize("n", [1, 2, 4, 6, 9])
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_the_levels_are_the_formulas_of_the_paper(n: int, seed: int) -> None:
+    s = random_inputs(n, seed)
+    chain = make(s, n)
+    assert chain.assemble()
+    levels, dim = chain.levels, 2 * n + 19
+    m, a, alpha = slice(0, 6), slice(6, 6 + n), slice(6 + n, dim)
+
+    x_H, v_H, drift_H = s["x_H"].copy(), s["J"] @ s["qd"], s["drift"].copy()
+    x_el, v_el, drift_el = s["x_elbow"].copy(), s["J_elbow"] @ s["qd"], s["drift_elbow"].copy()
+    for x, v, d in ((x_H, v_H, drift_H), (x_el, v_el, drift_el)):
+        x[:2], v[:2], d[:2] = x[:2] + s["q_p"], v[:2] + s["qd_p"], d[:2] + s["qdd_p"]
+
+    error = np.concatenate([s["x_E"] - x_H, s["R_H"] @ pin.log3(s["R_H"].T @ s["R_E"])])
+    np.testing.assert_allclose(chain.error, error, atol=1e-9)
+    k_p, k_d = np.repeat([100.0, 80.0], 3), np.repeat([20.0, 15.0], 3)
+    sync = k_p * error + k_d * (s["v_E"] - v_H)  # (11)
+    np.testing.assert_allclose(levels[0].A[:, m], s["J"])
+    np.testing.assert_allclose(levels[0].A[:, a], -s["J_a"])
+    assert not levels[0].A[:, alpha].any()
+    np.testing.assert_allclose(levels[0].b, sync - drift_H + s["drift_a"], atol=1e-7)  # (12)
+
+    for level, kind, limits, q, qd in (
+        (levels[1], "a", MANIPULATOR, s["q"], s["qd"]),  # (13)
+        (levels[5], "a", twin_limits(n), s["q_a"], s["qd_a"]),  # (17)
+        (levels[6], "b", MANIPULATOR, s["q"], s["qd"]),  # (18)
+        (levels[7], "b", twin_limits(n), s["q_a"], s["qd_a"]),  # (19)
+    ):
+        expected = [interval(kind, limits, i, q[i], qd[i]) for i in range(limits.n)]
+        np.testing.assert_allclose(np.column_stack([level.lb, level.ub]), expected)
+    assert (levels[1].C == np.eye(dim)[m]).all() and (levels[5].C == np.eye(dim)[a]).all()
+
+    tilt = bounds_8(*TILT, s["q"][3] + s["q"][4], s["qd"][3] + s["qd"][4])  # (14)
+    np.testing.assert_allclose([levels[2].lb[0], levels[2].ub[0]], tilt)
+    assert (levels[2].C == np.eye(dim)[3] + np.eye(dim)[4]).all()
+    for level, J, x, v, drift in (
+        (levels[3], s["J"], x_H, v_H, drift_H),  # (15), (16)
+        (levels[4], s["J_elbow"], x_el, v_el, drift_el),
+    ):
+        np.testing.assert_allclose(level.C[:, m], J[:3])
+        for i in range(3):
+            lower, upper = bounds_8(BOX[0][i], BOX[1][i], x[i], v[i])
+            np.testing.assert_allclose([level.lb[i], level.ub[i]], [lower - drift[i], upper - drift[i]])
+
+    J_inverse_transposed = np.linalg.inv(s["J"]).T
+    T = np.hstack(
+        [
+            np.eye(n),
+            s["J_a"].T @ J_inverse_transposed,  # (21)
+            (s["J_a"][3:].T @ s["J"][3:, 3])[:, None],  # (22), axis of joint 4
+            s["J_a"][:3].T,  # (23)
+            s["J_a"].T @ J_inverse_transposed @ s["J_elbow"][:3].T,  # (24)
+        ]
+    )
+    np.testing.assert_allclose(
+        levels[8].A[:, alpha], -np.linalg.solve(s["M_a"], T), rtol=1e-6, atol=1e-8
+    )  # (20)
+    np.testing.assert_allclose(levels[8].A[:, a], np.eye(n))
+    np.testing.assert_allclose(levels[8].b, np.linalg.solve(s["M_a"], s["force_a"]), rtol=1e-7)
+    assert (levels[9].C == np.eye(dim)[alpha]).all() and (levels[10].A == np.eye(dim)[alpha]).all()
+    assert not levels[10].b.any()
+
+
+def test_the_range_of_a_constraint_torque_follows_from_the_active_limits() -> None:
+    chain = make(random_inputs(2, 1), 2)
+    chain.active[:4] = 0, UPPER, LOWER, LOWER | UPPER
+    chain.set_range()
+    bounds = np.column_stack([chain.levels[9].lb, chain.levels[9].ub])[:4]
+    assert bounds.tolist() == [[0, 0], [-np.inf, 0], [0, np.inf], [-np.inf, np.inf]]  # (26) and (31)
+
+
+def test_detection_marks_every_limit_that_is_reached_or_violated_and_no_other() -> None:
+    n = 2
+    inputs = random_inputs(n, 4)
+    inputs["q"][:] = 0.0, 1.4, -0.5, 0.5, 0.7, 0.0
+    for name in ("qd", "qd_a", "qd_p", "qdd_p", "drift", "drift_elbow", "q_a", "q_p"):
+        inputs[name][:] = 0.0
+    inputs["x_H"][:], inputs["x_elbow"][:] = (0.5, 0.0, -1.0), (0.4, 0.0, -0.75)
+    chain = make(inputs, n)
+    assert chain.assemble()
+    levels = chain.levels
+    x = np.zeros(chain.dim)
+    assert chain.detect(x) == 0
+    x[6] = levels[7].ub[0]  # the twin's first joint, acceleration
+    x[2] = levels[6].lb[2] - 5.0  # joint 3 violates its acceleration limit
+    x[3] = levels[2].ub[0] + 1.0  # the tilt, with joint 4 alone
+    before = x.copy()
+    assert chain.detect(x) >= 3
+    assert (x == before).all()
+    twin, manipulator, tilt = chain.active[:n], chain.active[n : n + 6], chain.active[n + 6]
+    assert twin.tolist() == [UPPER, 0]
+    assert manipulator[2] == LOWER
+    assert tilt == UPPER
+    for level, flags in ((levels[3], chain.active[n + 7 : n + 10]), (levels[4], chain.active[n + 10 :])):
+        y = level.C @ x
+        assert [bool(f & UPPER) for f in flags] == (y >= level.ub - 1e-6 * (1 + abs(level.ub))).tolist()
+        assert [bool(f & LOWER) for f in flags] == (y <= level.lb + 1e-6 * (1 + abs(level.lb))).tolist()
+    assert chain.detect(x) == 0  # nothing new the second time
+
+
+def test_a_singular_manipulator_is_reported() -> None:
+    inputs = random_inputs(6, 5)
+    chain = make(inputs, 6)
+    inputs["J"][4] = inputs["J"][3]
+    assert not chain.assemble()
+    inputs["J"][:] = np.eye(6)
+    inputs["M_a"][0, 0] = -1.0
+    assert not chain.assemble()
+
+
+def test_inputs_of_the_wrong_shape_are_refused() -> None:
+    inputs = random_inputs(6, 5)
+    inputs["J_a"] = np.zeros((6, 5))
+    with pytest.raises(ValueError, match=r"J_a must be .* \(6, 6\), not \(6, 5\)"):
+        make(inputs, 6)
+    with pytest.raises(ValueError, match="not below"):
+        Limits(np.ones(2), np.ones(2), np.ones(2), np.ones(2))

@@ -1,0 +1,59 @@
+"""Observer of the PPU and the operator's wrench."""
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from hapticd.control.estimation import PpuObserver, WrenchEstimator
+
+DT = 1e-3
+
+
+def test_the_observer_follows_a_moving_axis_and_finds_the_bias_of_its_accelerometer() -> None:
+    observer = PpuObserver(DT)
+    observer.reset(np.array([0.2, 0.0]))
+    bias = np.array([0.3, -0.2])
+    previous = np.array([0.2, 0.0]), np.zeros(2), np.zeros(2)
+    for k in range(1, 3000):
+        q, v, a = previous
+        observer.update(np.round(q * 1e6) / 1e6, a + bias)  # one tick old, encoder of 1 um
+        t = k * DT
+        previous = (
+            np.array([0.2 + 0.5 * (1 - np.cos(2 * t)), 0.0]),
+            np.array([np.sin(2 * t), 0.0]),
+            np.array([2 * np.cos(2 * t), 0.0]),
+        )
+    q, v, a = previous
+    np.testing.assert_allclose(observer.q, q, atol=5e-6)
+    np.testing.assert_allclose(observer.qd, v, atol=5e-3)
+    np.testing.assert_allclose(observer.qdd, a, atol=2e-2)
+
+
+def test_weight_and_inertia_of_the_tool_do_not_look_like_the_operator() -> None:
+    rng = np.random.default_rng(4)
+    mass, centre = 0.9, np.array([0.01, -0.02, 0.0368])
+    T = np.eye(4)
+    T[:3, :3], T[:3, 3] = pin.exp3(np.array([0.1, -0.3, 0.2])), [0.0, 0.01, -0.042]
+    measured, specific, rotation = np.zeros(6), np.zeros(3), np.eye(3)
+    estimator = WrenchEstimator(mass, centre, T, measured, specific, rotation)
+    for _ in range(50):
+        R = pin.exp3(rng.standard_normal(3))
+        acceleration, applied = rng.standard_normal(3), rng.standard_normal(6)
+        f_b = acceleration - np.array([0.0, 0.0, -9.81])  # a - g in B
+        # the truth: operator's wrench at H in B and the tool's -m (a - g) at its centre, seen at the sensor
+        R_s = R @ T[:3, :3]
+        pull = -mass * f_b
+        force = applied[:3] + pull
+        torque = applied[3:] + np.cross(-R @ T[:3, 3], applied[:3]) + np.cross(R_s @ centre, pull)
+        measured[:] = np.concatenate([R_s.T @ force, R_s.T @ torque])
+        specific[:], rotation[:] = R.T @ f_b, R
+        estimator.update()
+        np.testing.assert_allclose(estimator.wrench, applied, atol=1e-12)
+
+
+def test_an_axis_at_rest_stays_at_rest() -> None:
+    observer = PpuObserver(DT)
+    observer.reset(np.array([1.0, -1.0]))
+    for _ in range(100):
+        observer.update(np.array([1.0, -1.0]), np.zeros(2))
+    assert observer.q == pytest.approx([1.0, -1.0])
+    assert not observer.qd.any()

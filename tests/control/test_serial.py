@@ -1,0 +1,89 @@
+"""The C core's serial chain against pinocchio."""
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from hapticd.configs import read_text
+from hapticd.control._kernels import lib
+from hapticd.control.serial import SerialChain
+from hapticd.models import ModelError, Robot
+
+FRAMES = ["handle", "joint_4", "carriage", "imu_handle"]
+
+
+def giant() -> Robot:
+    """All eight joints: prismatic and revolute, a continuous one, and frames along the chain."""
+    return Robot.from_urdf(read_text("giant.urdf"), "giant.urdf")
+
+
+def random_arm(seed: int) -> Robot:
+    """A chain with joints about x, y and z in random poses."""
+    rng = np.random.default_rng(seed)
+    model, parent = pin.Model(), 0
+    kinds = [
+        pin.JointModelRX,
+        pin.JointModelPY,
+        pin.JointModelRY,
+        pin.JointModelPX,
+        pin.JointModelRZ,
+        pin.JointModelPZ,
+    ]
+    for i, kind in enumerate(kinds):
+        parent = model.addJoint(
+            parent, kind(), pin.SE3(pin.exp3(rng.standard_normal(3)), rng.standard_normal(3)), f"j{i}"
+        )
+        model.appendBodyToJoint(parent, pin.Inertia.Random(), pin.SE3.Random())
+    placement = pin.SE3(pin.exp3(rng.standard_normal(3)), rng.standard_normal(3))
+    model.addFrame(pin.Frame("tip", parent, 0, placement, pin.FrameType.OP_FRAME))
+    model.addFrame(pin.Frame("middle", 3, 0, placement, pin.FrameType.OP_FRAME))
+    return Robot(model)
+
+
+@pytest.mark.parametrize("robot", [giant(), random_arm(1), random_arm(2)], ids=["giant", "random", "random"])
+def test_frames_and_torques_are_those_of_pinocchio(robot: Robot) -> None:
+    rng = np.random.default_rng(3)
+    names = FRAMES if robot.model.existFrame("handle") else ["tip", "middle"]
+    chain = SerialChain(robot, names)
+    n = chain.n
+    q, qd, qdd, tau, gravity = *(np.zeros(n) for _ in range(4)), np.zeros(3)
+    chain.bind(q, qd)
+    arguments = chain.torque_arguments(q, qd, qdd, gravity, tau)
+    model, data = robot.model, robot.data
+    for _ in range(100):
+        q[:], qd[:], qdd[:] = rng.uniform(-2, 2, n), rng.standard_normal(n), rng.standard_normal(n)
+        gravity[:] = rng.standard_normal(3)
+        chain.update()
+        qp = robot.configuration(q)
+        pin.computeJointJacobians(model, data, qp)
+        pin.forwardKinematics(model, data, qp, qd, np.zeros(n))
+        pin.updateFramePlacements(model, data)
+        for name, frame in zip(names, chain.frames, strict=True):
+            at = robot.frame(name)
+            np.testing.assert_allclose(frame.position, data.oMf[at].translation, atol=1e-12)
+            np.testing.assert_allclose(frame.rotation, data.oMf[at].rotation, atol=1e-12)
+            J = pin.getFrameJacobian(model, data, at, pin.LOCAL_WORLD_ALIGNED)
+            np.testing.assert_allclose(frame.J, J, atol=1e-11)
+            drift = pin.getFrameClassicalAcceleration(model, data, at, pin.LOCAL_WORLD_ALIGNED).vector
+            np.testing.assert_allclose(frame.drift, drift, atol=1e-10)
+        model.gravity.linear = gravity
+        lib.serial_torques(*arguments)
+        np.testing.assert_allclose(tau, pin.rnea(model, data, qp, qd, qdd), atol=1e-9)
+
+
+def test_what_is_no_serial_chain_of_straight_joints_is_refused() -> None:
+    model = pin.Model()
+    model.addJoint(
+        0, pin.JointModelRevoluteUnaligned(np.array([1.0, 1.0, 0.0]) / np.sqrt(2)), pin.SE3.Identity(), "skew"
+    )
+    with pytest.raises(ModelError, match="'skew' is a"):
+        SerialChain(Robot(model), [])
+    model = pin.Model()
+    for name in ("a", "b"):
+        model.addJoint(0, pin.JointModelRZ(), pin.SE3.Identity(), name)
+    with pytest.raises(ModelError, match="branches off"):
+        SerialChain(Robot(model), [])
+    model, parent = pin.Model(), 0
+    for i in range(17):
+        parent = model.addJoint(parent, pin.JointModelRZ(), pin.SE3.Identity(), f"j{i}")
+    with pytest.raises(ModelError, match="17 joints"):
+        SerialChain(Robot(model), [])

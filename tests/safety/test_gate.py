@@ -1,0 +1,124 @@
+"""Nothing leaves that the gate did not admit, and what it admits carries no more energy than allowed."""
+
+from math import inf, isfinite, nan
+
+import numpy as np
+import pytest
+from hapticd.safety import AxisLimits, Gate, Reaction
+
+JOINT = AxisLimits("joint_1", command=100.0, step=inf, power=200.0, lower=-1.0, upper=1.0)
+AXIS = AxisLimits("ppu_x", command=1.2, step=0.01, power=inf, lower=-1.6, upper=1.6)
+
+
+def admit(
+    gate: Gate,
+    commands: list[float],
+    position: list[float] | None = None,
+    velocity: list[float] | None = None,
+):  # type: ignore[no-untyped-def]
+    return gate.admit(commands, position or [0.0, 0.0], velocity or [0.0, 0.0], True, 7, 7)
+
+
+@pytest.fixture
+def gate() -> Gate:
+    return Gate([JOINT, AXIS])
+
+
+def test_without_arming_nothing_is_admitted(gate: Gate) -> None:
+    admit(gate, [50.0, 0.005])
+    verdict = gate.admit([50.0, 0.005], [0.0, 0.0], [0.0, 0.0], False, 7, 7)
+    assert gate.admitted == [0.0, 0.0]
+    assert not gate.enable
+    assert verdict.reaction is Reaction.PASS
+
+
+def test_an_ordinary_command_passes_unchanged(gate: Gate) -> None:
+    assert admit(gate, [50.0, 0.005]).reaction is Reaction.PASS
+    assert gate.admitted == [50.0, 0.005]
+    assert gate.enable
+
+
+def test_an_output_of_another_tick_is_denied_and_stops(gate: Gate) -> None:
+    admit(gate, [50.0, 0.005])
+    verdict = gate.admit([50.0, 0.005], [0.0, 0.0], [0.0, 0.0], True, 6, 7)
+    assert (verdict.reaction, verdict.reason) == (Reaction.RAMP, "stale_output")
+    assert gate.admitted == [0.0, 0.0]
+    assert not gate.enable
+
+
+@pytest.mark.parametrize(
+    ("command", "position", "velocity", "admitted", "why"),
+    [
+        (150.0, 0.0, 0.0, 100.0, "exceeds 100"),
+        (-150.0, 0.0, 0.0, -100.0, "exceeds 100"),
+        (100.0, 0.0, 0.0, 100.0, ""),
+        (5.0, 1.01, 0.0, 0.0, "pushes further"),
+        (-5.0, 1.01, 0.0, -5.0, ""),
+        (-5.0, -1.01, 0.0, 0.0, "pushes further"),
+        (5.0, -1.01, 0.0, 5.0, ""),
+        (5.0, nan, 0.0, 0.0, "pushes further"),
+        (-5.0, nan, 0.0, 0.0, "pushes further"),
+        (80.0, 0.0, 4.0, 50.0, "exceeds 200 W"),
+        (-80.0, 0.0, 4.0, -50.0, "exceeds 200 W"),
+        (80.0, 0.0, nan, 0.0, "exceeds 200 W"),
+        (80.0, 0.0, 2.5, 80.0, ""),
+    ],
+)
+def test_a_command_beyond_its_limits_is_replaced_by_a_weaker_one(
+    gate: Gate, command: float, position: float, velocity: float, admitted: float, why: str
+) -> None:
+    verdict = admit(gate, [command, 0.0], [position, 0.0], [velocity, 0.0])
+    assert gate.admitted[0] == pytest.approx(admitted)
+    assert (verdict.reaction is Reaction.SANITISE) == bool(why)
+    assert why in verdict.detail
+    assert gate.clamps == bool(why)
+
+
+def test_a_velocity_axis_may_not_jump(gate: Gate) -> None:
+    verdict = admit(gate, [0.0, 0.5])
+    assert gate.admitted[1] == pytest.approx(0.01)
+    assert "jumps" in verdict.detail
+    admit(gate, [0.0, -0.5])
+    assert gate.admitted[1] == pytest.approx(0.0)
+
+
+@pytest.mark.parametrize("bad", [nan, inf, -inf])
+def test_what_is_no_number_leaves_the_last_admitted_command_and_stops_on_the_third(
+    gate: Gate, bad: float
+) -> None:
+    admit(gate, [50.0, 0.005])
+    reactions = []
+    for _ in range(3):
+        reactions.append(admit(gate, [bad, 0.005]).reaction)
+        assert gate.admitted == [50.0, 0.005]
+    assert reactions == [Reaction.SANITISE, Reaction.SANITISE, Reaction.RAMP]
+
+
+def test_ten_clamped_ticks_in_a_row_stop_and_one_good_tick_forgives(gate: Gate) -> None:
+    for _ in range(9):
+        assert admit(gate, [150.0, 0.0]).reaction is Reaction.SANITISE
+    assert admit(gate, [50.0, 0.0]).reaction is Reaction.PASS
+    for _ in range(9):
+        assert admit(gate, [150.0, 0.0]).reaction is Reaction.SANITISE
+    verdict = admit(gate, [150.0, 0.0])
+    assert (verdict.reaction, verdict.reason) == (Reaction.HOLD, "output_beyond_limit")
+    assert gate.clamps == 19
+
+
+def test_a_gap_in_what_is_no_number_starts_its_count_anew(gate: Gate) -> None:
+    for command in (nan, nan, 150.0, nan, nan):
+        assert admit(gate, [command, 0.0]).reaction is Reaction.SANITISE
+
+
+def test_whatever_comes_in_nothing_beyond_the_limits_goes_out(gate: Gate) -> None:
+    rng = np.random.default_rng(11)
+    strange = [nan, inf, -inf, 0.0, -0.0, 1e308, -1e308, 5e-324]
+    for _ in range(20_000):
+        pick = [float(rng.choice(strange) if rng.random() < 0.3 else rng.normal(0, 200)) for _ in range(6)]
+        last = gate.admitted[1]
+        gate.admit(pick[:2], pick[2:4], pick[4:], True, 1, 1)
+        torque, velocity = gate.admitted
+        assert isfinite(torque) and abs(torque) <= JOINT.command
+        assert isfinite(velocity) and abs(velocity) <= AXIS.command
+        # a step down to zero at a limit is the only larger one
+        assert abs(velocity - last) <= AXIS.step + 1e-12 or velocity == 0.0

@@ -1,0 +1,168 @@
+"""Every check of the monitor, at and around its threshold (fault matrix, rows 1 to 19 and 25)."""
+
+from dataclasses import replace
+from math import inf, nan
+
+import pytest
+from hapticd.safety import Monitor, Observation, Reaction, Thresholds
+
+THRESHOLDS = Thresholds(
+    axes=("joint_1", "ppu_x"),
+    lower=(-inf, -1.6),
+    upper=(inf, 1.6),
+    speed=(2.75, 1.3),
+    devices=("joint_1", "ppu_x", "safety_plc"),
+    overruns_stop=True,
+)
+
+
+def good(**changes: object) -> Observation:
+    seen = Observation(
+        missed=[0, 0, 0],
+        faults=[0, 0, 0],
+        lost=[False] * 3,
+        position=[0.1, 0.2],
+        velocity=[0.0, 0.0],
+        armed=True,
+        dead_man=True,
+        e_stop=False,
+        sto=False,
+        wrench=[0.0] * 6,
+    )
+    return replace(seen, **changes)
+
+
+@pytest.fixture
+def monitor() -> Monitor:
+    return Monitor(THRESHOLDS)
+
+
+def reactions(monitor: Monitor, count: int, **changes: object) -> list[Reaction]:
+    return [monitor.judge(good(**changes)).reaction for _ in range(count)]
+
+
+def test_a_healthy_machine_passes(monitor: Monitor) -> None:
+    assert reactions(monitor, 500) == [Reaction.PASS] * 500
+
+
+@pytest.mark.parametrize(
+    ("changes", "reaction", "reason"),
+    [
+        ({"e_stop": True}, Reaction.OFF, "e_stop"),
+        ({"e_stop": True, "armed": False}, Reaction.OFF, "e_stop"),
+        ({"sto": True}, Reaction.OFF, "sto"),
+        ({"sto": True, "armed": False}, Reaction.PASS, ""),
+        ({"dead_man": False}, Reaction.RAMP, "dead_man"),
+        ({"dead_man": False, "armed": False}, Reaction.PASS, ""),
+        ({"faults": [0, 0x8130, 0]}, Reaction.RAMP, "device_fault"),
+        ({"lost": [False, False, True]}, Reaction.RAMP, "device_state"),
+        ({"lost": [False, False, True], "armed": False}, Reaction.PASS, ""),
+        ({"foreign": 1}, Reaction.RAMP, "second_master"),
+        ({"discarded": 1}, Reaction.SANITISE, "frame_discarded"),
+        ({"discarded": 6}, Reaction.HOLD, "stale_frames"),
+        ({"skipped": 1}, Reaction.RECORD, "overrun"),
+        ({"skipped": 3}, Reaction.HOLD, "overrun"),
+        ({"skipped": 19}, Reaction.HOLD, "overrun"),
+        ({"skipped": 20}, Reaction.RAMP, "stall"),
+        ({"skipped": 20, "armed": False}, Reaction.RECORD, "overrun"),
+        ({"solved": False}, Reaction.SANITISE, "solve_failed"),
+    ],
+)
+def test_a_single_finding_has_its_reaction(
+    monitor: Monitor, changes: dict[str, object], reaction: Reaction, reason: str
+) -> None:
+    verdict = monitor.judge(good(**changes))
+    assert (verdict.reaction, verdict.reason) == (reaction, reason)
+    assert bool(verdict.detail) == bool(reason)
+
+
+@pytest.mark.parametrize(
+    ("count", "reaction"),
+    [
+        (1, Reaction.SANITISE),
+        (4, Reaction.SANITISE),
+        (5, Reaction.HOLD),
+        (19, Reaction.HOLD),
+        (20, Reaction.RAMP),
+    ],
+)
+def test_missing_frames_escalate_and_name_the_device(
+    monitor: Monitor, count: int, reaction: Reaction
+) -> None:
+    verdict = monitor.judge(good(missed=[0, count, 0]))
+    assert verdict.reaction is reaction
+    assert f"{count} frames of ppu_x" in verdict.detail
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [{"position": [0.0, 1.7]}, {"position": [nan, 0.0]}, {"velocity": [2.8, 0.0]}, {"velocity": [0.0, nan]}],
+)
+def test_three_ticks_past_a_hard_limit_stop(monitor: Monitor, changes: dict[str, object]) -> None:
+    assert reactions(monitor, 3, **changes) == [Reaction.RECORD, Reaction.RECORD, Reaction.RAMP]
+    assert monitor.judge(good()).reaction is Reaction.PASS
+    assert reactions(monitor, 2, **changes) == [Reaction.RECORD, Reaction.RECORD]
+
+
+def test_an_idle_machine_past_its_limits_is_only_recorded(monitor: Monitor) -> None:
+    assert set(reactions(monitor, 10, position=[0.0, 1.7], armed=False)) == {Reaction.RECORD}
+
+
+@pytest.mark.parametrize("wrench", [None, [nan, 0, 0, 0, 0, 0], [0, 0, 0, inf, 0, 0]])
+def test_an_invalid_wrench_fades_out_and_then_stops(monitor: Monitor, wrench: list[float] | None) -> None:
+    gains = []
+    for _ in range(20):
+        assert monitor.judge(good(wrench=wrench)).reaction is Reaction.SANITISE
+        gains.append(monitor.wrench_gain)
+    assert gains == pytest.approx([1 - k / 20 for k in range(1, 21)])
+    assert monitor.judge(good(wrench=wrench)).reaction is Reaction.HOLD
+    assert monitor.judge(good()).reaction is Reaction.PASS
+    assert monitor.wrench_gain == 1.0
+
+
+def test_without_power_an_invalid_wrench_does_not_stop(monitor: Monitor) -> None:
+    assert set(reactions(monitor, 30, wrench=None, armed=False)) == {Reaction.SANITISE}
+
+
+def test_failed_solves_escalate(monitor: Monitor) -> None:
+    found = reactions(monitor, 10, solved=False)
+    assert found == [Reaction.SANITISE] * 2 + [Reaction.HOLD] * 7 + [Reaction.RAMP]
+    assert monitor.judge(good()).reaction is Reaction.PASS
+
+
+def sporadic(monitor: Monitor, every: int, **changes: object) -> list[Reaction]:
+    return [monitor.judge(good(**changes) if k % every == 0 else good()).reaction for k in range(600)]
+
+
+@pytest.mark.parametrize("field", ["skipped", "discarded"])
+def test_more_than_five_sporadic_faults_in_a_hundred_ticks_stop_and_fewer_do_not(field: str) -> None:
+    assert Reaction.HOLD not in sporadic(Monitor(THRESHOLDS), 20, **{field: 1})
+    assert Reaction.HOLD in sporadic(Monitor(THRESHOLDS), 16, **{field: 1})
+
+
+def test_where_overruns_are_recorded_no_stall_stops() -> None:
+    monitor = Monitor(replace(THRESHOLDS, overruns_stop=False))
+    assert set(reactions(monitor, 50, skipped=100)) == {Reaction.RECORD}
+
+
+@pytest.mark.parametrize(
+    ("weaker", "stronger"),
+    [
+        ({"skipped": 3}, {"dead_man": False}),
+        ({"dead_man": False}, {"e_stop": True}),
+        ({"missed": [5, 0, 0]}, {"foreign": 2}),
+        ({"solved": False}, {"missed": [0, 0, 20]}),
+    ],
+)
+def test_of_two_findings_the_stronger_one_speaks(
+    weaker: dict[str, object], stronger: dict[str, object]
+) -> None:
+    expected = Monitor(THRESHOLDS).judge(good(**stronger))
+    assert Monitor(THRESHOLDS).judge(good(**weaker, **stronger)) == expected
+
+
+def test_the_monitor_never_raises_whatever_numbers_it_sees() -> None:
+    monitor = Monitor(THRESHOLDS)
+    for value in (nan, inf, -inf, 1e308):
+        strange = good(position=[value] * 2, velocity=[value] * 2, wrench=[value] * 6)
+        assert monitor.judge(strange).reaction >= Reaction.RECORD
