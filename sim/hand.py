@@ -1,0 +1,119 @@
+"""The operator's hand: a spring and damper from the handle to a scripted path, saturated."""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import cos, hypot, sin
+
+import numpy as np
+import pinocchio as pin
+
+from ..models import Array
+
+
+@dataclass(frozen=True, slots=True)
+class Grip:
+    """Stiffness and damping, (translation, rotation); largest force and torque (SI)."""
+
+    stiffness: tuple[float, float]
+    damping: tuple[float, float]
+    strength: tuple[float, float]
+
+
+class Path:
+    """A smooth path through poses at given times: a C2 cubic spline, at rest at both ends.
+
+    Orientation is (yaw, tilt, roll): the handle's axis points down at tilt 0, is tilted towards the
+    direction opposite to yaw, and roll turns about it. Each may turn through any angle.
+    """
+
+    def __init__(self, times: Sequence[float], positions: Array, angles: Array) -> None:
+        """Times (k,) [s], ascending; positions (k, 3) [m]; yaw, tilt, roll (k, 3) [rad].
+
+        Raises:
+            ValueError: for fewer than two poses or times that do not ascend.
+        """
+        t = np.asarray(times, float)
+        if len(t) < 2 or not np.all(np.diff(t) > 0.0):
+            raise ValueError(f"a path needs at least two poses at ascending times, not {list(times)}")
+        y = np.hstack([positions, angles])
+        h = np.diff(t)[:, None]
+        slope = _clamped_slopes(t, y)
+        m0, m1, rise = h * slope[:-1], h * slope[1:], np.diff(y, axis=0)
+        self._t = t.tolist()
+        # per segment and coordinate, for s from 0 to 1: ((a s + b) s + c) s + d
+        a, b = m0 + m1 - 2.0 * rise, 3.0 * rise - 2.0 * m0 - m1
+        self._segments = np.stack([a, b, m0, y[:-1]], axis=2).tolist()
+
+    def at(self, t: float) -> tuple[list[float], list[float]]:
+        """Six coordinates and their rates at time t; the ends are held."""
+        t = min(max(t, self._t[0]), self._t[-1])
+        i = min(bisect_right(self._t, t), len(self._t) - 1) - 1
+        h = self._t[i + 1] - self._t[i]
+        s = (t - self._t[i]) / h
+        segment = self._segments[i]
+        value = [((a * s + b) * s + c) * s + d for a, b, c, d in segment]
+        rate = [((3.0 * a * s + 2.0 * b) * s + c) / h for a, b, c, _ in segment]
+        return value, rate
+
+
+def _clamped_slopes(t: Array, y: Array) -> Array:
+    """Slopes at the knots that make the cubic spline twice continuously differentiable, zero at the ends."""
+    k = len(t)
+    h = np.diff(t)[:, None]
+    secant = np.diff(y, axis=0) / h
+    system = np.eye(k)
+    right: Array = np.zeros(y.shape)
+    for i in range(1, k - 1):
+        before, after = float(h[i - 1, 0]), float(h[i, 0])
+        system[i, i - 1], system[i, i], system[i, i + 1] = after, 2.0 * (before + after), before
+        right[i] = 3.0 * (after * secant[i - 1] + before * secant[i])
+    return np.asarray(np.linalg.solve(system, right))
+
+
+class Hand:
+    """Wrench on the handle while it grips; nothing after ``release``."""
+
+    def __init__(self, path: Path, grip: Grip) -> None:
+        self._path, self._grip = path, grip
+        self.gripping = True
+        self.wrench = np.zeros(6)
+
+    def update(self, t: float, position: Sequence[float], rotation: Array, twist: Sequence[float]) -> Array:
+        """Wrench (6,) in B at the handle [N, N m] at time t for the handle's pose and twist; own buffer."""
+        wrench = self.wrench
+        if not self.gripping:
+            wrench[:] = 0.0
+            return wrench
+        value, rate = self._path.at(t)
+        target, omega = _orientation(value[3:], rate[3:])
+        turn = pin.log3(target @ rotation.T).tolist()
+        (k, k_r), (d, d_r), (force, torque) = self._grip.stiffness, self._grip.damping, self._grip.strength
+        pull = [k * (value[i] - position[i]) + d * (rate[i] - twist[i]) for i in range(3)]
+        twisting = [k_r * turn[i] + d_r * (omega[i] - twist[3 + i]) for i in range(3)]
+        wrench[:3], wrench[3:] = _saturated(pull, force), _saturated(twisting, torque)
+        return wrench
+
+
+def _saturated(vector: list[float], most: float) -> list[float]:
+    size = hypot(*vector)
+    return vector if size <= most else [x * most / size for x in vector]
+
+
+def _orientation(angles: Sequence[float], rates: Sequence[float]) -> tuple[Array, tuple[float, float, float]]:
+    """R = Rz(yaw) Ry(pi + tilt) Rz(roll), whose z axis points down at tilt 0, and its angular velocity."""
+    yaw, tilt, roll = angles
+    cy, sy, ct, st, cr, sr = cos(yaw), sin(yaw), -cos(tilt), -sin(tilt), cos(roll), sin(roll)
+    axis = (cy * st, sy * st, ct)
+    rotation = np.array(
+        (
+            (cy * ct * cr - sy * sr, -cy * ct * sr - sy * cr, axis[0]),
+            (sy * ct * cr + cy * sr, -sy * ct * sr + cy * cr, axis[1]),
+            (-st * cr, st * sr, axis[2]),
+        )
+    )
+    d_yaw, d_tilt, d_roll = rates
+    omega = (d_roll * axis[0] - sy * d_tilt, d_roll * axis[1] + cy * d_tilt, d_roll * axis[2] + d_yaw)
+    return rotation, omega

@@ -1,0 +1,74 @@
+"""The scripted hand: its path, its orientation, and its limited strength."""
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from hapticd.models.dh import forward
+from hapticd.models.giant import DH, T_BASE_DH
+from hapticd.sim.hand import Grip, Hand, Path, _orientation
+
+GRIP = Grip((900.0, 30.0), (40.0, 1.2), (150.0, 12.0))
+TIMES = [0.0, 1.0, 1.5, 3.0]
+PLACES = np.array([[0.0, 0.0, -1.0], [0.5, 0.1, -1.0], [0.6, 0.5, -0.9], [0.2, 0.5, -1.1]])
+ANGLES = np.array([[0.0, 1.0, 0.0], [1.0, 1.2, 0.1], [4.0, 0.8, 0.0], [7.0, 1.0, -0.5]])
+
+
+@pytest.fixture
+def path() -> Path:
+    return Path(TIMES, PLACES, ANGLES)
+
+
+def test_the_path_passes_its_poses_and_is_twice_smooth(path: Path) -> None:
+    for t, place, angles in zip(TIMES, PLACES, ANGLES, strict=True):
+        np.testing.assert_allclose(path.at(t)[0], [*place, *angles], atol=1e-12)
+    h = 1e-4
+    for t in (0.3, 0.9999, 1.0, 1.0001, 1.5, 2.2):
+        before, after = (np.array(path.at(t + k * h)[0]) for k in (-1, 1))
+        np.testing.assert_allclose(path.at(t)[1], (after - before) / (2 * h), atol=1e-5)
+    for t in (1.0, 1.5):  # no step in the acceleration
+        rates = [np.array(path.at(t + k * h)[1]) for k in (-2, -1, 1, 2)]
+        np.testing.assert_allclose(rates[1] - rates[0], rates[3] - rates[2], atol=2e-6)
+
+
+def test_the_ends_are_at_rest_and_held(path: Path) -> None:
+    for t in (-1.0, 0.0, 3.0, 9.0):
+        value, rate = path.at(t)
+        np.testing.assert_allclose(rate, 0.0, atol=1e-12)
+        np.testing.assert_allclose(value[:3], PLACES[0 if t <= 0 else -1])
+
+
+def test_a_path_needs_ascending_times() -> None:
+    with pytest.raises(ValueError, match="ascending"):
+        Path([0.0, 0.0], PLACES[:2], ANGLES[:2])
+    with pytest.raises(ValueError, match="two poses"):
+        Path([0.0], PLACES[:1], ANGLES[:1])
+
+
+def test_yaw_tilt_and_roll_are_the_angles_of_the_giants_handle() -> None:
+    q = np.array([0.1, -0.2, 0.7, 1.1, -0.4, 0.5, 0.4, 0.3])
+    handle = forward(T_BASE_DH, DH, q)[-1]
+    rotation, _ = _orientation([q[2] + q[3] + q[4], q[5] + q[6], q[7]], [0.0, 0.0, 0.0])
+    np.testing.assert_allclose(rotation, handle[:3, :3], atol=1e-12)
+
+
+def test_the_angular_velocity_is_the_derivative_of_the_orientation(path: Path) -> None:
+    h = 1e-6
+    for t in (0.4, 1.2, 2.0):
+        value, rate = path.at(t)
+        R, omega = _orientation(value[3:], rate[3:])
+        later, _ = _orientation(path.at(t + h)[0][3:], rate[3:])
+        np.testing.assert_allclose(pin.log3(later @ R.T) / h, omega, atol=1e-4)
+
+
+def test_the_hand_pulls_towards_its_path_as_strongly_as_it_can(path: Path) -> None:
+    hand = Hand(path, GRIP)
+    R, _ = _orientation([0.0, 1.0, 0.0], [0.0] * 3)
+    near = hand.update(0.0, [0.01, 0.0, -1.0], R, [0.0] * 6)
+    np.testing.assert_allclose(near, [-9.0, 0, 0, 0, 0, 0], atol=1e-9)
+    moving = hand.update(0.0, [0.0, 0.0, -1.0], R, [0.1, 0, 0, 0, 0, 0.5])
+    np.testing.assert_allclose(moving, [-4.0, 0, 0, 0, 0, -0.6], atol=1e-9)
+    far = hand.update(0.0, [3.0, 0.0, -1.0], pin.exp3(np.array([0, 0, 2.0])) @ R, [0.0] * 6)
+    assert np.linalg.norm(far[:3]) == pytest.approx(150.0)
+    assert np.linalg.norm(far[3:]) == pytest.approx(12.0)
+    hand.gripping = False
+    assert not hand.update(0.0, [3.0, 0.0, -1.0], R, [0.0] * 6).any()
