@@ -1,0 +1,39 @@
+/* Real-time helpers: an absolute periodic timer, a log-linear histogram, process settings. */
+#ifndef HAPTICD_RT_H
+#define HAPTICD_RT_H
+
+#include <stdint.h>
+
+/* Nanoseconds of CLOCK_MONOTONIC. */
+int64_t rt_now(void);
+
+/* A non-blocking timerfd on the grid first_ns + k period_ns; returns the descriptor or -errno. */
+int rt_timer_open(int64_t first_ns, int64_t period_ns);
+
+/* Expirations since the last read, 0 where there was none, or -errno. */
+int64_t rt_timer_read(int fd);
+
+/* mlockall(MCL_CURRENT | MCL_FUTURE); 0 or -errno. */
+int rt_lock_memory(void);
+
+/* Ask the kernel for `signal` when the parent dies; 0 or -errno. */
+int rt_die_with_parent(int signal);
+
+/* Log-linear histogram of non-negative nanoseconds: 64 buckets an octave, 1.6 % wide. Zero is a valid
+ * start. */
+enum { RT_OCTAVES = 36, RT_STEPS = 64 };
+typedef struct {
+    int64_t count, sum, largest;
+    uint32_t bucket[2304]; /* RT_OCTAVES * RT_STEPS */
+} rt_histogram;
+
+void rt_histogram_add(rt_histogram *h, int64_t ns);
+
+/* Upper edge of the bucket that holds the quantile q in [0, 1], never above the largest value; 0 if empty. */
+int64_t rt_histogram_quantile(const rt_histogram *h, double q);
+
+/* A bare C loop on the same grid: clock_nanosleep(TIMER_ABSTIME) for `ticks` periods, lateness into `h`.
+ * Returns how many deadlines were missed by a whole period. */
+int64_t rt_nanosleep_loop(int64_t period_ns, int64_t ticks, rt_histogram *h);
+
+#endif

@@ -1,0 +1,198 @@
+"""The command line."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from datetime import datetime
+from importlib import metadata
+from pathlib import Path
+
+import msgspec
+
+from ..devices.errors import DeviceError
+from ..models import ModelError
+from . import config
+from .errors import ConfigError, HapticdError
+
+EPILOG = """examples:
+  hapticd run giant                      the simulated giant with a scripted hand, 30 s
+  hapticd run my_machine.toml --duration 600
+  hapticd replay log/giant-20260101-120000.mcap --verify
+  hapticd check my_machine.toml
+
+While a session runs, type a letter and Enter: s stop, r reset after a stop, a arm (where the
+configuration asks for a command), q end. Ctrl-C ends the session after the machine has come to rest.
+
+exit status: 0 done, 1 a check failed, 2 bad usage or configuration, 3 stopped by safety
+
+hapticd is not a certified safety device. Nobody may rely on it instead of STO, brakes, dead-man
+switch and emergency stop."""
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run a command; returns the exit status."""
+    options = _parser().parse_args(arguments)
+    try:
+        return int(options.handler(options))
+    except HapticdError as error:
+        return _fail(options, error.code, str(error), error.exit_status)
+    except ModelError as error:
+        return _fail(options, "model", str(error), 2)
+    except DeviceError as error:
+        return _fail(options, "device", str(error), 1)
+    except BrokenPipeError:
+        return 1
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="hapticd",
+        description="Real-time daemon for kinesthetic haptic interfaces.",
+        epilog=EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("--version", action="version", version=f"hapticd {metadata.version('hapticd')}")
+    commands = parser.add_subparsers(required=True, metavar="COMMAND")
+
+    run = commands.add_parser("run", help="run a machine", description="Run a machine, live or in lockstep.")
+    run.add_argument("config", metavar="CONFIG", help="a TOML file, or the name of a built-in machine: giant")
+    run.add_argument(
+        "--duration", type=_seconds, metavar="S", help="seconds; default: as the configuration says"
+    )
+    run.add_argument("--log", type=Path, metavar="FILE", help="recording; default: log/CONFIG-DATE-TIME.mcap")
+    run.add_argument(
+        "--lockstep", action="store_true", help="virtual time, as fast as it goes, plant in-process"
+    )
+    run.add_argument("--json", action="store_true", help="print the summary as one JSON object")
+    run.set_defaults(handler=_run)
+
+    replay = commands.add_parser(
+        "replay",
+        help="re-run a recorded session",
+        description="Re-run a recorded session through the same code and compare every tick.",
+    )
+    replay.add_argument("log", metavar="LOG", help="a recording that `hapticd run` wrote")
+    replay.add_argument(
+        "--verify", action="store_true", help="exit with 1 unless every tick comes out bit for bit the same"
+    )
+    replay.add_argument(
+        "--json", action="store_true", help="print ticks, differing_ticks, first, speed_x as JSON"
+    )
+    replay.set_defaults(handler=_replay)
+
+    check = commands.add_parser(
+        "check",
+        help="check a configuration and its model",
+        description="Check a configuration, its model and its devices without moving anything.",
+    )
+    check.add_argument("config", metavar="CONFIG", help="a TOML file, or the name of a built-in machine")
+    check.add_argument("--json", action="store_true", help="print the findings as JSON")
+    check.set_defaults(handler=_check)
+    return parser
+
+
+def _seconds(text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = 0.0
+    if not 0.0 < value < float("inf"):
+        raise argparse.ArgumentTypeError(f"'{text}' is no positive number of seconds")
+    return value
+
+
+def _fail(options: argparse.Namespace, code: str, message: str, status: int) -> int:
+    if options.json:
+        print(msgspec.json.encode({"error": code, "message": message}).decode())
+    print(f"hapticd: error [{code}]: {message}", file=sys.stderr)
+    return status
+
+
+def _run(options: argparse.Namespace) -> int:
+    from . import daemon, lockstep_run
+    from .summary import as_json, table
+
+    loaded = config.load(options.config)
+    duration = options.duration or loaded.config.loop.duration
+    log = _log_path(options.log, loaded)
+    live = sys.stderr.isatty() and not options.json
+    if options.lockstep:
+        outcome = lockstep_run.run(loaded, log, duration, live)
+    else:
+        outcome = daemon.run(loaded, log, duration, live)
+    if outcome.report is None:
+        print("hapticd: the recorder was lost; there is no summary", file=sys.stderr)
+    elif options.json:
+        print(as_json(outcome.report, status=outcome.status, message=outcome.message))
+    else:
+        print(table(outcome.report))
+    if outcome.message:
+        print(f"hapticd: {outcome.message}", file=sys.stderr)
+    return outcome.status
+
+
+def _log_path(given: Path | None, loaded: config.Loaded) -> Path:
+    name = f"{Path(loaded.source).stem}-{datetime.now():%Y%m%d-%H%M%S}.mcap"
+    path = given or Path("log") / name
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.touch()
+    except OSError as error:
+        raise LogPathError(
+            f"cannot write the log {path}: {error.strerror}; name another with --log FILE"
+        ) from error
+    return path
+
+
+class LogPathError(HapticdError):
+    """The recording cannot be written."""
+
+    code = "log-path"
+    exit_status = 2
+
+
+def _replay(options: argparse.Namespace) -> int:
+    from .log import open_log
+    from .replay import describe, replay
+
+    show = sys.stderr.isatty() and not options.json
+
+    def progress(ticks: int) -> None:
+        if show and ticks % 1000 == 0:
+            sys.stderr.write(f"\r{ticks} ticks")
+            sys.stderr.flush()
+
+    found = replay(open_log(options.log), progress)
+    if show:
+        sys.stderr.write("\r\x1b[K")
+    print(msgspec.json.encode(found).decode() if options.json else describe(found))
+    return 1 if options.verify and found.differing_ticks else 0
+
+
+def _check(options: argparse.Namespace) -> int:
+    from .session import build
+
+    try:
+        session = build(config.load(options.config))
+    except ConfigError as error:
+        if not options.json:
+            raise
+        print(msgspec.json.encode({"source": error.source, "findings": error.findings}).decode())
+        return error.exit_status
+    except ModelError as error:
+        if not options.json:
+            raise
+        finding = {"line": error.line, "key": "", "problem": error.problem, "fix": error.fix}
+        print(msgspec.json.encode({"source": error.source, "findings": [finding]}).decode())
+        return 2
+    network = session.network
+    if options.json:
+        print(msgspec.json.encode({"source": session.loaded.source, "findings": []}).decode())
+    else:
+        frames = len(network.devices) + len(network.output_frames)
+        print(
+            f"{session.loaded.source}: no findings. {len(network.devices)} devices, {frames} frames a tick,"
+            f" {session.robot.nv} joints, {session.config.loop.rate:g} Hz"
+        )
+    return 0

@@ -1,0 +1,285 @@
+"""The live daemon: the fixed-rate loop around the cycle, with plant and recorder in their own processes."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import signal
+import socket
+import stat
+import subprocess
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+from time import time_ns
+
+import msgspec
+import uvloop
+
+from ..devices.adapter import Adapter
+from ..devices.frames import Frames
+from ..devices.python_can import python_can
+from ..devices.socket_adapter import SocketAdapter, socketcan
+from ..safety import Trip, describe
+from . import config as c
+from .config import Loaded
+from .cycle import Inputs, Outputs, cycle
+from .errors import HapticdError
+from .loop import FixedRate, now_ns
+from .modes import Command, Mode
+from .realtime import DAEMON_PRIORITY, become_realtime, settle_memory
+from .record import RecordWriter
+from .recorder import EVENT, FINISH, TICK
+from .ring import Ring
+from .session import Session, build
+from .summary import Report
+
+START_DELAY_NS = 20_000_000
+STALL_LIMIT_S = 1.0
+"""How long a simulated plant may stall with its socket open before it counts as lost."""
+END_LIMIT_S = 2.0
+"""How long the machine may take to come to rest at the end of a session."""
+CHILD_LIMIT_S = 30.0
+"""How long a child process may take to start or to finish."""
+KEYS = {"s": Command.STOP, "r": Command.RESET, "a": Command.ARM}
+
+
+class ChildError(HapticdError):
+    """A child process did not start."""
+
+    code = "child"
+
+
+@dataclass(slots=True)
+class Outcome:
+    """How a live session ended.
+
+    Attributes:
+        report: its summary, None where the recorder was lost.
+        status: exit status of the program.
+        message: why, for people.
+    """
+
+    report: Report | None
+    status: int
+    message: str
+
+
+class Daemon:
+    """One live session."""
+
+    def __init__(self, loaded: Loaded, log: Path, duration: float | None, live: bool) -> None:
+        self._session: Session = build(loaded, now_ns)
+        self._rate = loaded.config.loop.rate
+        self._duration_ticks = round(duration * self._rate) if duration is not None else None
+        self._record_overruns = loaded.config.loop.on_overrun == "record"
+        self._log, self._live = log, live
+        self._inputs, self._outputs, self._received = Inputs(), Outputs(), Frames()
+        self._pending = Command.NONE
+        self._ending_since = -1
+        self._stalled = 0
+        self._unserved = 0
+        self._trip: Trip | None = None
+        self._ring = Ring.create()
+        self._writer = RecordWriter(self._session.memory)
+        self._rhythm = FixedRate(round(1e9 / self._rate), self._tick)
+        self._plant: subprocess.Popen[bytes] | None = None
+        self._done = asyncio.Event()
+        self.warnings: list[str] = []
+
+    async def run(self) -> Outcome:
+        """From start-up to the summary."""
+        loop = asyncio.get_running_loop()
+        self._bus = self._open_bus()
+        self._start_recorder()
+        await _until_ready("recorder", self._recorder)
+        if self._plant:
+            await _until_ready("plant", self._plant)
+        try:
+            self._listen(loop)
+            settle_memory()
+            self.warnings = become_realtime(DAEMON_PRIORITY)
+            for warning in self.warnings:
+                self._event(0, f"warning: {warning}")
+            self._rhythm.start(loop, START_DELAY_NS)
+            await self._done.wait()
+        finally:
+            self._rhythm.stop(loop)
+            self._bus.close()
+        return self._conclude()
+
+    # ------------------------------------------------------------------------------- every tick
+
+    def _tick(self) -> None:
+        start = now_ns()
+        rhythm, inputs, outputs, memory = self._rhythm, self._inputs, self._outputs, self._session.memory
+        self._bus.receive(self._received)
+        inputs.frames.extend(self._received)
+        if self._waits_for_plant():
+            self._unserved += 1 + rhythm.skipped
+            return
+        inputs.tick = rhythm.tick
+        inputs.skipped = rhythm.skipped + self._unserved
+        inputs.commands, self._pending = self._pending, Command.NONE
+        self._unserved = 0
+        cycle(inputs, memory, outputs)
+        self._bus.send(outputs.frames)
+        timing = (start - rhythm.deadline_ns, now_ns() - start, memory.machine.solve_ns)
+        self._ring.push(TICK + self._writer.write(inputs, outputs, timing))
+        for text in outputs.events:
+            self._event(inputs.tick, text)
+        inputs.frames.clear()
+        self._watch_end(inputs.tick)
+
+    def _waits_for_plant(self) -> bool:
+        """A simulated world stalls as a whole: no tick runs while the plant has not answered the last one.
+
+        Answers may be under way, so an incomplete set is given one more tick; a device that stays silent
+        shows in the next.
+        """
+        memory, received = self._session.memory, len(self._inputs.frames)
+        silent = memory.mode in (Mode.BRINGUP, Mode.FAILED)  # nobody has to answer yet
+        if silent or self._bus.closed or not self._record_overruns:
+            return False
+        image = memory.image
+        if received >= image.expected or (received and image.working_counter < image.expected):
+            self._stalled = 0
+            return False
+        self._stalled += 1 + self._rhythm.skipped
+        return self._stalled < (2 if received else STALL_LIMIT_S * self._rate)
+
+    def _watch_end(self, tick: int) -> None:
+        mode = self._session.memory.mode
+        if self._ending_since < 0:
+            over = self._duration_ticks is not None and tick + 1 >= self._duration_ticks
+            dead = mode is Mode.STOPPED and self._bus.closed
+            if not (over or dead or mode is Mode.FAILED):
+                return
+            self.end()
+        if not mode.powered or tick - self._ending_since > END_LIMIT_S * self._rate:
+            self._done.set()
+
+    def end(self) -> None:
+        """Stop the machine, then the session."""
+        if self._ending_since < 0:
+            self._ending_since = max(0, self._rhythm.tick)
+            self._trip = self._session.memory.latch.trip
+            self._pending |= Command.END
+
+    # ------------------------------------------------------------------------------- around it
+
+    def _open_bus(self) -> Adapter:
+        match self._session.config.bus:
+            case c.SimulatedBus():
+                here, there = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+                name = self._session.loaded.name
+                self._plant = _spawn("plant_process", [name, str(there.fileno())], [there.fileno()])
+                there.close()
+                return SocketAdapter(here)
+            case c.SocketCanBus(interface=interface):
+                return socketcan(interface)
+            case c.PythonCanBus(interface=interface, channel=channel):
+                return python_can(interface, channel)
+
+    def _start_recorder(self) -> None:
+        theirs, self._control = os.pipe()
+        arguments = [
+            self._session.loaded.name,
+            str(self._log),
+            str(self._ring.fd),
+            str(theirs),
+            str(time_ns()),
+            "1" if self._live else "0",
+        ]
+        self._recorder = _spawn("recorder", arguments, [self._ring.fd, theirs])
+        os.close(theirs)
+
+    def _listen(self, loop: asyncio.AbstractEventLoop) -> None:
+        for number in (signal.SIGINT, signal.SIGTERM):
+            loop.add_signal_handler(number, self._interrupted)
+        if _may_read_stdin():
+            loop.add_reader(0, self._typed, loop)
+
+    def _interrupted(self) -> None:
+        if self._ending_since >= 0:  # the second time: do not wait for the machine
+            self._done.set()
+        self.end()
+
+    def _typed(self, loop: asyncio.AbstractEventLoop) -> None:
+        text = os.read(0, 4096).decode(errors="replace")
+        if not text:
+            loop.remove_reader(0)
+        for word in text.split():
+            if word[0] == "q":
+                self.end()
+            self._pending |= KEYS.get(word[0], Command.NONE)
+
+    def _event(self, tick: int, text: str) -> None:
+        self._ring.push(EVENT + tick.to_bytes(8, "little") + text.encode())
+
+    def _conclude(self) -> Outcome:
+        report = self._collect()
+        if self._plant:
+            _reap(self._plant)
+        memory = self._session.memory
+        if memory.mode is Mode.FAILED:
+            return Outcome(report, 1, "the devices did not come up")
+        if self._trip:
+            return Outcome(report, 3, f"stopped by safety: {describe(self._trip)}")
+        return Outcome(report, 0, "")
+
+    def _collect(self) -> Report | None:
+        """The summary that the recorder gives once it is told to finish."""
+        try:
+            os.write(self._control, FINISH)
+            text, _ = self._recorder.communicate(timeout=CHILD_LIMIT_S)
+            return msgspec.json.decode(text, type=Report)
+        except (OSError, subprocess.TimeoutExpired, msgspec.DecodeError):
+            self._recorder.kill()
+            return None
+        finally:
+            os.close(self._control)
+
+
+def _spawn(module: str, arguments: list[str], fds: list[int]) -> subprocess.Popen[bytes]:
+    command = [sys.executable, "-m", f"hapticd.runtime.{module}", *arguments]
+    return subprocess.Popen(command, pass_fds=fds, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE)
+
+
+async def _until_ready(name: str, child: subprocess.Popen[bytes]) -> None:
+    """A child writes one byte when it is ready."""
+    assert child.stdout is not None
+    try:
+        async with asyncio.timeout(CHILD_LIMIT_S):
+            said = await asyncio.to_thread(child.stdout.read, 1)
+    except TimeoutError:
+        said = b""
+    if not said:
+        child.kill()
+        raise ChildError(f"the {name} process did not start; its message stands above")
+
+
+def _reap(child: subprocess.Popen[bytes]) -> None:
+    try:
+        child.wait(CHILD_LIMIT_S)
+    except subprocess.TimeoutExpired:
+        child.kill()
+
+
+def _may_read_stdin() -> bool:
+    """Whether commands may be typed: a pipe, or a terminal that this process is in front of."""
+    try:
+        if sys.stdin.isatty():
+            return os.tcgetpgrp(0) == os.getpgrp()
+        return stat.S_ISFIFO(os.fstat(0).st_mode)
+    except (OSError, ValueError):
+        return False
+
+
+def run(loaded: Loaded, log: Path, duration: float | None, live: bool) -> Outcome:
+    """A live session from start to summary.
+
+    Raises:
+        HapticdError, DeviceError: the session could not begin.
+    """
+    return uvloop.run(Daemon(loaded, log, duration, live).run())

@@ -1,0 +1,70 @@
+"""Errors of the runtime; each carries a stable code listed in docs/errors.md."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+class HapticdError(Exception):
+    """Base of everything the command line reports without a traceback.
+
+    Attributes:
+        code: stable name of the error.
+        exit_status: 1 a check failed, 2 bad usage or configuration, 3 stopped by safety.
+    """
+
+    code = "runtime"
+    exit_status = 1
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """One thing that is wrong with a configuration."""
+
+    line: int
+    key: str
+    problem: str
+    fix: str
+
+    def __str__(self) -> str:
+        return (f"{self.key}: " if self.key else "") + self.problem + (f"; {self.fix}" if self.fix else "")
+
+
+class ConfigError(HapticdError):
+    """A configuration that must not run a machine.
+
+    Attributes:
+        source: the file.
+        findings: everything that is wrong with it.
+    """
+
+    code = "config"
+    exit_status = 2
+
+    def __init__(self, source: str, findings: list[Finding]) -> None:
+        self.source = source
+        self.findings = findings
+        super().__init__("\n".join(f"{source}:{finding.line}: {finding}" for finding in findings))
+
+
+class LogError(HapticdError):
+    """A recording that cannot be used: ``problem`` says why, ``fix`` what to do."""
+
+    code = "log"
+    exit_status = 2
+
+    def __init__(self, source: str, problem: str, fix: str) -> None:
+        self.source, self.problem, self.fix = source, problem, fix
+        super().__init__(f"{source}: {problem}; {fix}")
+
+
+class LogTruncatedError(LogError):
+    """A recording that ends in mid-record."""
+
+    code = "log-truncated"
+
+
+class LogModelError(LogError):
+    """A recording of another machine, model or layout than the one it is used with."""
+
+    code = "log-model"

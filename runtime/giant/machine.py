@@ -1,0 +1,282 @@
+"""The giant between process image and gate: estimation, force control, prepositioning, tracking."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from math import inf, isfinite
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...control.chain import Gains, Horizons
+from ...control.estimation import PpuObserver, WrenchEstimator
+from ...control.force_control import ForceControl
+from ...control.limits import Limits
+from ...control.prepositioning import PpuLimits, Prepositioning
+from ...control.tracking import SeriesElasticity, Tracking
+from ...control.twin import CartesianTwin
+from ...devices.drive import AxisDrives, JointDrives
+from ...devices.force_torque import ForceTorques, SensorStatus
+from ...devices.image import ProcessImage
+from ...devices.imu import Imus
+from ...models import Array, Robot
+from ...safety import AxisLimits, Thresholds
+from ..config import Config
+from .names import JOINTS, PPU_JOINTS
+
+AT_REST = 1e-6
+"""Commanded speeds below this are standstill [rad/s]."""
+GATE_SHARE = 0.5
+"""Where between a joint's limit and the monitor's margin the gate neutralises commands further out."""
+SPEED_MARGIN = 1.1
+"""Measured over-speed that stops the machine (fault matrix, row 25)."""
+
+STATE = np.dtype(
+    [
+        ("link", "<f8", 6),  # measured, link side [rad]
+        ("axis", "<f8", 2),  # measured [m]
+        ("q", "<f8", 6),  # commanded [rad]
+        ("qd", "<f8", 6),
+        ("qdd", "<f8", 6),
+        ("ppu", "<f8", (3, 2)),  # estimated position, velocity, acceleration [m, s]
+        ("wrench", "<f8", 6),  # of the operator, at the handle in B [N, N m]
+        ("twin_position", "<f8", 3),
+        ("twin_rotation", "<f8", (3, 3)),
+        ("twin_twist", "<f8", 6),
+        ("coupling", "<f8", 6),  # from handle to twin: translation [m] and rotation vector [rad] in B
+        ("active", "u1", 19),  # flags of the limits of levels 2 to 8
+        ("status", "i1"),
+        ("iterations", "<u2"),
+        ("solves", "u1"),
+    ]
+)
+
+
+class Giant:
+    """HapticGiant (seed 000); see ``Machine``."""
+
+    drive_groups: tuple[str, ...] = ("joints", "axes")
+    state: np.dtype[np.void] = STATE
+
+    def __init__(self, config: Config, robot: Robot, image: ProcessImage, clock: Callable[[], int]) -> None:
+        """The clock only measures the solver, in nanoseconds; it decides nothing."""
+        giant = config.giant
+        dt = 1.0 / config.loop.rate
+        self._clock = clock
+        self._joints, self._axes = JointDrives(image), AxisDrives(image)
+        self._force_torque, self._imus = ForceTorques(image), Imus(image)
+        manipulator = robot.without(PPU_JOINTS)
+        self._limits = _joint_limits(config)
+        self._observer = PpuObserver(dt)
+        self.force_control = control = _force_control(config, manipulator, self._limits, self._observer, dt)
+        self._wrench, self._felt = np.zeros(6), np.zeros(6)
+        self._estimator = WrenchEstimator(
+            giant.handle.mass,
+            np.array(giant.handle.centre),
+            _sensor_pose(robot),
+            self._force_torque.wrench[0],
+            self._imus.acceleration[1],
+            control.handle.rotation,
+        )
+        self._prepositioning = Prepositioning(giant.ppu.gain, _ppu_limits(config), dt)
+        self._tracking = Tracking(
+            manipulator,
+            control.arm,
+            SeriesElasticity(np.array(giant.tracking.rotor_inertia), np.array(giant.tracking.stiffness)),
+            np.array(giant.tracking.p_gain),
+            np.array(giant.tracking.d_gain),
+            {
+                **{"q": control.q, "qd": control.qd, "qdd": control.qdd, "J": control.handle.J},
+                **{
+                    "wrench": self._wrench,
+                    "motor": self._joints.position,
+                    "motor_rate": self._joints.velocity,
+                },
+            },
+        )
+        self.axes = _axis_limits(config, robot, dt)
+        self.thresholds = _thresholds(config, image)
+        self.position: list[float] = [0.0] * len(self.axes)
+        self.velocity: list[float] = [0.0] * len(self.axes)
+        self.raw_wrench: list[float] | None = None
+        self.commands: list[float] = [0.0] * len(self.axes)
+        self.solved = True
+        self.solve_ns = 0
+        self._started = False
+
+    @property
+    def inside_limits(self) -> bool:
+        """Whether the measured posture may be engaged."""
+        return all(a.lower <= q <= a.upper for a, q in zip(self.axes, self.position, strict=True))
+
+    def estimate(self) -> None:
+        """Measured axes, PPU observer and the operator's wrench."""
+        joints, axes, imus = self._joints, self._axes, self._imus
+        self.position = joints.link_position.tolist() + axes.position.tolist()
+        self.velocity = joints.velocity.tolist() + axes.velocity.tolist()
+        if not self._started:
+            self._observer.reset(axes.position)
+            self._started = True
+        self._observer.update(axes.position, imus.acceleration[0, :2])
+        measured = self._force_torque.wrench[0]
+        ready = int(self._force_torque.status[0]) == SensorStatus.READY
+        self.raw_wrench = measured.tolist() if ready else None
+        if ready and all(
+            map(isfinite, self.raw_wrench or ())
+        ):  # otherwise the last estimate stands, and is faded out
+            self._estimator.update()
+
+    def engage(self) -> None:
+        """Commanded state = measured link side, twin on the handle, everything at rest."""
+        limits = self._limits
+        q = np.clip(self._joints.link_position, limits.lower, limits.upper)
+        self._observer.reset(self._axes.position)
+        self.force_control.reset(q)
+        self._tracking.reset()
+        self._prepositioning.reset()
+        self.solved = True
+
+    def update(self, gain: float, trust: float) -> None:
+        """One tick of seed 000, Fig. 4."""
+        control, ppu = self.force_control, self._observer
+        np.multiply(self._estimator.wrench, trust, out=self._wrench)
+        np.multiply(self._wrench, gain, out=self._felt)
+        regular = control.prepare(self._felt)
+        start = self._clock()
+        self.solved = regular and control.optimise()
+        self.solve_ns = self._clock() - start
+        if not regular:
+            control.brake()
+        velocity = self._prepositioning.update(control.q, ppu.q, ppu.qd)
+        self._command(velocity, gain)
+        control.advance()
+
+    def brake(self, trust: float) -> bool:
+        """Joints to rest at their rated accelerations, the PPU at its own; then hold."""
+        control = self.force_control
+        np.multiply(self._estimator.wrench, trust, out=self._wrench)
+        control.arm.update()
+        control.brake()
+        velocity = self._prepositioning.stop()
+        self._command(velocity, 1.0)
+        control.advance()
+        self.solve_ns = 0
+        return max(map(abs, control.qd.tolist())) < AT_REST and not any(velocity)
+
+    def write(self, admitted: Sequence[float]) -> None:
+        """Torques to the joints, velocities to the PPU."""
+        self._joints.target_torque[:] = admitted[: len(JOINTS)]
+        self._axes.target_velocity[:] = admitted[len(JOINTS) :]
+
+    def bind_state(self, state: NDArray[np.void]) -> None:
+        """See STATE: its numbers come first and are copied in one go."""
+        control, ppu, twin = self.force_control, self._observer, self.force_control.twin
+        joints, axes = self._joints, self._axes
+        self._numbers = (
+            *(joints.link_position, axes.position, control.q, control.qd, control.qdd),
+            *(ppu.q, ppu.qd, ppu.qdd, self._wrench),
+            *(twin.position, twin.rotation.reshape(-1), twin.twist, control.coupling_error),
+        )
+        count = sum(len(numbers) for numbers in self._numbers)
+        self._logged = state.view(np.uint8)[: 8 * count].view(np.float64)
+        self._logged_solve = [state[name] for name in ("status", "iterations", "solves")]
+        self._logged_active = state["active"][0]
+
+    def fill(self) -> None:
+        """Copy the state of this tick."""
+        control = self.force_control
+        np.concatenate(self._numbers, out=self._logged)
+        self._logged_active[:] = control.active
+        solve = (control.solution.status, control.iterations, control.solves)
+        for field, value in zip(self._logged_solve, solve, strict=True):
+            field[0] = value
+
+    def _command(self, velocity: Sequence[float], gain: float) -> None:
+        torque = self._tracking.update(self._observer.qdd)
+        self.commands = [*torque.tolist(), *(gain * v for v in velocity)]
+
+
+def _joint_limits(config: Config) -> Limits:
+    m = config.giant.manipulator
+    return Limits(np.array(m.lower), np.array(m.upper), np.array(m.velocity), np.array(m.acceleration))
+
+
+def _ppu_limits(config: Config) -> PpuLimits:
+    ppu = config.giant.ppu
+    return PpuLimits(ppu.lower, ppu.upper, ppu.velocity, ppu.acceleration, ppu.time_constant)
+
+
+def _force_control(
+    config: Config, manipulator: Robot, limits: Limits, ppu: PpuObserver, dt: float
+) -> ForceControl:
+    giant = config.giant
+    control, twin, tilt = giant.force_control, giant.twin, giant.manipulator.tilt
+    return ForceControl(
+        manipulator,
+        limits,
+        CartesianTwin(
+            twin.mass,
+            twin.inertia,
+            twin.damping,
+            twin.rotational_damping,
+            (twin.velocity, twin.rotational_velocity),
+            (twin.acceleration, twin.rotational_acceleration),
+        ),
+        ppu,
+        (tilt[0], tilt[1]),
+        (giant.box.lower, giant.box.upper),
+        Gains(control.p_gain, control.p_gain, control.d_gain, control.d_gain),
+        control.detection,
+        dt,
+        Horizons(control.viability_horizon, control.point_horizon),
+    )
+
+
+def _sensor_pose(robot: Robot) -> Array:
+    zero = np.zeros(robot.nv)
+    T: Array = np.linalg.inv(robot.placement(zero, "handle")) @ robot.placement(zero, "force_torque")
+    return T
+
+
+def _axis_limits(config: Config, robot: Robot, dt: float) -> tuple[AxisLimits, ...]:
+    manipulator, ppu, safety = config.giant.manipulator, config.giant.ppu, config.safety
+    near, ppu_near = GATE_SHARE * safety.position_margin, GATE_SHARE * safety.ppu_margin
+    effort = dict(zip(robot.names, robot.effort.tolist(), strict=True))
+    joints = (
+        AxisLimits(
+            name=name,
+            command=effort[name],
+            step=inf,
+            power=effort[name] * manipulator.velocity[i],
+            lower=manipulator.lower[i] - near,
+            upper=manipulator.upper[i] + near,
+        )
+        for i, name in enumerate(JOINTS)
+    )
+    axes = (
+        AxisLimits(
+            name=name,
+            command=ppu.velocity,
+            step=2.0 * ppu.acceleration * dt,
+            power=inf,
+            lower=ppu.lower[i] - ppu_near,
+            upper=ppu.upper[i] + ppu_near,
+        )
+        for i, name in enumerate(PPU_JOINTS)
+    )
+    return (*joints, *axes)
+
+
+def _thresholds(config: Config, image: ProcessImage) -> Thresholds:
+    manipulator, ppu, safety = config.giant.manipulator, config.giant.ppu, config.safety
+    margins = [safety.position_margin] * len(JOINTS) + [safety.ppu_margin] * 2
+    lower, upper = (*manipulator.lower, *ppu.lower), (*manipulator.upper, *ppu.upper)
+    speed = (*manipulator.velocity, ppu.velocity, ppu.velocity)
+    return Thresholds(
+        axes=(*JOINTS, *PPU_JOINTS),
+        lower=tuple(low - margin for low, margin in zip(lower, margins, strict=True)),
+        upper=tuple(high + margin for high, margin in zip(upper, margins, strict=True)),
+        speed=tuple(SPEED_MARGIN * v for v in speed),
+        devices=tuple(device.name for device in image.network.devices),
+        overruns_stop=config.loop.on_overrun == "stop",
+    )

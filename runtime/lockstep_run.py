@@ -1,0 +1,59 @@
+"""A recorded session in lockstep: the plant in-process, virtual time, as fast as it goes."""
+
+from __future__ import annotations
+
+import sys
+from io import FileIO
+from pathlib import Path
+
+from ..safety import describe
+from .config import Loaded
+from .daemon import Outcome
+from .lockstep import Lockstep
+from .log import LogWriter
+from .modes import Command, Mode
+from .record import RecordWriter
+from .session import build, fingerprint
+from .summary import Summary, as_json
+
+DEFAULT_S = 30.0
+NO_TIMING = (0, 0, 0)
+END_LIMIT_S = 2.0
+
+
+def run(loaded: Loaded, log: Path, duration: float | None, live: bool) -> Outcome:
+    """Run for a duration [s] of virtual time, bring the machine to rest, write the log and sum up."""
+    session = build(loaded)
+    lockstep = Lockstep(session)
+    memory, rate = session.memory, loaded.config.loop.rate
+    ticks = round((duration or DEFAULT_S) * rate)
+    writer = RecordWriter(memory)
+    summary = Summary(session.system.limits(loaded.config), rate, memory.image.expected)
+    with FileIO(str(log), "w") as stream:
+        # tick 0 at time 0: the same session gives the same file
+        recording = LogWriter(stream, loaded, fingerprint(session), writer.fixed.dtype, 0)
+
+        def keep() -> None:
+            tick = lockstep.inputs.tick
+            recording.tick(tick, writer.write(lockstep.inputs, lockstep.outputs, NO_TIMING))
+            summary.add(writer.fixed[0])
+            for text in lockstep.outputs.events:
+                recording.event(tick, text)
+                print(f"{tick / rate:9.3f} s  {text}", file=sys.stderr)
+            if live and tick % 500 == 0:
+                sys.stderr.write(f"\r{tick / rate:6.1f} s {memory.mode.name}\x1b[K\r")
+
+        while lockstep.inputs.tick + 1 < ticks and memory.mode is not Mode.FAILED:
+            lockstep.tick()
+            keep()
+        trip = memory.latch.trip
+        lockstep.tick(Command.END)
+        keep()
+        while memory.mode.powered and lockstep.inputs.tick < ticks + END_LIMIT_S * rate:
+            lockstep.tick()
+            keep()
+        report = summary.report(0, str(log))
+        recording.finish(as_json(report))
+    if memory.mode is Mode.FAILED:
+        return Outcome(report, 1, "the devices did not come up")
+    return Outcome(report, 3, f"stopped by safety: {describe(trip)}") if trip else Outcome(report, 0, "")

@@ -1,0 +1,101 @@
+"""What the cycle needs to know of a machine; each system implements it once."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..safety import AxisLimits, Thresholds
+
+
+@dataclass(frozen=True, slots=True)
+class LimitSpec:
+    """A limit that a session may touch.
+
+    Attributes:
+        name: for people, with the unit of its values.
+        lower, upper: infinite where there is none.
+        unit: "rad" or "m".
+    """
+
+    name: str
+    lower: float
+    upper: float
+    unit: str
+
+
+class Machine(Protocol):
+    """One machine's controller between the process image and the gate; synchronous, free of clocks.
+
+    Attributes:
+        drive_groups: groups of the process image that hold drives.
+        axes: what the gate checks, one entry an axis.
+        thresholds: what the monitor compares with.
+        state: numpy structure of what the log keeps of a tick.
+        position, velocity: measured, one an axis.
+        raw_wrench: as the sensor reports it, None where the sensor reports an error.
+        commands: for the gate, one an axis.
+        solved: whether the last ``update`` ended with an answer to stand by.
+        solve_ns: duration of the last solve; measured for the log, decides nothing.
+    """
+
+    drive_groups: tuple[str, ...]
+    axes: tuple[AxisLimits, ...]
+    thresholds: Thresholds
+    state: np.dtype[np.void]
+    commands: list[float]
+    solved: bool
+    solve_ns: int
+    position: list[float]
+    velocity: list[float]
+    raw_wrench: list[float] | None
+
+    @property
+    def inside_limits(self) -> bool:
+        """Whether the measured posture may be engaged."""
+
+    def estimate(self) -> None:
+        """Take the latched process image."""
+
+    def engage(self) -> None:
+        """Start from the measured posture, at rest."""
+
+    def update(self, gain: float, trust: float) -> None:
+        """Compute the commands of this tick.
+
+        Args:
+            gain: 0 to 1, how far the operator's wrench moves the machine while it engages.
+            trust: 0 to 1, how far the measured wrench is believed.
+        """
+
+    def brake(self, trust: float) -> bool:
+        """Compute commands that bring the machine to rest and hold it; whether it is at rest."""
+
+    def write(self, admitted: Sequence[float]) -> None:
+        """Put the admitted commands into the process image."""
+
+    def bind_state(self, state: NDArray[np.void]) -> None:
+        """Where ``fill`` writes: (1,) of ``state``."""
+
+    def fill(self) -> None:
+        """Write the state of this tick."""
+
+
+class MachineLimits(Protocol):
+    """What a session of a machine may touch.
+
+    Attributes:
+        specs: the limits.
+    """
+
+    specs: tuple[LimitSpec, ...]
+
+    def values(self, state: np.void) -> Sequence[float]:
+        """Measured values in the order of ``specs``, from one logged state."""
+
+    def coupling(self, state: np.void) -> tuple[float, float]:
+        """Distance [m] and angle [rad] by which the rendered mechanism and the handle are apart."""

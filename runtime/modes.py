@@ -1,0 +1,44 @@
+"""Modes of the machine, and what a person may command."""
+
+from __future__ import annotations
+
+from enum import IntEnum, IntFlag
+
+
+class Mode(IntEnum):
+    """What the machine is doing."""
+
+    BRINGUP = 0
+    """Devices are reset, checked, configured and started; drives have no power."""
+    READY = 1
+    """Devices answer, drives are off, waiting for a press of the dead-man switch."""
+    ENABLING = 2
+    """Drives walk to operation enabled and hold the posture."""
+    ENGAGING = 3
+    """The operator's wrench fades in."""
+    ACTIVE = 4
+    """The twin is rendered."""
+    STOPPING = 5
+    """A stop is latched and the machine comes to rest."""
+    HOLDING = 6
+    """Stopped and held under power (R2)."""
+    STOPPED = 7
+    """Stopped, torque off, brakes closed."""
+    FAILED = 8
+    """Bring-up failed; nothing will move."""
+
+    @property
+    def powered(self) -> bool:
+        """Whether drives may have power."""
+        return Mode.ENABLING <= self <= Mode.HOLDING
+
+
+class Command(IntFlag):
+    """Commands of a person, applied at the start of a tick and logged with it."""
+
+    NONE = 0
+    STOP = 1
+    RESET = 2
+    ARM = 4
+    END = 8
+    """The session ends: come to rest, brakes closed."""

@@ -1,0 +1,99 @@
+"""The simulated plant as a process of its own: the far end of the bus.
+
+    python -m hapticd.runtime.plant_process CONFIG SOCKET_FD
+
+Plant time advances one period for each output frame, or for each millisecond slice it waited without one;
+a slice never counts more than its length. So a stalled host stalls both worlds, while a dead daemon trips
+the watchdogs of the simulated drives.
+"""
+
+from __future__ import annotations
+
+import os
+import select
+import signal
+import socket
+import sys
+
+from ..devices.frames import Frames
+from ..devices.socket_adapter import SocketAdapter
+from . import config
+from .errors import HapticdError
+from .realtime import PLANT_PRIORITY, become_realtime, settle_memory
+from .session import Plant, build
+
+SLICE_S = 1e-3
+LONGEST_GRACE_S = 0.1
+"""Plant time after the daemon's end within which every drive must be safe."""
+
+
+class PlantServer:
+    """Couples a plant to its end of the bus.
+
+    Attributes:
+        silent: plant time since the last batch of frames [s].
+    """
+
+    def __init__(self, plant: Plant, bus: SocketAdapter, period: float) -> None:
+        self._plant, self._bus, self._period = plant, bus, period
+        self._requests, self._answers = Frames(), Frames()
+        self.silent = 0.0
+        self._met = False
+
+    def serve(self) -> bool:
+        """Wait for frames, but no longer than until the next slice; False once the daemon is gone."""
+        # the period that an output frame pays for passes before silence begins to count
+        patience = SLICE_S if self.silent else self._period + SLICE_S
+        ready, _, _ = select.select([self._bus], [], [], patience)
+        if not ready:
+            if self._met:  # plant time begins with the daemon's first frame
+                self._advance(SLICE_S)
+            return True
+        received = self._bus.receive(self._requests)
+        if received:
+            self._met = True
+            self._answers.clear()
+            self._plant.exchange(self._requests, self._answers)
+            self._bus.send(self._answers)
+            self.silent = 0.0
+            self._plant.step(self._period)
+        return not self._bus.closed
+
+    def outlive(self) -> tuple[int, bool]:
+        """Go on without the daemon until every drive is safe; slices it took, and whether it came to that."""
+        slices = 0
+        while not self._plant.safe and slices * SLICE_S < LONGEST_GRACE_S:
+            self._advance(SLICE_S)
+            slices += 1
+        return slices, self._plant.safe
+
+    def _advance(self, dt: float) -> None:
+        self.silent += dt
+        self._plant.step(dt)
+
+
+def main(arguments: list[str]) -> int:
+    """Serve until the daemon is gone."""
+    name, fd = arguments
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    session = build(config.load(name))
+    bus = SocketAdapter(socket.socket(fileno=int(fd)))
+    server = PlantServer(session.plant(), bus, 1.0 / session.config.loop.rate)
+    settle_memory()
+    become_realtime(PLANT_PRIORITY)
+    os.write(1, b"\n")  # ready
+    while server.serve():
+        pass
+    slices, safe = server.outlive()
+    if slices:
+        state = "every simulated drive is safe" if safe else "NOT every simulated drive is safe"
+        print(f"plant: the daemon is gone; {state} after {slices} ms of plant time", file=sys.stderr)
+    return 0
+
+
+if __name__ == "__main__":
+    try:
+        sys.exit(main(sys.argv[1:]))
+    except HapticdError as error:
+        print(f"hapticd plant: {error}", file=sys.stderr)
+        sys.exit(error.exit_status)

@@ -1,0 +1,155 @@
+"""The kinds of numbers in a configuration: dimension, length and range of each."""
+
+# ruff: noqa: D101 - the names say it all
+
+from __future__ import annotations
+
+from .units import Quantity, Vector
+
+
+class Duration(Quantity):
+    dimension = "time"
+
+
+class Instant(Quantity):
+    dimension = "time"
+    strict = False
+
+
+class Frequency(Quantity):
+    dimension = "frequency"
+
+
+class Length(Quantity):
+    dimension = "length"
+    strict = False
+
+
+class Angle(Quantity):
+    dimension = "angle"
+    strict = False
+
+
+class Speed(Quantity):
+    dimension = "speed"
+
+
+class AngularSpeed(Quantity):
+    dimension = "angular speed"
+
+
+class Acceleration(Quantity):
+    dimension = "acceleration"
+
+
+class AngularAcceleration(Quantity):
+    dimension = "angular acceleration"
+
+
+class Mass(Quantity):
+    dimension = "mass"
+
+
+class Inertia(Quantity):
+    dimension = "inertia"
+
+
+class Force(Quantity):
+    dimension = "force"
+
+
+class Torque(Quantity):
+    dimension = "torque"
+
+
+class Stiffness(Quantity):
+    dimension = "stiffness"
+
+
+class AngularStiffness(Quantity):
+    dimension = "angular stiffness"
+
+
+class Damping(Quantity):
+    dimension = "damping"
+    strict = False
+
+
+class AngularDamping(Quantity):
+    dimension = "angular damping"
+    strict = False
+
+
+class Rate(Quantity):
+    dimension = "rate"
+
+
+class RateSquared(Quantity):
+    dimension = "rate squared"
+
+
+class NoiseForce(Quantity):
+    dimension = "force"
+    strict = False
+
+
+class NoiseTorque(Quantity):
+    dimension = "torque"
+    strict = False
+
+
+class NoiseAcceleration(Quantity):
+    dimension = "acceleration"
+    strict = False
+
+
+class Inertias3(Vector):
+    dimension, length, minimum = "inertia", 3, 0.0
+
+
+class Angles6(Vector):
+    dimension, length = "angle", 6
+
+
+class AngleLimits6(Vector):
+    dimension, length, infinite = "angle", 6, True
+
+
+class AngularSpeeds6(Vector):
+    dimension, length, minimum = "angular speed", 6, 0.0
+
+
+class AngularAccelerations6(Vector):
+    dimension, length, minimum = "angular acceleration", 6, 0.0
+
+
+class Inertias6(Vector):
+    dimension, length, minimum = "inertia", 6, 0.0
+
+
+class AngularStiffnesses6(Vector):
+    dimension, length, minimum = "angular stiffness", 6, 0.0
+
+
+class AngularDampings6(Vector):
+    dimension, length, minimum = "angular damping", 6, 0.0
+
+
+class Torques6(Vector):
+    dimension, length, minimum = "torque", 6, 0.0
+
+
+class Angles2(Vector):
+    dimension, length = "angle", 2
+
+
+class Angles3(Vector):
+    dimension, length = "angle", 3
+
+
+class Lengths2(Vector):
+    dimension, length = "length", 2
+
+
+class Lengths3(Vector):
+    dimension, length = "length", 3

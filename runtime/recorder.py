@@ -1,0 +1,134 @@
+"""The recorder process: takes records from the ring, writes the log, shows the live line, sums up.
+
+    python -m hapticd.runtime.recorder CONFIG LOG RING_FD CONTROL_FD START_NS LIVE
+
+The daemon tells it to finish with a byte on the control pipe; where the pipe closes without one, the daemon
+is dead, and the recorder completes the log by itself. The summary goes to standard output as JSON.
+"""
+
+from __future__ import annotations
+
+import os
+import select
+import signal
+import sys
+import time
+from io import FileIO
+
+import numpy as np
+
+from . import config
+from .errors import HapticdError
+from .log import LogWriter
+from .modes import Mode
+from .record import layout
+from .ring import Ring
+from .session import Session, build, fingerprint
+from .summary import Summary, as_json
+
+POLL_S = 0.02
+LIVE_S = 0.2
+FINISH = b"q"
+TICK, EVENT = b"T", b"E"
+"""First byte of a record in the ring."""
+
+
+class Recorder:
+    """Consumes the ring of one session."""
+
+    def __init__(self, session: Session, ring: Ring, log: LogWriter, dtype: np.dtype[np.void]) -> None:
+        self._ring, self._log, self._dtype = ring, log, dtype
+        self.summary = Summary(
+            session.system.limits(session.config), session.config.loop.rate, session.memory.image.expected
+        )
+
+    def drain(self) -> list[str]:
+        """Everything that is in the ring; returns the events."""
+        events = []
+        while (data := self._ring.pop()) is not None:
+            if data[:1] == TICK:
+                fixed = np.frombuffer(data, self._dtype, 1, 1)[0]
+                self._log.tick(int(fixed["tick"]), data[1:])
+                self.summary.add(fixed)
+            else:
+                tick, text = int.from_bytes(data[1:9], "little"), data[9:].decode()
+                self._log.event(tick, text)
+                events.append(f"{tick / self.summary.rate:9.3f} s  {text}")
+        self._log.flush()
+        return events
+
+    def live_line(self) -> str:
+        """State, punctuality and cost of the session so far."""
+        s, last = self.summary, self.summary.last
+        if last is None:
+            return "waiting for the first tick"
+        late, compute, solve = s.lateness.summary(), s.compute.summary(), s.solve.summary()
+        touching = [
+            extent.spec.name
+            for extent, value in zip(s.extents, s.limits.values(last["state"]), strict=True)
+            if value <= extent.spec.lower + 5e-3 or value >= extent.spec.upper - 5e-3
+        ]
+        force = float(np.linalg.norm(last["state"]["wrench"][:3]))
+        return (
+            f"{int(last['tick']) / s.rate:6.1f} s {Mode(int(last['mode'])).name:9}"
+            f" late {late['p50']:.0f}/{late['p99']:.0f} us"
+            f"  compute {compute['p50']:.0f}/{compute['p99']:.0f} us"
+            f"  solve {solve['p50']:.0f} us  skipped {s.skipped}  force {force:4.0f} N"
+            f"  {'at ' + ', '.join(touching) if touching else ''}"
+        )
+
+
+def main(arguments: list[str]) -> int:
+    """Run until told to finish, or until the daemon is gone."""
+    name, path, ring_fd, control_fd, start_ns, live = arguments
+    # the terminal's Ctrl-C is the daemon's business
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, signal.SIG_IGN)
+    session = build(config.load(name))
+    machine, image = session.memory.machine, session.memory.image
+    dtype = layout(machine.state, len(machine.axes), len(image.raw))
+    control = int(control_fd)
+    with FileIO(path, "w") as stream:
+        log = LogWriter(stream, session.loaded, fingerprint(session), dtype, int(start_ns))
+        recorder = Recorder(session, Ring.attach(int(ring_fd)), log, dtype)
+        os.write(1, b"\n")  # ready
+        told = _serve(recorder, control, live == "1")
+        report = recorder.summary.report(recorder._ring.dropped, path)
+        text = as_json(report)
+        log.finish(text)
+    if told:
+        os.write(1, text.encode())
+    else:
+        print(f"hapticd: the daemon died; its log is complete: {path}", file=sys.stderr)
+    return 0
+
+
+def _serve(recorder: Recorder, control: int, live: bool) -> bool:
+    """Drain until the control pipe says or shows the end; whether it said so."""
+    shown = 0.0
+    while True:
+        readable, _, _ = select.select([control], [], [], POLL_S)
+        said = os.read(control, 1) if readable else b""
+        for event in recorder.drain():
+            _show(f"{event}\n", live)
+        now = time.monotonic()
+        if live and now - shown >= LIVE_S:
+            shown = now
+            _show(recorder.live_line(), live)
+        if readable:
+            if live:
+                _show("", live)
+            return said == FINISH
+
+
+def _show(text: str, live: bool) -> None:
+    sys.stderr.write(f"\r\x1b[K{text}" if live else text)
+    sys.stderr.flush()
+
+
+if __name__ == "__main__":
+    try:
+        sys.exit(main(sys.argv[1:]))
+    except HapticdError as error:
+        print(f"hapticd recorder: {error}", file=sys.stderr)
+        sys.exit(error.exit_status)

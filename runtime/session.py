@@ -1,0 +1,186 @@
+"""Builds a machine from its configuration: the same way live, in lockstep and in replay."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Protocol
+
+from ..devices import drive, force_torque, imu, safety_plc
+from ..devices.device import Device
+from ..devices.errors import DeviceError
+from ..devices.frames import Frames
+from ..devices.image import ProcessImage
+from ..devices.network import Network
+from ..models import ModelError, Robot
+from . import config as c
+from .config import Config, Loaded, key_lines, line_of
+from .cycle import Memory
+from .errors import ConfigError, Finding
+from .giant.check import check_giant
+from .giant.limits import GiantLimits
+from .giant.machine import Giant
+from .giant.plant import giant_plant
+from .machine import Machine, MachineLimits
+
+
+class Plant(Protocol):
+    """A simulated machine behind its simulated devices."""
+
+    @property
+    def time(self) -> float:
+        """Plant time [s]."""
+
+    @property
+    def safe(self) -> bool:
+        """Whether every drive is in its safe state."""
+
+    def exchange(self, frames_in: Frames, frames_out: Frames) -> None:
+        """Let the devices take frames and answer."""
+
+    def step(self, dt: float) -> None:
+        """Advance plant time by dt."""
+
+
+@dataclass(frozen=True, slots=True)
+class System:
+    """What a kind of machine brings along.
+
+    Attributes:
+        machine: builds its controller.
+        limits: what a session may touch.
+        plant: builds its simulation.
+        check: findings (key, problem, fix) that only the model can tell.
+    """
+
+    machine: Callable[[Config, Robot, ProcessImage, Callable[[], int]], Machine]
+    limits: Callable[[Config], MachineLimits]
+    plant: Callable[[Config, Robot, Network], Plant]
+    check: Callable[[Config, Robot], list[tuple[str, str, str]]]
+
+
+SYSTEMS = {"giant": System(Giant, GiantLimits, giant_plant, check_giant)}
+
+
+def no_clock() -> int:
+    """The clock of lockstep and replay: durations are zero."""
+    return 0
+
+
+@dataclass(frozen=True, slots=True)
+class Session:
+    """A machine ready to run.
+
+    Attributes:
+        loaded: its configuration.
+        network: its devices.
+        robot: its model.
+        memory: of the cycle.
+        system: its kind.
+    """
+
+    loaded: Loaded
+    network: Network
+    robot: Robot
+    memory: Memory
+    system: System
+
+    @property
+    def config(self) -> Config:
+        """The checked configuration."""
+        return self.loaded.config
+
+    def plant(self) -> Plant:
+        """The simulated machine.
+
+        Raises:
+            ConfigError: the configuration has no [simulation].
+        """
+        if self.config.simulation is None:
+            raise ConfigError(
+                self.loaded.source,
+                [Finding(1, "simulation", "is missing", "a simulated bus needs this section")],
+            )
+        return self.system.plant(self.config, self.robot, self.network)
+
+
+def build(loaded: Loaded, clock: Callable[[], int] = no_clock) -> Session:
+    """Everything that a configuration describes, checked against its model.
+
+    Raises:
+        ConfigError: with file and line of everything that does not fit together.
+        ModelError: the model must not drive a machine.
+    """
+    config = loaded.config
+    robot = Robot.from_urdf(loaded.model_text, loaded.model_source)
+    system = SYSTEMS[config.system]
+    _require(loaded, _check_bus(config) + system.check(config, robot))
+    try:
+        network = Network([_device(name, device) for name, device in config.devices.items()])
+        image = ProcessImage(network)
+        machine = system.machine(config, robot, image, clock)
+    except DeviceError as error:
+        lines = key_lines(loaded.text)
+        raise ConfigError(
+            loaded.source, [Finding(line_of("devices", lines), "devices", str(error), "")]
+        ) from error
+    except ModelError as error:
+        raise ConfigError(loaded.source, [Finding(0, "model", str(error), "")]) from error
+    return Session(loaded, network, robot, Memory(config, image, machine), system)
+
+
+def fingerprint(session: Session) -> dict[str, str]:
+    """Hashes of what a recording depends on: configuration, model, and the layout of the process image."""
+    network = session.network
+    layout = "\n".join(network.field_at(i) for i in range(network.raw_size))
+    return {
+        "config": _hash(session.loaded.text),
+        "model": _hash(session.loaded.model_text),
+        "layout": _hash(layout),
+    }
+
+
+def _hash(text: str) -> str:
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def _require(loaded: Loaded, found: list[tuple[str, str, str]]) -> None:
+    if found:
+        lines = key_lines(loaded.text)
+        raise ConfigError(
+            loaded.source, [Finding(line_of(key, lines), key, problem, fix) for key, problem, fix in found]
+        )
+
+
+def _check_bus(config: Config) -> list[tuple[str, str, str]]:
+    found = []
+    simulated = isinstance(config.bus, c.SimulatedBus)
+    if not simulated and config.loop.on_overrun != "stop":
+        found.append(("loop.on_overrun", "a real bus must stop on overruns", 'write "stop"'))
+    if not simulated and config.arming.by != "command":
+        found.append(("arming.by", "a real machine must not arm by itself", 'write "command"'))
+    if config.arming.fade < 3.0:
+        found.append(("arming.fade", f"{config.arming.fade:g} s is too sudden", 'write at least "3 s"'))
+    return found
+
+
+def _device(name: str, device: c.Device) -> Device:
+    match device:
+        case c.JointDrive():
+            return drive.JointDrive(
+                name=name,
+                node=device.node,
+                counts_per_turn=device.counts_per_turn,
+                gear_ratio=device.gear_ratio,
+                link_counts_per_turn=device.link_counts_per_turn,
+                rated_torque=float(device.rated_torque),
+            )
+        case c.AxisDrive():
+            return drive.AxisDrive(name=name, node=device.node, counts_per_metre=device.counts_per_metre)
+        case c.ForceTorque():
+            return force_torque.ForceTorque(name=name, node=device.node)
+        case c.Imu():
+            return imu.Imu(name=name, node=device.node)
+        case c.SafetyPlc():
+            return safety_plc.SafetyPlc(name=name, node=device.node)

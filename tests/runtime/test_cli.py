@@ -1,0 +1,119 @@
+"""The command line: exit status, help, errors for people and for programs."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import msgspec
+import pytest
+from hapticd.configs import read_text
+from hapticd.runtime.cli import main
+
+
+def test_help_teaches(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as end:
+        main(["--help"])
+    assert end.value.code == 0
+    text = capsys.readouterr().out
+    for word in (
+        "run",
+        "replay",
+        "check",
+        "examples",
+        "exit status",
+        "not a certified safety device",
+        "Ctrl-C",
+    ):
+        assert word in text
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [[], ["walk"], ["run"], ["run", "giant", "--duration", "0"], ["run", "giant", "--duration", "nan"]],
+)
+def test_bad_usage_exits_with_2(arguments: list[str]) -> None:
+    with pytest.raises(SystemExit) as end:
+        main(arguments)
+    assert end.value.code == 2
+
+
+def test_check_approves_the_built_in_giant(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["check", "giant"]) == 0
+    assert "no findings. 12 devices, 13 frames a tick, 8 joints, 1000 Hz" in capsys.readouterr().out
+    assert main(["check", "giant", "--json"]) == 0
+    assert msgspec.json.decode(capsys.readouterr().out)["findings"] == []
+
+
+def test_check_names_a_mistake(write_config: Callable[..., Path], capsys: pytest.CaptureFixture[str]) -> None:
+    path = write_config(('rate = "1 kHz"', 'rat = "1 kHz"'))
+    assert main(["check", str(path)]) == 2
+    assert f'{path}:11: loop.rat: unknown key; did you mean "rate"?' in capsys.readouterr().err
+    assert main(["check", str(path), "--json"]) == 2
+    (finding,) = msgspec.json.decode(capsys.readouterr().out)["findings"]
+    assert (finding["line"], finding["key"]) == (11, "loop.rat")
+
+
+def test_check_names_a_mistake_in_the_model(
+    write_config: Callable[..., Path], capsys: pytest.CaptureFixture[str]
+) -> None:
+    model = read_text("giant.urdf").replace('<axis xyz="0 0 1" />', '<axis xyz="0 0 2" />', 1)
+    path = write_config(model=model)
+    assert main(["check", str(path)]) == 2
+    assert "the axis has length 2" in capsys.readouterr().err
+    assert main(["check", str(path), "--json"]) == 2
+    (finding,) = msgspec.json.decode(capsys.readouterr().out)["findings"]
+    assert finding["line"] > 0 and finding["fix"]
+
+
+@pytest.mark.parametrize("how", [[], ["--lockstep"]])
+def test_a_bad_configuration_runs_nothing_and_leaves_no_log(
+    write_config: Callable[..., Path], tmp_path: Path, capsys: pytest.CaptureFixture[str], how: list[str]
+) -> None:
+    path = write_config(('gain = "3 1/s"', 'gain = "nan 1/s"'))
+    log = tmp_path / "none.mcap"
+    assert main(["run", str(path), "--log", str(log), *how]) == 2
+    assert "error [config]" in capsys.readouterr().err
+    assert not log.exists()
+
+
+def test_a_log_that_cannot_be_written_is_refused_before_anything_starts(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    assert main(["run", "giant", "--log", "/proc/none/x.mcap", "--json"]) == 2
+    out = capsys.readouterr()
+    assert msgspec.json.decode(out.out)["error"] == "log-path"
+    assert "--log FILE" in out.err
+
+
+def test_lockstep_prints_the_summary_and_writes_the_log(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    log = tmp_path / "a" / "b.mcap"
+    assert main(["run", "giant", "--lockstep", "--duration", "0.5", "--log", str(log)]) == 0
+    assert "ticks at 1000 Hz" in capsys.readouterr().out
+    assert log.exists()
+    assert main(["run", "giant", "--lockstep", "--duration", "0.5", "--log", str(log), "--json"]) == 0
+    report = msgspec.json.decode(capsys.readouterr().out)
+    assert report["status"] == 0 and report["log"] == str(log)
+
+
+def test_a_machine_that_does_not_come_up_exits_with_1(
+    write_config: Callable[..., Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from hapticd.sim.nodes import SimNodes
+
+    build = SimNodes.__init__
+
+    def without_imu(self: SimNodes, *arguments: object) -> None:
+        build(self, *arguments)  # type: ignore[arg-type]
+        self["imu_handle"].silent = True
+
+    monkeypatch.setattr(SimNodes, "__init__", without_imu)
+    assert main(["run", str(write_config()), "--lockstep", "--log", str(tmp_path / "x.mcap")]) == 1
+
+
+def test_replaying_something_else_exits_with_2(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "x.mcap").write_bytes(b"hello")
+    assert main(["replay", str(tmp_path / "x.mcap"), "--json"]) == 2
+    out = capsys.readouterr()
+    assert msgspec.json.decode(out.out)["error"] == "log"
+    assert "is no MCAP file" in out.err

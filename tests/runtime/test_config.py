@@ -1,0 +1,135 @@
+"""Bad configurations are refused with file, line, reason and fix, before anything moves."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from hapticd.configs import read_text
+from hapticd.models import ModelError
+from hapticd.runtime import config
+from hapticd.runtime.errors import ConfigError
+from hapticd.runtime.session import build
+
+from .conftest import changed, loaded
+
+LIMITS = 'upper = "inf 2.4 1.2 1.15 2.2 1.2 rad"'
+
+
+def line_with(text: str, needle: str) -> int:
+    return next(k for k, line in enumerate(text.splitlines(), 1) if needle in line)
+
+
+def finding(*changes: tuple[str, str]):  # type: ignore[no-untyped-def]
+    with pytest.raises(ConfigError) as error:
+        build(loaded(*changes))
+    assert error.value.exit_status == 2
+    found = error.value.findings[0]
+    assert f"giant.toml:{found.line}: " in str(error.value)
+    return found
+
+
+def test_the_built_in_giant_is_right() -> None:
+    session = build(config.load("giant"))
+    assert session.config.giant.manipulator.upper[3] == 1.15
+    assert session.config.devices["joint_1"].node == 1
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "problem", "fix"),
+    [
+        ('rate = "1 kHz"', 'rat = "1 kHz"', "unknown key", 'did you mean "rate"?'),
+        ('rate = "1 kHz"', "rate = 1000", "has no unit", "Hz"),
+        ('rate = "1 kHz"', 'rate = "1 khz"', "no unit of frequency", "kHz"),
+        ('rate = "1 kHz"', 'rate = "nan kHz"', "NaN", ""),
+        ('rate = "1 kHz"', "rate = nan", "has no unit", ""),
+        ('rate = "1 kHz"', 'rate = "0 kHz"', "out of range", "> 0"),
+        ('fade = "3 s"', 'fade = "1 s"', "too sudden", "3 s"),
+        ("node = 3", "node = 300", "<= 127", ""),
+        ("node = 3", "node = 2", "node 2 is taken", ""),
+        ('rated_torque = "110 N m"', 'rated_torque = "110 N"', "no unit of torque", "N m"),
+        ('rated_torque = "110 N m"', 'rated_torqe = "110 N m"', "unknown key", ""),
+        ('type = "imu"', 'type = "imuu"', "Invalid value 'imuu'", ""),
+        (
+            'velocity = "2.5 2.5 3 3 4 5 rad/s"',
+            'velocity = "2.5 2.5 3 3 4 rad/s"',
+            "holds 5 numbers",
+            "give 6",
+        ),
+        (
+            'velocity = "2.5 2.5 3 3 4 5 rad/s"',
+            'velocity = "2.5 2.5 3 3 4 9 rad/s"',
+            "outside the model's 5",
+            "inside",
+        ),
+        (
+            LIMITS,
+            'upper = "inf 2.5 1.2 1.15 2.2 1.2 rad"',
+            "2.5 of joint_2 is outside the model's 2.4",
+            "inside",
+        ),
+        (LIMITS, 'upper = "inf 0.4 1.2 1.15 2.2 1.2 rad"', "is not below", ""),
+        ('tilt = "0.6 2.5415926535897931 rad"', 'tilt = "0 2.5 rad"', "leaves (0, pi)", ""),
+        ('lower = "-2.2 -2.6 -1.28 m"', 'lower = "-2.2 -2.6 -0.74 m"', "elbow's constant height", ""),
+        ('stop_time = "150 ms"', 'stop_time = "100 ms"', "braking a joint alone takes", "longer"),
+        ("[devices.imu_carriage]", "[devices.imu_carrage]", "no such device", 'did you mean "imu_carriage"?'),
+        ('kind = "cartesian"', 'kind = "excavator"', "Invalid value", ""),
+        ('mass = "4 kg"', "", "is missing", "add it"),
+        ("[giant.twin]", "[giant.twn]", "unknown key", 'did you mean "twin"?'),
+        ('angles = "0 60 0 deg"', 'angels = "0 60 0 deg"', "unknown key", 'did you mean "angles"?'),
+        ("seed = 1", "seed = 1\nseed = 2", "not TOML", ""),
+        ('model = "giant.urdf"', "model = 3", "Expected `str`", ""),
+        ('system = "giant"', 'system = "dwarf"', "Invalid enum value 'dwarf'", ""),
+    ],
+)
+def test_a_mistake_is_named_with_its_line_and_a_fix(old: str, new: str, problem: str, fix: str) -> None:
+    found = finding((old, new))
+    assert problem in found.problem
+    assert fix in found.fix
+    if new and "\n" not in new and "node = 2" not in new:
+        text = changed((old, new))
+        # the line itself, or that of the section around it
+        assert abs(found.line - line_with(text, new)) <= 12
+
+
+def test_the_line_is_exact_for_a_plain_mistake() -> None:
+    change = ('d_gain = "20 1/s"', 'd_gain = "20 1/ms"')
+    assert finding(change).line == line_with(changed(change), "1/ms")
+
+
+def test_a_real_bus_must_not_arm_by_itself_or_ignore_overruns() -> None:
+    real = ('kind = "simulated"', 'kind = "socketcan"\ninterface = "can0"')
+    with pytest.raises(ConfigError) as error:
+        build(loaded(real))
+    assert [f.key for f in error.value.findings] == ["loop.on_overrun", "arming.by"]
+    build(
+        loaded(real, ('on_overrun = "record"', 'on_overrun = "stop"'), ('by = "dead-man"', 'by = "command"'))
+    )
+
+
+def test_names_and_paths_that_lead_nowhere_say_what_there_is(tmp_path: Path) -> None:
+    with pytest.raises(ConfigError, match="built in: giant"):
+        config.load("gaint")
+    with pytest.raises(ConfigError, match="cannot be read"):
+        config.load(str(tmp_path / "none.toml"))
+    (tmp_path / "binary.toml").write_bytes(b"\xff\xfe\x00")
+    with pytest.raises(ConfigError, match="not UTF-8"):
+        config.load(str(tmp_path / "binary.toml"))
+    (tmp_path / "huge.toml").write_text("#" * (2 << 20))
+    with pytest.raises(ConfigError, match="larger than"):
+        config.load(str(tmp_path / "huge.toml"))
+
+
+def test_the_model_must_lie_beside_the_configuration(
+    write_config: Callable[..., Path], tmp_path: Path
+) -> None:
+    assert config.load(str(write_config())).model_text == read_text("giant.urdf")
+    with pytest.raises(ConfigError, match="leaves the folder"):
+        config.load(str(write_config(('model = "giant.urdf"', 'model = "../giant.urdf"'))))
+    with pytest.raises(ConfigError, match=r'no file "other\.urdf"'):
+        config.load(str(write_config(('model = "giant.urdf"', 'model = "other.urdf"'))))
+
+
+def test_a_dangerous_model_is_refused(write_config: Callable[..., Path]) -> None:
+    bad = read_text("giant.urdf").replace('lower="0.45" upper="2.4"', 'lower="2.4" upper="0.45"')
+    with pytest.raises(ModelError, match="not below upper"):
+        build(config.load(str(write_config(model=bad))))

@@ -1,0 +1,333 @@
+"""The cycle in closed loop with the simulated machine: starting, stopping, resetting, every reaction."""
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from hapticd.runtime.modes import Command, Mode
+from hapticd.sim import faults
+from hapticd.sim.drives import SimDrive
+
+from .conftest import Bench
+
+RAMP_TICKS = 150  # detection and ramp together, the declared stop time
+
+
+def test_a_session_comes_up_by_itself_and_waits_for_a_press(bench: Bench) -> None:
+    bench.until(Mode.READY)
+    bench.run(100)
+    assert bench.mode is Mode.READY
+    assert bench.safe
+    assert bench.torques == [0.0] * 6
+    bench.until(Mode.ENABLING)
+    assert bench.tick_index == pytest.approx(301, abs=3)  # the scripted press at 0.3 s
+    bench.until(Mode.ENGAGING)
+    assert not bench.safe
+
+
+def test_engaging_fades_in_over_three_seconds_from_the_measured_posture(bench: Bench) -> None:
+    bench.until(Mode.ENGAGING)
+    gains = []
+    posture = bench.plant.arm.q.copy()
+    while bench.mode is Mode.ENGAGING:
+        bench.run(1)
+        gains.append(bench.memory.gain)
+        if len(gains) < 100:
+            assert np.abs(bench.plant.arm.q - posture).max() < 2e-3  # no jump
+    assert len(gains) == pytest.approx(3000, abs=2)
+    steps = np.diff(gains)
+    assert (steps > 0.0).all() and (steps <= 1 / 3000 + 1e-12).all()
+    assert bench.mode is Mode.ACTIVE
+
+
+def test_a_dead_man_held_from_the_start_does_not_arm() -> None:
+    bench = Bench(
+        ('dead_man = [{ at = "0.3 s", pressed = true }]', 'dead_man = [{ at = "0 s", pressed = true }]')
+    )
+    bench.run(600)
+    assert bench.mode is Mode.READY
+    bench.press(False)
+    bench.run(5)
+    bench.press(True)
+    bench.run(5)
+    assert bench.mode > Mode.READY
+
+
+def test_one_channel_of_the_dead_man_is_no_press(bench: Bench) -> None:
+    bench.until(Mode.READY)
+    bench.plc.dead_man = (True, False)
+    bench.run(50)
+    assert bench.mode is Mode.READY
+
+
+def silence_all(bench: Bench) -> None:
+    for node in bench.nodes.nodes:
+        node.silent = True
+
+
+STOPS: dict[str, tuple[Callable[[Bench], object], str, bool, int]] = {
+    # name: (what happens, reason, drives off at the end, ticks until it is detected)
+    "dead-man released": (lambda b: b.press(False), "dead_man", True, 2),
+    "one dead-man channel open": (lambda b: setattr(b.plc, "dead_man", (True, False)), "dead_man", True, 2),
+    "e-stop": (lambda b: setattr(b.plc, "emergency_stop", (True, True)), "e_stop", True, 2),
+    "one e-stop channel": (lambda b: setattr(b.plc, "emergency_stop", (True, False)), "e_stop", True, 2),
+    "drive fault": (lambda b: setattr(b.nodes["joint_3"], "fault", 0x2310), "device_fault", True, 3),
+    "device silent": (lambda b: setattr(b.nodes["joint_2"], "silent", True), "device_silent", True, 22),
+    "all devices silent": (silence_all, "device_silent", True, 22),
+    "five frames lost": (
+        lambda b: setattr(b.nodes["ppu_x"], "tamper", faults.drop(6)),
+        "device_silent",
+        False,
+        7,
+    ),
+    "stale frames": (
+        lambda b: setattr(b.nodes["joint_5"], "tamper", faults.duplicate(8)),
+        "stale_frames",
+        False,
+        9,
+    ),
+    "device restarts": (lambda b: b.nodes["joint_1"].reset(), "device_state", True, 3),
+    "wrench is NaN": (lambda b: _break_wrench(b), "wrench_lost", False, 25),
+    "commanded stop": (lambda b: b.run(1, Command.STOP), "operator", True, 1),
+}
+
+
+def _break_wrench(bench: Bench) -> None:
+    sensor = bench.nodes["force_torque"]
+    sense = bench.plant._sense
+
+    def broken() -> None:
+        sense()
+        sensor.wrench = [float("nan")] * 6
+
+    bench.plant._sense = broken
+
+
+@pytest.mark.parametrize("name", STOPS)
+def test_a_fault_stops_the_machine_in_time_latched_and_with_its_reason(engaging: Bench, name: str) -> None:
+    happen, reason, off, detect = STOPS[name]
+    bench = engaging
+    happen(bench)
+    for _ in range(detect):
+        bench.run(1)
+        if bench.mode >= Mode.STOPPING:
+            break
+    assert bench.mode >= Mode.STOPPING, f"not detected within {detect} ticks"
+    took = bench.until(Mode.STOPPED, Mode.HOLDING, limit=RAMP_TICKS)
+    assert took <= RAMP_TICKS
+    bench.run(30)
+    assert bench.reason == reason
+    assert (bench.mode is Mode.STOPPED) == off
+    assert bench.safe == off
+    assert np.abs(bench.plant.arm.qd).max() < 0.05
+    bench.run(200)
+    assert bench.mode in (Mode.STOPPED, Mode.HOLDING)  # latched
+
+
+def test_an_emergency_stop_takes_the_torque_in_the_same_tick(engaging: Bench) -> None:
+    engaging.plc.emergency_stop = (True, True)
+    engaging.run(3)
+    assert engaging.mode is Mode.STOPPED
+    assert engaging.safe
+    assert engaging.plc.sto
+
+
+def test_up_to_four_lost_frames_stop_nothing(engaging: Bench) -> None:
+    engaging.nodes["joint_4"].tamper = faults.drop(4)
+    engaging.run(200)
+    assert engaging.mode is Mode.ENGAGING
+    assert engaging.memory.image.counters[13] >= 4  # misses are counted
+
+
+def test_malformed_frames_are_dropped_and_counted(engaging: Bench) -> None:
+    engaging.nodes["joint_4"].tamper = faults.truncate(2)
+    engaging.nodes["imu_handle"].tamper = faults.corrupt(1, 0, 0xFF)
+    engaging.run(100)
+    assert engaging.mode is Mode.ENGAGING
+
+
+def test_a_second_master_stops_the_machine(engaging: Bench) -> None:
+    engaging.lockstep._bus.send(_frames((0x000, b"\x01\x00")))
+    engaging.run(2)
+    assert engaging.reason == "second_master"
+
+
+def _frames(*frames: tuple[int, bytes]):  # type: ignore[no-untyped-def]
+    from hapticd.devices.frames import Frames
+
+    made = Frames()
+    for can_id, data in frames:
+        made.append(can_id, data)
+    return made
+
+
+def test_a_failed_solve_brakes_at_once_and_stops_on_the_third(
+    engaging: Bench, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    control = engaging.memory.machine.force_control  # type: ignore[attr-defined]
+    monkeypatch.setattr(control, "optimise", lambda: (control.brake(), False)[1])
+    engaging.run(2)
+    assert engaging.mode is Mode.ENGAGING
+    engaging.run(2)
+    assert engaging.reason == "solve_failed"
+    engaging.until(Mode.HOLDING, limit=RAMP_TICKS)
+
+
+@pytest.mark.parametrize("command", [float("nan"), float("inf")])
+def test_a_command_that_is_no_number_never_reaches_a_drive(engaging: Bench, command: float) -> None:
+    machine = engaging.memory.machine
+    update = machine.update
+
+    def broken(gain: float, trust: float) -> None:
+        update(gain, trust)
+        machine.commands[1] = command
+
+    machine.update = broken  # type: ignore[method-assign]
+    for _ in range(4):
+        engaging.run(1)
+        assert all(np.isfinite(engaging.torques))
+    assert engaging.reason == "output_not_finite"
+    assert engaging.until(Mode.STOPPED, limit=RAMP_TICKS) <= RAMP_TICKS
+
+
+def test_commands_beyond_the_limit_are_clamped_and_stop_after_ten(engaging: Bench) -> None:
+    machine = engaging.memory.machine
+    update = machine.update
+
+    def broken(gain: float, trust: float) -> None:
+        update(gain, trust)
+        machine.commands[5] = 1e6
+
+    machine.update = broken  # type: ignore[method-assign]
+    engaging.run(9)
+    assert engaging.mode is Mode.ENGAGING
+    assert max(map(abs, engaging.torques)) <= 260.0
+    engaging.run(3)
+    assert engaging.reason in ("output_beyond_limit", "beyond_limit")
+
+
+def test_a_measured_position_beyond_the_hard_limit_stops(engaging: Bench) -> None:
+    sense = engaging.plant._sense
+    joint = engaging.nodes["joint_2"]
+
+    def beyond() -> None:
+        sense()
+        joint.link_position = 2.5
+
+    engaging.plant._sense = beyond  # type: ignore[method-assign]
+    engaging.run(6)
+    assert engaging.reason == "beyond_limit"
+
+
+def test_a_stop_needs_a_reset_and_a_new_press(engaging: Bench) -> None:
+    bench = engaging
+    bench.press(False)
+    bench.until(Mode.STOPPED)
+    bench.press(True)  # holding it again is not enough
+    bench.run(300)
+    assert bench.mode is Mode.STOPPED
+    bench.run(600, Command.RESET)  # and a reset with a held switch is refused (row 43)
+    assert bench.mode is Mode.STOPPED
+    assert any("release the dead-man" in event for event in bench.events)
+    bench.press(False)
+    bench.run(10)
+    bench.run(50, Command.RESET)
+    assert bench.mode is Mode.READY
+    assert bench.safe
+    bench.press(True)
+    bench.until(Mode.ENGAGING)
+
+
+@pytest.mark.parametrize("cause", ["e-stop", "drive fault", "all silent"])
+def test_a_reset_with_the_cause_present_is_refused_and_works_once_it_is_gone(
+    engaging: Bench, cause: str
+) -> None:
+    bench = engaging
+    if cause == "e-stop":
+        bench.plc.emergency_stop = (True, True)
+    elif cause == "drive fault":
+        bench.nodes["joint_3"].fault = 0x2310
+    else:
+        silence_all(bench)
+    bench.until(Mode.STOPPED, limit=300)
+    bench.press(False)
+    bench.run(10)
+    bench.run(600, Command.RESET)
+    assert bench.mode is Mode.STOPPED
+    assert any("reset refused" in event for event in bench.events)
+    bench.plc.emergency_stop = (False, False)
+    for node in bench.nodes.nodes:
+        node.silent = False
+    for drive in bench.nodes.of(SimDrive):
+        drive.fault = 0
+    bench.run(10)
+    bench.run(600, Command.RESET)
+    assert bench.mode is Mode.READY, bench.events[-3:]
+    bench.press(True)
+    bench.until(Mode.ENGAGING)
+
+
+def test_a_held_machine_switches_off_when_the_dead_man_opens(engaging: Bench) -> None:
+    engaging.nodes["ppu_x"].tamper = faults.drop(6)
+    engaging.until(Mode.HOLDING)
+    engaging.run(200)
+    assert not engaging.safe
+    engaging.press(False)
+    engaging.until(Mode.STOPPED, limit=RAMP_TICKS)
+    engaging.run(2)
+    assert engaging.safe
+    assert engaging.reason == "dead_man"
+
+
+@pytest.mark.parametrize(("policy", "mode"), [("record", Mode.ENGAGING), ("stop", Mode.HOLDING)])
+def test_a_stall_of_12_ms_is_recorded_or_stops_as_the_configuration_says(policy: str, mode: Mode) -> None:
+    bench = Bench(('on_overrun = "record"', f'on_overrun = "{policy}"'))
+    bench.until(Mode.ENGAGING)
+    bench.run(100)
+    bench.run(1, skipped=12)
+    bench.run(RAMP_TICKS)
+    assert bench.mode is mode
+
+
+def test_a_daemon_that_sleeps_for_20_ms_finds_its_drives_safe(engaging: Bench) -> None:
+    engaging.run(1, skipped=25)
+    engaging.run(3)
+    assert engaging.safe
+    assert engaging.mode >= Mode.STOPPING
+    assert engaging.reason in ("sto", "device_fault", "device_state", "drive_state")
+
+
+def test_arming_by_command_needs_the_command_before_the_press() -> None:
+    bench = Bench(
+        ('by = "dead-man"', 'by = "command"'),
+        ('dead_man = [{ at = "0.3 s", pressed = true }]', "dead_man = []"),
+    )
+    bench.until(Mode.READY)
+    bench.press(True)
+    bench.run(10)
+    assert bench.mode is Mode.READY
+    assert any("arming was not commanded" in event for event in bench.events)
+    bench.press(False)
+    bench.run(10)
+    bench.run(10, Command.ARM)
+    bench.press(True)
+    bench.run(10)
+    assert bench.mode > Mode.READY
+
+
+def test_a_missing_device_fails_the_bring_up_without_moving_anything(bench: Bench) -> None:
+    bench.nodes["joint_6"].silent = True
+    bench.until(Mode.FAILED, limit=4000)
+    assert any("joint_6" in event for event in bench.events)
+    bench.run(50)
+    assert bench.safe
+    assert bench.mode is Mode.FAILED
+    assert len(bench.lockstep.outputs.frames) == 0
+
+
+def test_the_end_of_a_session_leaves_everything_safe(engaging: Bench) -> None:
+    engaging.run(1, Command.END)
+    engaging.until(Mode.STOPPED, limit=RAMP_TICKS)
+    engaging.run(2)
+    assert engaging.safe
+    assert engaging.reason == "end"

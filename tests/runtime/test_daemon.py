@@ -1,0 +1,193 @@
+"""The live daemon with plant and recorder in their own processes: what happens when one of them dies."""
+
+from __future__ import annotations
+
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import msgspec
+import pytest
+from hapticd.runtime.log import open_log
+from hapticd.runtime.modes import Mode
+
+PATIENCE_S = 60.0
+
+
+class Live:
+    """A daemon in its own process."""
+
+    def __init__(self, folder: Path, config: str, *options: str) -> None:
+        self.log = folder / "session.mcap"
+        self._errors = folder / "stderr.txt"
+        self._output = folder / "stdout.txt"
+        command = [sys.executable, "-m", "hapticd.runtime", "run", config, "--log", str(self.log), *options]
+        with self._errors.open("wb") as err, self._output.open("wb") as out:
+            self.process = subprocess.Popen(
+                command, stdin=subprocess.PIPE, stdout=out, stderr=err, cwd=folder
+            )
+
+    @property
+    def errors(self) -> str:
+        return self._errors.read_text(errors="replace")
+
+    @property
+    def output(self) -> str:
+        return self._output.read_text()
+
+    def wait_for(self, text: str) -> None:
+        deadline = time.monotonic() + PATIENCE_S
+        while text not in self.errors:
+            assert self.process.poll() is None, f"the daemon ended: {self.errors}"
+            assert time.monotonic() < deadline, f"no '{text}' in {self.errors}"
+            time.sleep(0.02)
+
+    def type(self, text: str) -> None:
+        assert self.process.stdin is not None
+        self.process.stdin.write(text.encode())
+        self.process.stdin.flush()
+
+    def child(self, module: str) -> int:
+        """Process id of the plant or the recorder."""
+        for entry in Path("/proc").iterdir():
+            if entry.name.isdigit():
+                try:
+                    parent = int((entry / "stat").read_text().rsplit(")", 1)[1].split()[1])
+                    command = (entry / "cmdline").read_bytes().decode()
+                except (OSError, IndexError):
+                    continue
+                if parent == self.process.pid and module in command:
+                    return int(entry.name)
+        raise AssertionError(f"no {module} process")
+
+    def end(self) -> int:
+        return self.process.wait(PATIENCE_S)
+
+    def modes(self) -> list[Mode]:
+        return [Mode(int(record.fixed["mode"])) for record in open_log(str(self.log)).records()]
+
+
+@pytest.fixture
+def start(tmp_path: Path) -> Iterator[Callable[..., Live]]:
+    running: list[Live] = []
+
+    def begin(config: str, *options: str) -> Live:
+        running.append(Live(tmp_path, config, *options))
+        return running[-1]
+
+    yield begin
+    for live in running:
+        live.process.kill()
+        live.process.wait()
+        if live.process.stdin:
+            live.process.stdin.close()
+
+
+def wait_until_gone(pid: int) -> None:
+    deadline = time.monotonic() + PATIENCE_S
+    while (
+        Path(f"/proc/{pid}").exists()
+        and "Z" not in Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1][:3]
+    ):
+        assert time.monotonic() < deadline, f"process {pid} lives on"
+        time.sleep(0.02)
+
+
+def test_a_short_session_ends_with_a_summary_and_one_log_that_replays(
+    start: Callable[..., Live], tmp_path: Path
+) -> None:
+    live = start("giant", "--duration", "1.5", "--json")
+    assert live.end() == 0, live.errors
+    report = msgspec.json.decode(live.output)
+    assert report["ticks"] + report["skipped"] >= 1500
+    assert set(report["lateness_us"]) == {"mean", "p50", "p99", "p999", "max"}
+    assert report["status"] == 0
+    assert len(list(tmp_path.glob("*.mcap"))) == 1
+    modes = live.modes()
+    assert modes[-1] is Mode.STOPPED and Mode.ENGAGING in modes
+    verify = [sys.executable, "-m", "hapticd.runtime", "replay", str(live.log), "--verify"]
+    assert subprocess.run(verify, capture_output=True, check=False).returncode == 0
+
+
+def test_a_killed_plant_stops_the_daemon_with_a_ramp_and_a_readable_log(start: Callable[..., Live]) -> None:
+    live = start("giant", "--duration", "30")
+    live.wait_for("ENGAGING")
+    os.kill(live.child("plant_process"), signal.SIGKILL)
+    assert live.end() == 3
+    assert "R3 device_silent" in live.errors
+    records = list(open_log(str(live.log)).records())
+    assert Mode(int(records[-1].fixed["mode"])) is Mode.STOPPED
+    assert records[-1].fixed["reason"] == b"device_silent"
+
+
+def test_after_the_daemon_is_killed_every_drive_is_safe_by_itself_and_the_log_opens(
+    start: Callable[..., Live],
+) -> None:
+    live = start("giant", "--duration", "30")
+    live.wait_for("ENGAGING")
+    time.sleep(0.3)
+    plant, recorder = live.child("plant_process"), live.child("recorder")
+    live.process.send_signal(signal.SIGKILL)
+    live.process.wait()
+    wait_until_gone(plant)
+    wait_until_gone(recorder)
+    found = re.search(r"every simulated drive is safe after (\d+) ms of plant time", live.errors)
+    assert found, live.errors
+    assert 1 <= int(found[1]) <= 20
+    assert "its log is complete" in live.errors
+    modes = live.modes()
+    assert modes[-1] is Mode.ENGAGING
+    assert len(modes) > 300
+
+
+def test_releasing_the_dead_man_stops_and_needs_a_reset_and_a_new_press(
+    start: Callable[..., Live], write_config: Callable[..., Path]
+) -> None:
+    presses = [(0.3, True), (0.8, False), (1.2, True), (4.0, False), (7.0, True)]
+    script = ", ".join(f'{{ at = "{at} s", pressed = {str(pressed).lower()} }}' for at, pressed in presses)
+    later = f"dead_man = [{script}]"
+    live = start(
+        str(write_config(('dead_man = [{ at = "0.3 s", pressed = true }]', later))), "--duration", "30"
+    )
+    live.wait_for("R3 dead_man")
+    live.wait_for("STOPPED")
+    time.sleep(2.0)  # the second press, at 1.2 s, does nothing
+    assert live.errors.count("ENABLING") == 1
+    live.type("r\n")
+    live.wait_for("release the dead-man switch first")  # it is held until 4 s
+    while "READY: reset" not in live.errors:  # from 4 s on
+        live.type("reset\n")
+        time.sleep(0.7)
+    live.wait_for("ENABLING: dead-man pressed; drives switch on")
+    deadline = time.monotonic() + PATIENCE_S
+    while live.errors.count("ENGAGING") < 2 and time.monotonic() < deadline:
+        time.sleep(0.05)
+    assert live.errors.count("ENGAGING") == 2
+    live.type("q\n")
+    assert live.end() == 0
+
+
+def test_an_interrupt_ends_the_session_after_the_machine_came_to_rest(start: Callable[..., Live]) -> None:
+    live = start("giant", "--duration", "30")
+    live.wait_for("ENGAGING")
+    live.process.send_signal(signal.SIGINT)
+    assert live.end() == 0
+    assert live.modes()[-1] is Mode.STOPPED
+
+
+def test_a_plant_that_hangs_counts_as_lost(start: Callable[..., Live]) -> None:
+    live = start("giant", "--duration", "30")
+    live.wait_for("ENGAGING")
+    plant = live.child("plant_process")
+    os.kill(plant, signal.SIGSTOP)
+    try:
+        live.wait_for("R3 device_silent")
+    finally:
+        os.kill(plant, signal.SIGCONT)
+    live.type("q\n")
+    assert live.end() == 3

@@ -1,0 +1,130 @@
+"""Plant time: one period a frame, one slice a silent millisecond, and never more than that."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+
+import pytest
+from hapticd.devices.frames import Frames
+from hapticd.devices.socket_adapter import SocketAdapter, unix_pair
+from hapticd.runtime.plant_process import SLICE_S, PlantServer
+
+PERIOD = 1e-3
+
+
+class CountingPlant:
+    """A plant that only counts its time, safe after 20 ms without a frame."""
+
+    def __init__(self) -> None:
+        self.time = 0.0
+        self.since_frame = 0.0
+
+    @property
+    def safe(self) -> bool:
+        return self.since_frame >= 0.020 - 1e-9
+
+    def exchange(self, frames_in: Frames, frames_out: Frames) -> None:
+        self.since_frame = 0.0
+        for can_id, data in frames_in:
+            frames_out.append(can_id + 0x100, data)
+
+    def step(self, dt: float) -> None:
+        self.time += dt
+        self.since_frame += dt
+
+
+Served = tuple[CountingPlant, PlantServer, SocketAdapter]
+
+
+@pytest.fixture
+def served() -> Iterator[Served]:
+    here, there = unix_pair()
+    plant = CountingPlant()
+    yield plant, PlantServer(plant, there, PERIOD), here
+    here.close()
+    there.close()
+
+
+def send(daemon: SocketAdapter) -> None:
+    frames = Frames()
+    frames.append(0x080, b"\x01\x00\x00\x00")
+    daemon.send(frames)
+
+
+def test_time_stands_still_until_the_daemon_speaks(
+    served: Served,
+) -> None:
+    plant, server, _ = served
+    for _ in range(5):
+        assert server.serve()
+    assert plant.time == 0.0
+
+
+def test_a_frame_is_answered_and_advances_one_period(
+    served: Served,
+) -> None:
+    plant, server, daemon = served
+    for k in range(1, 4):
+        send(daemon)
+        assert server.serve()
+        assert plant.time == pytest.approx(k * PERIOD)
+        answer = Frames()
+        assert daemon.receive(answer) == 1
+        assert answer[0][0] == 0x180
+
+
+def test_each_silent_millisecond_after_the_period_is_one_slice(
+    served: Served,
+) -> None:
+    plant, server, daemon = served
+    send(daemon)
+    server.serve()
+    start = time.monotonic()
+    server.serve()  # the frame's own period, then one slice
+    assert time.monotonic() - start >= PERIOD + SLICE_S - 2e-4
+    assert plant.time == pytest.approx(PERIOD + SLICE_S)
+    for _ in range(4):
+        server.serve()
+    assert plant.time == pytest.approx(PERIOD + 5 * SLICE_S)
+    assert server.silent == pytest.approx(5 * SLICE_S)
+    send(daemon)
+    server.serve()
+    assert server.silent == 0.0
+
+
+def test_a_stalled_host_counts_one_slice_and_not_its_length(
+    served: Served,
+) -> None:
+    plant, server, daemon = served
+    send(daemon)
+    server.serve()
+    time.sleep(0.08)
+    server.serve()
+    assert plant.time == pytest.approx(PERIOD + SLICE_S)
+
+
+def test_frames_that_waited_out_a_stall_count_once(
+    served: Served,
+) -> None:
+    plant, server, daemon = served
+    send(daemon)
+    server.serve()
+    send(daemon)
+    time.sleep(0.05)
+    server.serve()
+    assert plant.time == pytest.approx(2 * PERIOD)
+
+
+def test_without_the_daemon_the_plant_goes_on_until_every_drive_is_safe(
+    served: Served,
+) -> None:
+    plant, server, daemon = served
+    send(daemon)
+    server.serve()
+    daemon.close()
+    assert not server.serve()
+    slices, safe = server.outlive()
+    assert safe
+    assert slices == 19  # and the frame's own period make 20 ms
+    assert plant.time == pytest.approx(0.020)
