@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ._wire import ffi, lib
+from .cia301 import MAX_NODE, TPDO
 from .errors import FrameError
 
 FRAME = np.dtype([("id", "<u4"), ("len", "u1"), ("flags", "u1"), ("reserved", "u1", 2), ("data", "u1", 64)])
@@ -73,6 +74,12 @@ class Frames:
     def array(self) -> NDArray[np.void]:
         """The frames in use, (count,) of `FRAME`; a view."""
         return self._array[: self.pointer.count]
+
+    @property
+    def answers(self) -> int:
+        """How many of them are TPDOs, by their identifiers."""
+        ids = self.array["id"]
+        return int(np.count_nonzero((ids > TPDO) & (ids <= TPDO + MAX_NODE)))
 
     def clear(self) -> None:
         """Forgets all frames."""

@@ -78,6 +78,7 @@ class Daemon:
         self._pending = Command.NONE
         self._ending_since = -1
         self._stalled = 0
+        self._waited = False
         self._unserved = 0
         self._trip: Trip | None = None
         self._ring = Ring.create()
@@ -134,19 +135,21 @@ class Daemon:
     def _waits_for_plant(self) -> bool:
         """A simulated world stalls as a whole: no tick runs while the plant has not answered the last one.
 
-        Answers may be under way, so an incomplete set is given one more tick; a device that stays silent
-        shows in the next.
+        An incomplete set of answers is given one more tick, for the rest may be under way; a device that is
+        silent shows in the next.
         """
-        memory, received = self._session.memory, len(self._inputs.frames)
-        silent = memory.mode in (Mode.BRINGUP, Mode.FAILED)  # nobody has to answer yet
-        if silent or self._bus.closed or not self._record_overruns:
+        memory = self._session.memory
+        starting = memory.mode in (Mode.BRINGUP, Mode.FAILED)  # nobody has to answer yet
+        if starting or self._bus.closed or not self._record_overruns:
             return False
-        image = memory.image
-        if received >= image.expected or (received and image.working_counter < image.expected):
-            self._stalled = 0
-            return False
-        self._stalled += 1 + self._rhythm.skipped
-        return self._stalled < (2 if received else STALL_LIMIT_S * self._rate)
+        image, answers = memory.image, self._inputs.frames.answers
+        if answers == 0:
+            self._stalled += 1 + self._rhythm.skipped
+            return self._stalled < STALL_LIMIT_S * self._rate
+        self._stalled = 0
+        under_way = answers < image.expected == image.working_counter and not self._waited
+        self._waited = under_way
+        return under_way
 
     def _watch_end(self, tick: int) -> None:
         mode = self._session.memory.mode

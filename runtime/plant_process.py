@@ -31,19 +31,20 @@ class PlantServer:
     """Couples a plant to its end of the bus.
 
     Attributes:
-        silent: plant time since the last batch of frames [s].
+        unsafe: plant time in silence during which some drive was not in its safe state [s].
     """
 
     def __init__(self, plant: Plant, bus: SocketAdapter, period: float) -> None:
         self._plant, self._bus, self._period = plant, bus, period
         self._requests, self._answers = Frames(), Frames()
-        self.silent = 0.0
+        self.unsafe = 0.0
+        self._silent = False
         self._met = False
 
     def serve(self) -> bool:
         """Wait for frames, but no longer than until the next slice; False once the daemon is gone."""
         # the period that an output frame pays for passes before silence begins to count
-        patience = SLICE_S if self.silent else self._period + SLICE_S
+        patience = SLICE_S if self._silent else self._period + SLICE_S
         ready, _, _ = select.select([self._bus], [], [], patience)
         if not ready:
             if self._met:  # plant time begins with the daemon's first frame
@@ -55,20 +56,20 @@ class PlantServer:
             self._answers.clear()
             self._plant.exchange(self._requests, self._answers)
             self._bus.send(self._answers)
-            self.silent = 0.0
+            self.unsafe, self._silent = 0.0, False
             self._plant.step(self._period)
         return not self._bus.closed
 
-    def outlive(self) -> tuple[int, bool]:
-        """Go on without the daemon until every drive is safe; slices it took, and whether it came to that."""
-        slices = 0
-        while not self._plant.safe and slices * SLICE_S < LONGEST_GRACE_S:
+    def outlive(self) -> bool:
+        """Go on without the daemon until every drive is safe; whether it came to that."""
+        while not self._plant.safe and self.unsafe < LONGEST_GRACE_S:
             self._advance(SLICE_S)
-            slices += 1
-        return slices, self._plant.safe
+        return self._plant.safe
 
     def _advance(self, dt: float) -> None:
-        self.silent += dt
+        self._silent = True
+        if not self._plant.safe:
+            self.unsafe += dt
         self._plant.step(dt)
 
 
@@ -84,10 +85,11 @@ def main(arguments: list[str]) -> int:
     os.write(1, b"\n")  # ready
     while server.serve():
         pass
-    slices, safe = server.outlive()
-    if slices:
+    safe = server.outlive()
+    if server.unsafe:
         state = "every simulated drive is safe" if safe else "NOT every simulated drive is safe"
-        print(f"plant: the daemon is gone; {state} after {slices} ms of plant time", file=sys.stderr)
+        span = round(1e3 * server.unsafe)
+        print(f"plant: the daemon is gone; {state} after {span} ms of plant time", file=sys.stderr)
     return 0
 
 

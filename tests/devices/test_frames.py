@@ -92,3 +92,11 @@ def test_random_bytes_never_crash_unpacking() -> None:
         except FrameError:
             continue
         assert frames.pack() == packed
+
+
+def test_answers_are_counted_by_their_identifiers() -> None:
+    frames = Frames()
+    assert frames.answers == 0
+    for can_id in (0x180, 0x181, 0x1FF, 0x200, 0x701, 0x081, 0x581, 0x190):
+        frames.append(can_id, b"")
+    assert frames.answers == 3

@@ -87,10 +87,10 @@ def test_each_silent_millisecond_after_the_period_is_one_slice(
     for _ in range(4):
         server.serve()
     assert plant.time == pytest.approx(PERIOD + 5 * SLICE_S)
-    assert server.silent == pytest.approx(5 * SLICE_S)
+    assert server.unsafe == pytest.approx(5 * SLICE_S)
     send(daemon)
     server.serve()
-    assert server.silent == 0.0
+    assert server.unsafe == 0.0
 
 
 def test_a_stalled_host_counts_one_slice_and_not_its_length(
@@ -124,7 +124,19 @@ def test_without_the_daemon_the_plant_goes_on_until_every_drive_is_safe(
     server.serve()
     daemon.close()
     assert not server.serve()
-    slices, safe = server.outlive()
-    assert safe
-    assert slices == 19  # and the frame's own period make 20 ms
+    assert server.outlive()
+    assert server.unsafe == pytest.approx(0.019)  # and the frame's own period make 20 ms
     assert plant.time == pytest.approx(0.020)
+
+
+def test_silence_before_the_daemon_is_seen_to_be_gone_counts_too(served: Served) -> None:
+    plant, server, daemon = served
+    send(daemon)
+    while not plant.safe:
+        server.serve()
+    for _ in range(5):
+        server.serve()
+    daemon.close()
+    server.serve()
+    assert server.outlive()
+    assert server.unsafe == pytest.approx(0.019)
