@@ -39,6 +39,7 @@ types:  # links for the type checkers only; never imported at run time
 bench:
 	@./setup.sh test
 	@$(BIN)/python bench/solve.py $(ARGS)
+	@$(BIN)/python bench/tick.py
 
 format:
 	@./setup.sh lint

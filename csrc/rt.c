@@ -2,7 +2,6 @@
 
 #include <errno.h>
 #include <sys/mman.h>
-#include <sys/prctl.h>
 #include <sys/timerfd.h>
 #include <time.h>
 #include <unistd.h>
@@ -40,10 +39,6 @@ int64_t rt_timer_read(int fd) {
 
 int rt_lock_memory(void) {
     return mlockall(MCL_CURRENT | MCL_FUTURE) < 0 ? -errno : 0;
-}
-
-int rt_die_with_parent(int signal) {
-    return prctl(PR_SET_PDEATHSIG, signal) < 0 ? -errno : 0;
 }
 
 /* Values below RT_STEPS have a bucket each; above, an octave [2^k, 2^(k+1)) has RT_STEPS / 2 new ones. */

@@ -16,9 +16,6 @@ int64_t rt_timer_read(int fd);
 /* mlockall(MCL_CURRENT | MCL_FUTURE); 0 or -errno. */
 int rt_lock_memory(void);
 
-/* Ask the kernel for `signal` when the parent dies; 0 or -errno. */
-int rt_die_with_parent(int signal);
-
 /* Log-linear histogram of non-negative nanoseconds: 64 buckets an octave, 1.6 % wide. Zero is a valid
  * start. */
 enum { RT_OCTAVES = 36, RT_STEPS = 64 };

@@ -129,6 +129,14 @@ int32_t wire_extend(wire_frames *to, const wire_frames *from, int32_t first) {
     return 0;
 }
 
+int32_t wire_count(const wire_frames *frames, uint32_t first, uint32_t last) {
+    int32_t count = 0;
+    for (int i = 0; i < frames->count; i++) {
+        count += frames->frame[i].id >= first && frames->frame[i].id <= last;
+    }
+    return count;
+}
+
 int32_t wire_pack(const wire_frames *frames, uint8_t *out) {
     uint8_t *at = out;
     for (int i = 0; i < frames->count; i++) {

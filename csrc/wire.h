@@ -53,6 +53,9 @@ int32_t wire_append(wire_frames *frames, uint32_t id, const uint8_t *data, int32
 /* Appends the frames of `from` from number `first` on. Returns 0 or WIRE_FULL. */
 int32_t wire_extend(wire_frames *to, const wire_frames *from, int32_t first);
 
+/* How many frames have an identifier in [first, last]. */
+int32_t wire_count(const wire_frames *frames, uint32_t first, uint32_t last);
+
 /* The compact form for the log: id (4 bytes, little endian), len, flags, data[len] per frame.
    `out` has room for 70 bytes per frame. Returns the bytes written. */
 int32_t wire_pack(const wire_frames *frames, uint8_t *out);

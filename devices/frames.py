@@ -78,8 +78,7 @@ class Frames:
     @property
     def answers(self) -> int:
         """How many of them are TPDOs, by their identifiers."""
-        ids = self.array["id"]
-        return int(np.count_nonzero((ids > TPDO) & (ids <= TPDO + MAX_NODE)))
+        return int(lib.wire_count(self.pointer, TPDO + 1, TPDO + MAX_NODE))
 
     def clear(self) -> None:
         """Forgets all frames."""

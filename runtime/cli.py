@@ -124,9 +124,12 @@ def _run(options: argparse.Namespace) -> int:
     if outcome.report is None:
         print("hapticd: the recorder was lost; there is no summary", file=sys.stderr)
     elif options.json:
-        print(as_json(outcome.report, status=outcome.status, message=outcome.message))
+        speed = {} if outcome.speed_x is None else {"speed_x": outcome.speed_x}
+        print(as_json(outcome.report, status=outcome.status, message=outcome.message, **speed))
     else:
         print(table(outcome.report))
+        if outcome.speed_x is not None:
+            print(f"lockstep: {outcome.speed_x:g} times real time")
     if outcome.message:
         print(f"hapticd: {outcome.message}", file=sys.stderr)
     return outcome.status

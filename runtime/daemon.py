@@ -58,11 +58,13 @@ class Outcome:
         report: its summary, None where the recorder was lost.
         status: exit status of the program.
         message: why, for people.
+        speed_x: how many times faster than real time a lockstep session ran; None where it was live.
     """
 
     report: Report | None
     status: int
     message: str
+    speed_x: float | None = None
 
 
 class Daemon:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from io import FileIO
 from pathlib import Path
+from time import perf_counter
 
 from ..safety import describe
 from .config import Loaded
@@ -29,6 +30,7 @@ def run(loaded: Loaded, log: Path, duration: float | None, live: bool) -> Outcom
     ticks = round((duration or DEFAULT_S) * rate)
     writer = RecordWriter(memory)
     summary = Summary(session.system.limits(loaded.config), rate, memory.image.expected)
+    begin = perf_counter()
     with FileIO(str(log), "w") as stream:
         # tick 0 at time 0: the same session gives the same file
         recording = LogWriter(stream, loaded, fingerprint(session), writer.fixed.dtype, 0)
@@ -54,6 +56,9 @@ def run(loaded: Loaded, log: Path, duration: float | None, live: bool) -> Outcom
             keep()
         report = summary.report(0, str(log))
         recording.finish(as_json(report))
+    speed_x = round((lockstep.inputs.tick + 1) / rate / (perf_counter() - begin), 2)
     if memory.mode is Mode.FAILED:
-        return Outcome(report, 1, "the devices did not come up")
-    return Outcome(report, 3, f"stopped by safety: {describe(trip)}") if trip else Outcome(report, 0, "")
+        return Outcome(report, 1, "the devices did not come up", speed_x)
+    if trip:
+        return Outcome(report, 3, f"stopped by safety: {describe(trip)}", speed_x)
+    return Outcome(report, 0, "", speed_x)

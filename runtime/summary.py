@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from math import inf, isfinite
 from typing import Any
@@ -98,7 +99,7 @@ class Count:
 
     def summary(self) -> dict[str, float]:
         """Mean and max."""
-        return {"mean": round(self.total / self.ticks, 2) if self.ticks else 0.0, "max": self.most}
+        return {"mean": round(self.total / self.ticks, 4) if self.ticks else 0.0, "max": self.most}
 
 
 @dataclass(slots=True)
@@ -200,21 +201,12 @@ def table(report: Report) -> str:
         f"{report.ticks} ticks at {report.rate_hz:g} Hz, {report.skipped} skipped"
         + (f", {report.shed} not recorded" if report.shed else "")
         + f"; {report.frames_missing} frames missing, {report.clamped} ticks sanitised",
-        f"{'':14}{'mean':>9}{'p50':>9}{'p99':>9}{'p99.9':>9}{'max':>10}",
     ]
-    for name, row in (
-        ("lateness us", report.lateness_us),
-        ("compute us", report.compute_us),
-        ("solve us", report.solve_us),
-    ):
-        lines.append(
-            f"{name:14}"
-            + "".join(f"{row[key]:9.1f}" for key in ("mean", "p50", "p99", "p999"))
-            + f"{row['max']:10.1f}"
-        )
+    if report.compute_us["max"]:  # virtual time has neither lateness nor cost
+        lines += _timing_lines(report)
     lines.append(
-        f"HQP iterations {report.iterations['mean']:g} a tick (most {report.iterations['max']:g}),"
-        f" solves {report.solves['mean']:g} (most {report.solves['max']:g});"
+        f"HQP iterations {report.iterations['mean']:.3g} a tick (most {report.iterations['max']:g}),"
+        f" solves {report.solves['mean']:.3g} (most {report.solves['max']:g});"
         f" coupling error at most {report.coupling_mm:g} mm, {report.coupling_mrad:g} mrad"
     )
     lines.append("modes: " + ", ".join(f"{mode} {count}" for mode, count in report.modes.items()))
@@ -226,6 +218,17 @@ def table(report: Report) -> str:
     if report.log:
         lines.append(f"log: {report.log}")
     return "\n".join(lines)
+
+
+def _timing_lines(report: Report) -> Iterator[str]:
+    yield f"{'':14}{'mean':>9}{'p50':>9}{'p99':>9}{'p99.9':>9}{'max':>10}"
+    for name, row in (
+        ("lateness us", report.lateness_us),
+        ("compute us", report.compute_us),
+        ("solve us", report.solve_us),
+    ):
+        columns = "".join(f"{row[key]:9.1f}" for key in ("mean", "p50", "p99", "p999"))
+        yield f"{name:14}{columns}{row['max']:10.1f}"
 
 
 def _limit_line(limit: LimitReport) -> str:
