@@ -53,7 +53,7 @@ def summarise(bare: list[dict[str, Any]], live: list[dict[str, Any]]) -> dict[st
         "missed": median(r["skipped"] / (r["ticks"] + r["skipped"]) for r in live),
         "c_loop_missed": median(r["missed"] / r["ticks"] for r in bare),
         "compute_us": {c: median(r["compute_us"][c] for r in live) for c in COLUMNS},
-        "solve_us": {c: median(r["solve_us"][c] for r in live) for c in COLUMNS},
+        "solve_us": {c: median(r["stages_us"]["solve"][c] for r in live) for c in COLUMNS},
         "lateness_us": {c: median(r["lateness_us"][c] for r in live) for c in COLUMNS},
         "c_loop_lateness_us": {c: median(r["lateness_us"][c] for r in bare) for c in COLUMNS},
     }

@@ -37,7 +37,7 @@ class PpuMotion(Protocol):
 class ForceControl:
     """Keeps the commanded state of manipulator and twin and advances both by one tick at a time.
 
-    A tick is ``prepare``, ``optimise`` (or ``brake``), ``advance``.
+    A tick is ``prepare``, ``assemble``, ``optimise`` (or ``brake``), ``advance``.
 
     Which constraint torques may act follows from the limits that are active, (26). ``detection`` says how
     that is decided: ``previous`` takes the limits of the last tick's optimum (the paper's rule),
@@ -110,14 +110,17 @@ class ForceControl:
         self._chain.active[:] = 0
         self._solver.reset()
 
-    def prepare(self, wrench: Array) -> bool:
-        """Form the levels of this tick; False where they cannot be formed (a singular posture).
+    def prepare(self, wrench: Array) -> None:
+        """Kinematics and dynamics of this tick.
 
         Args:
             wrench: of the operator at the handle in B, (6,) [N, N m].
         """
         self.arm.update()
         self.twin.update(wrench)
+
+    def assemble(self) -> bool:
+        """Form the levels of this tick; False where they cannot be formed (a singular posture)."""
         return self._chain.assemble()
 
     def optimise(self) -> bool:

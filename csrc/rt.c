@@ -2,6 +2,7 @@
 
 #include <errno.h>
 #include <sys/mman.h>
+#include <sys/resource.h>
 #include <sys/timerfd.h>
 #include <time.h>
 #include <unistd.h>
@@ -39,6 +40,33 @@ int64_t rt_timer_read(int fd) {
 
 int rt_lock_memory(void) {
     return mlockall(MCL_CURRENT | MCL_FUTURE) < 0 ? -errno : 0;
+}
+
+int64_t rt_spin(int64_t until_ns) {
+    int64_t now;
+    do {
+        now = rt_now();
+    } while (now < until_ns);
+    return now;
+}
+
+int64_t rt_stages_begin(rt_stages *s) {
+    for (int i = 0; i < RT_STAGES - 1; i++) s->ns[i] = 0;
+    s->begin = s->last = rt_now();
+    return s->begin;
+}
+
+void rt_stages_mark(rt_stages *s, int stage) {
+    const int64_t now = rt_now();
+    if (stage == RT_STAGES - 1) s->ns[stage] = 0;
+    if (stage >= 0 && stage < RT_STAGES) s->ns[stage] += (uint32_t)(now - s->last);
+    s->last = now;
+}
+
+void rt_usage_read(rt_usage *usage) {
+    struct rusage r;
+    getrusage(RUSAGE_THREAD, &r);
+    *usage = (rt_usage){r.ru_minflt, r.ru_majflt, r.ru_nivcsw};
 }
 
 /* Values below RT_STEPS have a bucket each; above, an octave [2^k, 2^(k+1)) has RT_STEPS / 2 new ones. */

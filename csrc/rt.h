@@ -16,6 +16,27 @@ int64_t rt_timer_read(int fd);
 /* mlockall(MCL_CURRENT | MCL_FUTURE); 0 or -errno. */
 int rt_lock_memory(void);
 
+/* Waits, busy, until CLOCK_MONOTONIC reaches `until_ns`; returns the time then. */
+int64_t rt_spin(int64_t until_ns);
+
+/* Where the time of a tick goes. Each mark gives the time since the last one to a stage. */
+enum { RT_STAGES = 11 };
+typedef struct {
+    int64_t begin, last;
+    uint32_t ns[11]; /* RT_STAGES */
+} rt_stages;
+
+/* Starts a tick and returns the time; the last stage keeps its duration, for it ends after it was logged. */
+int64_t rt_stages_begin(rt_stages *s);
+void rt_stages_mark(rt_stages *s, int stage);
+
+/* What the kernel did to the calling thread so far. */
+typedef struct {
+    int64_t minor_faults, major_faults, preemptions; /* preemptions: involuntary context switches */
+} rt_usage;
+
+void rt_usage_read(rt_usage *usage);
+
 /* Log-linear histogram of non-negative nanoseconds: 64 buckets an octave, 1.6 % wide. Zero is a valid
  * start. */
 enum { RT_OCTAVES = 36, RT_STEPS = 64 };

@@ -29,6 +29,7 @@ from ..safety import (
 from .config import Config
 from .machine import Machine
 from .modes import Command, Mode
+from .stages import Mark, Stage
 
 TRANSITION_DEADLINE_S = 0.2
 """Each transition of a drive's CiA 402 state machine."""
@@ -87,12 +88,13 @@ class Memory:
         counter: of the last SYNC; commanded: tick of the last commands.
         gain: how far the operator's wrench has faded in.
         trust: how far the measured wrench is believed.
+        mark: told when a stage of the tick ends; decides nothing.
         packed, digest: the consumed frames as bytes, and their CRC.
     """
 
-    def __init__(self, config: Config, image: ProcessImage, machine: Machine) -> None:
+    def __init__(self, config: Config, image: ProcessImage, machine: Machine, mark: Mark) -> None:
         rate = config.loop.rate
-        self.image, self.machine = image, machine
+        self.image, self.machine, self.mark = image, machine, mark
         self.mode = Mode.BRINGUP
         self.latch = StopLatch()
         self.gate = Gate(machine.axes)
@@ -126,6 +128,7 @@ def cycle(inputs: Inputs, memory: Memory, outputs: Outputs) -> None:
     m.packed = inputs.frames.pack()
     m.digest = zlib.crc32(m.packed)
     m.image.latch(inputs.frames, m.counter)
+    m.mark(Stage.DECODE)
     if m.mode in (Mode.BRINGUP, Mode.FAILED):
         outputs.verdict = PASS
         _bring_up(inputs, m, outputs)
@@ -136,6 +139,7 @@ def cycle(inputs: Inputs, memory: Memory, outputs: Outputs) -> None:
         # a device whose watchdog acted wants one SYNC without valid outputs before it may run again
         operational = m.mode is not Mode.BRINGUP and m.resetting != m.reset_limit - 1
         m.image.compose(outputs.frames, m.counter, operational)
+    m.mark(Stage.ENCODE)
 
 
 # ------------------------------------------------------------------------------------- bring-up
@@ -163,6 +167,7 @@ def _bring_up(inputs: Inputs, m: Memory, outputs: Outputs) -> None:
 
 def _run(inputs: Inputs, m: Memory, outputs: Outputs) -> None:
     m.machine.estimate()
+    m.mark(Stage.ESTIMATE)
     seen = _observe(inputs, m)
     verdict = m.monitor.judge(seen)
     m.trust = m.monitor.wrench_gain
@@ -178,7 +183,9 @@ def _run(inputs: Inputs, m: Memory, outputs: Outputs) -> None:
     press = m.dead_man.pressed_anew(seen.dead_man)
     if m.mode is Mode.READY:
         _ready(inputs, press, verdict, m, outputs)
+    m.mark(Stage.SAFETY)
     _control(inputs.tick, m, outputs)
+    m.mark(Stage.COMMAND)
     _switch(inputs.tick, m, outputs)
     machine = m.machine
     admitted = m.gate.admit(
@@ -187,6 +194,7 @@ def _run(inputs: Inputs, m: Memory, outputs: Outputs) -> None:
     if not m.gate.enable and m.power.target is not State.SWITCH_ON_DISABLED:
         m.power.request(State.SWITCH_ON_DISABLED)
     _latch(admitted, inputs.tick, m, outputs)
+    m.mark(Stage.SAFETY)
     machine.write(m.gate.admitted)
     outputs.verdict = verdict if verdict.reaction >= admitted.reaction else admitted
 

@@ -25,13 +25,14 @@ from . import config as c
 from .config import Loaded
 from .cycle import Inputs, Outputs, cycle
 from .errors import HapticdError
-from .loop import FixedRate, now_ns
+from .loop import FixedRate
 from .modes import Command, Mode
 from .realtime import DAEMON_PRIORITY, become_realtime, settle_memory
 from .record import RecordWriter
 from .recorder import EVENT, FINISH, TICK
 from .ring import Ring
 from .session import Session, build
+from .stages import Stage, Stages
 from .summary import Report
 
 START_DELAY_NS = 20_000_000
@@ -71,7 +72,8 @@ class Daemon:
     """One live session."""
 
     def __init__(self, loaded: Loaded, log: Path, duration: float | None, live: bool) -> None:
-        self._session: Session = build(loaded, now_ns)
+        self._stages = Stages()
+        self._session: Session = build(loaded, self._stages.mark)
         self._rate = loaded.config.loop.rate
         self._duration_ticks = round(duration * self._rate) if duration is not None else None
         self._record_overruns = loaded.config.loop.on_overrun == "record"
@@ -114,10 +116,11 @@ class Daemon:
     # ------------------------------------------------------------------------------- every tick
 
     def _tick(self) -> None:
-        start = now_ns()
+        start = self._stages.begin()
         rhythm, inputs, outputs, memory = self._rhythm, self._inputs, self._outputs, self._session.memory
         self._bus.receive(self._received)
         inputs.frames.extend(self._received)
+        self._stages.mark(Stage.RECEIVE)
         if self._waits_for_plant():
             self._unserved += 1 + rhythm.skipped
             return
@@ -127,8 +130,10 @@ class Daemon:
         self._unserved = 0
         cycle(inputs, memory, outputs)
         self._bus.send(outputs.frames)
-        timing = (start - rhythm.deadline_ns, now_ns() - start, memory.machine.solve_ns)
+        self._stages.mark(Stage.SEND)
+        timing = (start - rhythm.deadline_ns, self._stages.elapsed_ns, self._stages.packed)
         self._ring.push(TICK + self._writer.write(inputs, outputs, timing))
+        self._stages.mark(Stage.LOG)
         for text in outputs.events:
             self._event(inputs.tick, text)
         inputs.frames.clear()

@@ -13,12 +13,11 @@ from .daemon import Outcome
 from .lockstep import Lockstep
 from .log import LogWriter
 from .modes import Command, Mode
-from .record import RecordWriter
+from .record import NO_TIMING, RecordWriter
 from .session import build, fingerprint
 from .summary import Summary, as_json
 
 DEFAULT_S = 30.0
-NO_TIMING = (0, 0, 0)
 END_LIMIT_S = 2.0
 
 

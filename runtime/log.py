@@ -28,7 +28,7 @@ from .errors import LogError, LogModelError, LogTruncatedError
 from .record import Record, describe
 from .record import parse as parse_record
 
-LAYOUT_VERSION = "1"
+LAYOUT_VERSION = "2"
 CHUNK_BYTES = 64 << 10
 """Small chunks: a recording that is killed loses less than 100 ms."""
 MAGIC = b"\x89MCAP0\r\n"

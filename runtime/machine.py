@@ -40,7 +40,6 @@ class Machine(Protocol):
         raw_wrench: as the sensor reports it, None where the sensor reports an error.
         commands: for the gate, one an axis.
         solved: whether the last ``update`` ended with an answer to stand by.
-        solve_ns: duration of the last solve; measured for the log, decides nothing.
     """
 
     drive_groups: tuple[str, ...]
@@ -49,7 +48,6 @@ class Machine(Protocol):
     state: np.dtype[np.void]
     commands: list[float]
     solved: bool
-    solve_ns: int
     position: list[float]
     velocity: list[float]
     raw_wrench: list[float] | None

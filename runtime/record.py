@@ -11,8 +11,14 @@ import numpy as np
 
 from ..devices.network import Network
 from .cycle import Inputs, Memory, Outputs
+from .stages import NO_STAGES, Stage
 
-TIMING = ("lateness_ns", "compute_ns", "solve_ns")
+Timing = tuple[int, int, bytes]
+"""Lateness and compute time [ns], durations of the stages."""
+NO_TIMING: Timing = (0, 0, NO_STAGES)
+"""Of lockstep and replay."""
+
+TIMING = ("lateness_ns", "compute_ns", "stage_ns")
 """Durations: the only fields that a replay does not reproduce."""
 INPUTS = ("tick", "skipped", "commands", "in_bytes")
 """Fields that a replay takes from the log instead of computing them."""
@@ -31,7 +37,7 @@ HEAD = (
     ("out_bytes", "<u2", "H"),
     ("lateness_ns", "<i8", "q"),
     ("compute_ns", "<i8", "q"),
-    ("solve_ns", "<i8", "q"),
+    ("stage_ns", f"({len(Stage)},)<u4", f"{len(NO_STAGES)}s"),
     ("gain", "<f8", "d"),
     ("trust", "<f8", "d"),
 )
@@ -71,8 +77,8 @@ class RecordWriter:
         self._admitted, self._raw = self.fixed["admitted"][0], self.fixed["raw"][0]
         machine.bind_state(self.fixed["state"])
 
-    def write(self, inputs: Inputs, outputs: Outputs, timing: tuple[int, int, int]) -> bytes:
-        """The record of a tick; ``timing`` is its lateness, compute and solve time [ns]."""
+    def write(self, inputs: Inputs, outputs: Outputs, timing: Timing) -> bytes:
+        """The record of a tick."""
         m, verdict = self._memory, outputs.verdict
         out = outputs.frames.pack()
         standing = m.latch.trip.verdict if m.latch.trip else verdict

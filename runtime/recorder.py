@@ -24,6 +24,7 @@ from .modes import Mode
 from .record import layout
 from .ring import Ring
 from .session import Session, build, fingerprint
+from .stages import Stage
 from .summary import Summary, as_json
 
 POLL_S = 0.02
@@ -62,7 +63,7 @@ class Recorder:
         s, last = self.summary, self.summary.last
         if last is None:
             return "waiting for the first tick"
-        late, compute, solve = s.lateness.summary(), s.compute.summary(), s.solve.summary()
+        late, compute, solve = s.lateness.summary(), s.compute.summary(), s.stages[Stage.SOLVE].summary()
         touching = [
             extent.spec.name
             for extent, value in zip(s.extents, s.limits.values(last["state"]), strict=True)

@@ -14,10 +14,9 @@ from .cycle import Inputs, Outputs, cycle
 from .errors import LogModelError
 from .log import Log, environment
 from .modes import Command
-from .record import Record, RecordWriter, differences, parse
+from .record import NO_TIMING, Record, RecordWriter, differences, parse
 from .session import Session, build, fingerprint
 
-NO_TIMING = (0, 0, 0)
 KEPT = 20
 """Differing fields of the first differing tick that are reported."""
 

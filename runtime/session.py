@@ -23,6 +23,7 @@ from .giant.limits import GiantLimits
 from .giant.machine import Giant
 from .giant.plant import giant_plant
 from .machine import Machine, MachineLimits
+from .stages import Mark, no_mark
 
 
 class Plant(Protocol):
@@ -54,18 +55,13 @@ class System:
         check: findings (key, problem, fix) that only the model can tell.
     """
 
-    machine: Callable[[Config, Robot, ProcessImage, Callable[[], int]], Machine]
+    machine: Callable[[Config, Robot, ProcessImage, Mark], Machine]
     limits: Callable[[Config], MachineLimits]
     plant: Callable[[Config, Robot, Network], Plant]
     check: Callable[[Config, Robot], list[tuple[str, str, str]]]
 
 
 SYSTEMS = {"giant": System(Giant, GiantLimits, giant_plant, check_giant)}
-
-
-def no_clock() -> int:
-    """The clock of lockstep and replay: durations are zero."""
-    return 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,7 +101,7 @@ class Session:
         return self.system.plant(self.config, self.robot, self.network)
 
 
-def build(loaded: Loaded, clock: Callable[[], int] = no_clock) -> Session:
+def build(loaded: Loaded, mark: Mark = no_mark) -> Session:
     """Everything that a configuration describes, checked against its model.
 
     Raises:
@@ -119,7 +115,7 @@ def build(loaded: Loaded, clock: Callable[[], int] = no_clock) -> Session:
     try:
         network = Network([_device(name, device) for name, device in config.devices.items()])
         image = ProcessImage(network)
-        machine = system.machine(config, robot, image, clock)
+        machine = system.machine(config, robot, image, mark)
     except DeviceError as error:
         lines = key_lines(loaded.text)
         raise ConfigError(
@@ -127,7 +123,7 @@ def build(loaded: Loaded, clock: Callable[[], int] = no_clock) -> Session:
         ) from error
     except ModelError as error:
         raise ConfigError(loaded.source, [Finding(0, "model", str(error), "")]) from error
-    return Session(loaded, network, robot, Memory(config, image, machine), system)
+    return Session(loaded, network, robot, Memory(config, image, machine, mark), system)
 
 
 def fingerprint(session: Session) -> dict[str, str]:

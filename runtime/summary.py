@@ -16,6 +16,7 @@ from .cycle import END
 from .histogram import Histogram
 from .machine import LimitSpec, MachineLimits
 from .modes import Mode
+from .stages import Stage
 
 NEAR = 5e-3
 """A measured value this close to a limit touches it [rad or m]."""
@@ -70,7 +71,7 @@ class Report(msgspec.Struct, frozen=True):
     rate_hz: float
     lateness_us: dict[str, float]
     compute_us: dict[str, float]
-    solve_us: dict[str, float]
+    stages_us: dict[str, dict[str, float]]
     iterations: dict[str, float]
     solves: dict[str, float]
     modes: dict[str, int]
@@ -124,7 +125,7 @@ class Summary:
     last: np.void | None = None
     lateness: Histogram = field(default_factory=Histogram)
     compute: Histogram = field(default_factory=Histogram)
-    solve: Histogram = field(default_factory=Histogram)
+    stages: list[Histogram] = field(default_factory=lambda: [Histogram() for _ in Stage])
     iterations: Count = field(default_factory=Count)
     solves: Count = field(default_factory=Count)
     modes: Counter[int] = field(default_factory=Counter)
@@ -150,7 +151,8 @@ class Summary:
         self.stop = reason if fixed["latched"] and reason != END else ""
         state = fixed["state"]
         if mode in (Mode.ENGAGING, Mode.ACTIVE):
-            self.solve.add(int(fixed["solve_ns"]))
+            for histogram, ns in zip(self.stages, fixed["stage_ns"].tolist(), strict=True):
+                histogram.add(ns)
             self.iterations.add(int(state["iterations"]))
             self.solves.add(int(state["solves"]))
             distance, angle = self.limits.coupling(state)
@@ -167,7 +169,9 @@ class Summary:
             rate_hz=float(self.rate),
             lateness_us=self.lateness.summary(),
             compute_us=self.compute.summary(),
-            solve_us=self.solve.summary(),
+            stages_us={
+                stage.name.lower(): self.stages[stage].summary() for stage in Stage
+            },
             iterations=self.iterations.summary(),
             solves=self.solves.summary(),
             modes={Mode(mode).name: count for mode, count in sorted(self.modes.items())},
@@ -222,11 +226,8 @@ def table(report: Report) -> str:
 
 def _timing_lines(report: Report) -> Iterator[str]:
     yield f"{'':14}{'mean':>9}{'p50':>9}{'p99':>9}{'p99.9':>9}{'max':>10}"
-    for name, row in (
-        ("lateness us", report.lateness_us),
-        ("compute us", report.compute_us),
-        ("solve us", report.solve_us),
-    ):
+    stages = [(f"  {name}", row) for name, row in report.stages_us.items()]
+    for name, row in [("lateness us", report.lateness_us), ("compute us", report.compute_us), *stages]:
         columns = "".join(f"{row[key]:9.1f}" for key in ("mean", "p50", "p99", "p999"))
         yield f"{name:14}{columns}{row['max']:10.1f}"
 

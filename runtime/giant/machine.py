@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from math import inf, isfinite
 
 import numpy as np
@@ -22,6 +22,7 @@ from ...devices.imu import Imus
 from ...models import Array, Robot
 from ...safety import AxisLimits, Thresholds
 from ..config import Config
+from ..stages import Mark, Stage
 from .names import JOINTS, PPU_JOINTS
 
 AT_REST = 1e-6
@@ -58,11 +59,10 @@ class Giant:
     drive_groups: tuple[str, ...] = ("joints", "axes")
     state: np.dtype[np.void] = STATE
 
-    def __init__(self, config: Config, robot: Robot, image: ProcessImage, clock: Callable[[], int]) -> None:
-        """The clock only measures the solver, in nanoseconds; it decides nothing."""
+    def __init__(self, config: Config, robot: Robot, image: ProcessImage, mark: Mark) -> None:
         giant = config.giant
         dt = 1.0 / config.loop.rate
-        self._clock = clock
+        self._mark = mark
         self._joints, self._axes = JointDrives(image), AxisDrives(image)
         self._force_torque, self._imus = ForceTorques(image), Imus(image)
         manipulator = robot.without(PPU_JOINTS)
@@ -101,7 +101,6 @@ class Giant:
         self.raw_wrench: list[float] | None = None
         self.commands: list[float] = [0.0] * len(self.axes)
         self.solved = True
-        self.solve_ns = 0
         self._started = False
 
     @property
@@ -141,10 +140,12 @@ class Giant:
         control, ppu = self.force_control, self._observer
         np.multiply(self._estimator.wrench, trust, out=self._wrench)
         np.multiply(self._wrench, gain, out=self._felt)
-        regular = control.prepare(self._felt)
-        start = self._clock()
+        control.prepare(self._felt)
+        self._mark(Stage.MODEL)
+        regular = control.assemble()
+        self._mark(Stage.ASSEMBLE)
         self.solved = regular and control.optimise()
-        self.solve_ns = self._clock() - start
+        self._mark(Stage.SOLVE)
         if not regular:
             control.brake()
         velocity = self._prepositioning.update(control.q, ppu.q, ppu.qd)
@@ -160,7 +161,6 @@ class Giant:
         velocity = self._prepositioning.stop()
         self._command(velocity, 1.0)
         control.advance()
-        self.solve_ns = 0
         return max(map(abs, control.qd.tolist())) < AT_REST and not any(velocity)
 
     def write(self, admitted: Sequence[float]) -> None:

@@ -48,7 +48,8 @@ def make(detection: Detection = "redetect", ppu: StillPpu | None = None) -> Forc
 
 
 def tick(control: ForceControl, wrench: np.ndarray) -> None:
-    assert control.prepare(wrench)
+    control.prepare(wrench)
+    assert control.assemble()
     assert control.optimise()
     control.advance()
 
@@ -141,7 +142,8 @@ def test_without_a_full_answer_manipulator_and_twin_brake_at_their_ratings(
 
     monkeypatch.setattr(control._solver, "solve", lambda _: Failed)
     for _ in range(200):
-        assert control.prepare(np.zeros(6))
+        control.prepare(np.zeros(6))
+        assert control.assemble()
         assert not control.optimise()
         assert (np.abs(control.qdd) <= LIMITS.acceleration + 1e-12).all()
         control.advance()
@@ -151,4 +153,5 @@ def test_without_a_full_answer_manipulator_and_twin_brake_at_their_ratings(
 def test_a_posture_in_the_singularity_cannot_be_prepared() -> None:
     control = make()
     control.reset(np.array([0.3, 1.4, -0.67, 0.5, -0.5, 0.0]))
-    assert not control.prepare(np.zeros(6))
+    control.prepare(np.zeros(6))
+    assert not control.assemble()
