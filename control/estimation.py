@@ -21,30 +21,31 @@ class PpuObserver:
         q, qd, qdd: estimates for this tick, (2,) [m, s].
     """
 
-    def __init__(self, dt: float) -> None:
-        self._dt = dt
+    def __init__(self, dt: float, position: Array, acceleration: Array) -> None:
+        """The arrays that are read where they are: encoders (2,) [m], specific force (2,) [m/s^2]."""
         w = BANDWIDTH
-        self._gains = 3.0 * w * dt, 3.0 * w * w * dt, w**3 * dt
-        self._axes = [(0.0, 0.0, 0.0)] * 2
         self.q, self.qd, self.qdd = np.zeros(2), np.zeros(2), np.zeros(2)
+        results = {"q_now": self.q, "v_now": self.qd, "a_now": self.qdd}
+        self._core = ffi.new(
+            "ppu_observer *",
+            {
+                "dt": dt,
+                "gain": (3.0 * w * dt, 3.0 * w * w * dt, w**3 * dt),
+                **{name: ffi.from_buffer("double[]", array) for name, array in results.items()},
+            },
+        )
+        self._position = position
+        self._measured = [ffi.from_buffer("double[]", array) for array in (position, acceleration)]
 
-    def reset(self, position: Array) -> None:
-        """Start at rest at a position (2,) [m]."""
-        self._axes = [(q, 0.0, 0.0) for q in position.tolist()]
-        self.q[:], self.qd[:], self.qdd[:] = position, 0.0, 0.0
+    def reset(self) -> None:
+        """Start at rest at the measured position."""
+        core = self._core
+        core.q, core.v, core.bias = self._position.tolist(), (0.0, 0.0), (0.0, 0.0)
+        self.q[:], self.qd[:], self.qdd[:] = self._position, 0.0, 0.0
 
-    def update(self, position: Array, acceleration: Array) -> None:
-        """Take measurements of the last tick: encoders (2,) [m], horizontal specific force (2,) [m/s^2]."""
-        dt, (l_q, l_v, l_b) = self._dt, self._gains
-        measured = zip(position.tolist(), acceleration.tolist(), strict=True)
-        for i, (x, f) in enumerate(measured):
-            q, v, bias = self._axes[i]
-            a = f - bias
-            error = x - (q + dt * v)
-            q += dt * v + l_q * error
-            v += dt * a + l_v * error
-            self._axes[i] = q, v, bias - l_b * error
-            self.q[i], self.qd[i], self.qdd[i] = q + dt * v, v + dt * a, a
+    def update(self) -> None:
+        """Take the measurements of the last tick."""
+        lib.ppu_observe(self._core, *self._measured)
 
 
 class WrenchEstimator:

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import atan, cos, pi, sin, sqrt
+from math import atan, pi
+
+import numpy as np
 
 from ..models import Array
 from ..models.giant import LOWER, UPPER
+from ._kernels import ffi, lib
 
 Q2_REFERENCE = pi / 2
 """Maximises the manipulability of the SCARA arm of joints 1 and 2."""
@@ -29,59 +32,44 @@ class PpuLimits:
     time_constant: float
 
 
-def reference(q: Sequence[float], q_ppu: Sequence[float]) -> tuple[float, float]:
-    """PPU position that would put joints 2 and 3 at their best angles with the handle at rest, (30) [m].
-
-    The yaw q1 + q2 + q3 stays as it is, so forearm and handle cancel out of (30) and the difference of
-    the elbow's positions remains.
-    """
-    q1, q12 = q[0], q[0] + q[1]
-    r12 = q12 + q[2] - Q3_REFERENCE
-    r1 = r12 - Q2_REFERENCE
-    x = q_ppu[0] + UPPER * (cos(q1) - cos(r1)) + LOWER * (cos(q12) - cos(r12))
-    y = q_ppu[1] + UPPER * (sin(q1) - sin(r1)) + LOWER * (sin(q12) - sin(r12))
-    return x, y
-
-
 class Prepositioning:
     """P-controller (27) with the bounds (28), (29), a braking curve and a limited slew.
 
     Attributes:
-        velocity: commanded, one an axis [m/s].
+        velocity: commanded, (2,) [m/s].
     """
 
-    def __init__(self, gain: float, limits: PpuLimits, dt: float) -> None:
-        """The gain in 1/s."""
-        self._gain, self._limits, self._dt = gain, limits, dt
-        self.velocity = [0.0, 0.0]
+    def __init__(
+        self, gain: float, limits: PpuLimits, dt: float, q: Array, q_ppu: Array, qd_ppu: Array
+    ) -> None:
+        """The gain [1/s], and the arrays that are read where they are: joints (6,), PPU's motion (2,)."""
+        self.velocity = np.zeros(2)
+        self._core = ffi.new(
+            "ppu_positioning *",
+            {
+                **{"link": (UPPER, LOWER), "best_angle": (Q2_REFERENCE, Q3_REFERENCE)},
+                **{"lower": tuple(limits.lower), "upper": tuple(limits.upper), "velocity": limits.velocity},
+                **{"acceleration": limits.acceleration, "braking": BRAKING_SHARE * limits.acceleration},
+                **{"time_constant": limits.time_constant, "gain": gain, "dt": dt},
+                "command": ffi.from_buffer("double[]", self.velocity),
+            },
+        )
+        self._motion = [ffi.from_buffer("double[]", array) for array in (q, q_ppu, qd_ppu)]
 
     def reset(self) -> None:
         """Command standstill."""
-        self.velocity = [0.0, 0.0]
+        self.velocity[:] = 0.0
 
-    def update(self, q: Array, q_ppu: Array, qd_ppu: Array) -> list[float]:
-        """Velocity command for this tick [m/s] from joints (6,) and PPU (2,)."""
-        position, speed = q_ppu.tolist(), qd_ppu.tolist()
-        target = reference(q.tolist(), position)
-        for axis in range(2):
-            # what the lag of the velocity loop will still add counts as travelled
-            ahead = position[axis] + self._limits.time_constant * speed[axis]
-            self.velocity[axis] = self._command(axis, target[axis] - position[axis], ahead)
-        return self.velocity
+    def reference(self) -> Array:
+        """PPU position that would put joints 2 and 3 at their best angles, (30), (2,) [m]."""
+        target = np.zeros(2)
+        lib.ppu_reference(self._core, *self._motion[:2], ffi.from_buffer("double[]", target))
+        return target
 
-    def stop(self) -> list[float]:
+    def update(self) -> None:
+        """Velocity command for this tick."""
+        lib.ppu_update(self._core, *self._motion)
+
+    def stop(self) -> None:
         """Brake at the rated acceleration."""
-        step = self._limits.acceleration * self._dt
-        self.velocity = [max(v - step, 0.0) if v > 0.0 else min(v + step, 0.0) for v in self.velocity]
-        return self.velocity
-
-    def _command(self, axis: int, error: float, position: float) -> float:
-        limits, dt = self._limits, self._dt
-        below = max(position - limits.lower[axis], 0.0)
-        above = max(limits.upper[axis] - position, 0.0)
-        a = BRAKING_SHARE * limits.acceleration
-        slowest = -min(below / dt, sqrt(2.0 * a * below), limits.velocity)
-        fastest = min(above / dt, sqrt(2.0 * a * above), limits.velocity)
-        wanted = min(max(self._gain * error, slowest), fastest)
-        step, last = limits.acceleration * dt, self.velocity[axis]
-        return min(max(wanted, last - step), last + step)
+        lib.ppu_stop(self._core)

@@ -172,10 +172,6 @@ class PowerStage:
         self.target = target
         self.ready = False
         self._reset_faults = reset_faults
-        self._status = [
-            (words[0], np.zeros_like(words[0]), np.full_like(words[0], STATUS[target][1]).tobytes())
-            for words in self._words
-        ]
         self._walks = [[_Walk() for _ in devices] for devices in self._devices]
         if target is State.SWITCH_ON_DISABLED:
             for _, _, controlword in self._words:
@@ -202,12 +198,8 @@ class PowerStage:
         return self.ready
 
     def _all_there(self) -> bool:
-        mask = STATUS[self.target][0]
-        for statusword, scratch, wanted in self._status:
-            np.bitwise_and(statusword, mask, out=scratch)
-            if scratch.tobytes() != wanted:
-                return False
-        return True
+        mask, wanted = STATUS[self.target]
+        return all(word & mask == wanted for words in self._words for word in words[0].tolist())
 
     def _step_drive(self, g: int, i: int, walk: _Walk) -> None:
         statusword, error_code, controlword = (int(words[i]) for words in self._words[g])

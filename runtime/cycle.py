@@ -104,9 +104,10 @@ class Memory:
         self.bringup = Bringup(image)
         self.power = PowerStage(image, machine.drive_groups, round(TRANSITION_DEADLINE_S * rate))
         self.seen = Observation()
+        self.astray = np.zeros(len(image.lost), bool)
         self.counter = 0
         self.commanded = -1
-        self.counted = np.zeros(len(COUNTERS), np.int64)
+        self.counted = [0] * len(COUNTERS)
         self.needs_command = config.arming.by == "command"
         self.permitted = not self.needs_command
         self.fade = 1.0 / (config.arming.fade * rate)
@@ -158,7 +159,7 @@ def _bring_up(inputs: Inputs, m: Memory, outputs: Outputs) -> None:
     if progress != m.progress:
         m.progress = progress
     if state is BringupState.READY:
-        m.counted[:] = m.image.counters
+        m.counted = m.image.counters.tolist()
         _enter(m, Mode.READY, outputs, "all devices answer; press the dead-man switch to start")
 
 
@@ -171,13 +172,9 @@ def _run(inputs: Inputs, m: Memory, outputs: Outputs) -> None:
     seen = _observe(inputs, m)
     verdict = m.monitor.judge(seen)
     m.trust = m.monitor.wrench_gain
-    if inputs.commands & Command.STOP:
-        _latch(Verdict(Reaction.RAMP, "operator", "stop commanded"), inputs.tick, m, outputs)
-    if inputs.commands & Command.END:
-        _latch(Verdict(Reaction.RAMP, END, "the session ends"), inputs.tick, m, outputs)
+    if inputs.commands:
+        _obey(inputs, m, outputs)
     _latch(verdict, inputs.tick, m, outputs)
-    if inputs.commands & Command.RESET:
-        m.resetting = m.reset_limit
     if m.resetting:
         _reset(verdict, m, outputs)
     press = m.dead_man.pressed_anew(seen.dead_man)
@@ -199,17 +196,28 @@ def _run(inputs: Inputs, m: Memory, outputs: Outputs) -> None:
     outputs.verdict = verdict if verdict.reaction >= admitted.reaction else admitted
 
 
+def _obey(inputs: Inputs, m: Memory, outputs: Outputs) -> None:
+    if inputs.commands & Command.STOP:
+        _latch(Verdict(Reaction.RAMP, "operator", "stop commanded"), inputs.tick, m, outputs)
+    if inputs.commands & Command.END:
+        _latch(Verdict(Reaction.RAMP, END, "the session ends"), inputs.tick, m, outputs)
+    if inputs.commands & Command.RESET:
+        m.resetting = m.reset_limit
+
+
 def _observe(inputs: Inputs, m: Memory) -> Observation:
     image, seen, machine = m.image, m.seen, m.machine
-    new = (image.counters - m.counted).tolist()
-    m.counted[:] = image.counters
+    counters = image.counters.tolist()
+    new = [now - before for now, before in zip(counters, m.counted, strict=True)]
+    m.counted = counters
     seen.skipped = inputs.skipped
     seen.missed = image.missed.tolist()
-    seen.discarded = sum(new[i] for i in _DISCARDED)
-    seen.foreign = sum(new[i] for i in _FOREIGN)
+    seen.discarded = sum(map(new.__getitem__, _DISCARDED))
+    seen.foreign = sum(map(new.__getitem__, _FOREIGN))
     seen.faults = image.emcy.tolist()
-    lost, states = image.lost.tolist(), image.al_state.tolist()
-    seen.lost = [gone or state != OPERATING for gone, state in zip(lost, states, strict=True)]
+    np.not_equal(image.al_state, OPERATING, out=m.astray)
+    np.logical_or(image.lost, m.astray, out=m.astray)
+    seen.lost = m.astray.tolist()
     seen.position, seen.velocity = machine.position, machine.velocity
     seen.armed = m.mode.powered
     seen.dead_man = m.signals.dead_man

@@ -6,6 +6,7 @@ from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from math import isfinite
+from operator import le
 
 from .verdict import PASS, Reaction, Verdict, strongest
 
@@ -137,15 +138,12 @@ class Monitor:
         return PASS
 
     def _devices(self, seen: Observation) -> Verdict:
-        for name, code in zip(self._t.devices, seen.faults, strict=True):
-            if code:
-                return Verdict(Reaction.RAMP, "device_fault", f"{name} reports error {code:#06x}")
-        if seen.armed:
-            for name, lost in zip(self._t.devices, seen.lost, strict=True):
-                if lost:
-                    return Verdict(
-                        Reaction.RAMP, "device_state", f"{name} restarted or left its operating state"
-                    )
+        if any(seen.faults):
+            name, code = next(fault for fault in zip(self._t.devices, seen.faults, strict=True) if fault[1])
+            return Verdict(Reaction.RAMP, "device_fault", f"{name} reports error {code:#06x}")
+        if seen.armed and True in seen.lost:
+            name = self._t.devices[list(seen.lost).index(True)]
+            return Verdict(Reaction.RAMP, "device_state", f"{name} restarted or left its operating state")
         return PASS
 
     def _frames(self, seen: Observation) -> Verdict:
@@ -177,18 +175,28 @@ class Monitor:
 
     def _limits(self, seen: Observation) -> Verdict:
         t = self._t
+        if self._inside(seen):
+            self._beyond = 0
+            return PASS
+        self._beyond += 1
         axes = zip(t.axes, seen.position, seen.velocity, t.lower, t.upper, t.speed, strict=True)
         for name, q, qd, lower, upper, speed in axes:
-            # written so that a NaN fails them
             if lower <= q <= upper and abs(qd) <= speed:
                 continue
-            self._beyond += 1
             detail = f"{name} at {q:g} with {qd:g} per second; allowed {lower:g} to {upper:g}, {speed:g}"
             if self._beyond >= LIMIT_TICKS and seen.armed:
                 return Verdict(Reaction.RAMP, "beyond_limit", detail)
             return Verdict(Reaction.RECORD, "near_limit", detail)
-        self._beyond = 0
         return PASS
+
+    def _inside(self, seen: Observation) -> bool:
+        """Whether every axis is within its limits; a NaN is not."""
+        t = self._t
+        return (
+            all(map(le, t.lower, seen.position))
+            and all(map(le, seen.position, t.upper))
+            and all(map(le, map(abs, seen.velocity), t.speed))
+        )
 
     def _wrench(self, seen: Observation) -> Verdict:
         if seen.wrench is not None and all(map(isfinite, seen.wrench)):

@@ -67,7 +67,7 @@ class Giant:
         self._force_torque, self._imus = ForceTorques(image), Imus(image)
         manipulator = robot.without(PPU_JOINTS)
         self._limits = _joint_limits(config)
-        self._observer = PpuObserver(dt)
+        self._observer = PpuObserver(dt, self._axes.position, self._imus.acceleration[0, :2])
         self.force_control = control = _force_control(config, manipulator, self._limits, self._observer, dt)
         self._wrench, self._felt = np.zeros(6), np.zeros(6)
         self._estimator = WrenchEstimator(
@@ -78,7 +78,9 @@ class Giant:
             self._imus.acceleration[1],
             control.handle.rotation,
         )
-        self._prepositioning = Prepositioning(giant.ppu.gain, _ppu_limits(config), dt)
+        self._prepositioning = Prepositioning(
+            giant.ppu.gain, _ppu_limits(config), dt, control.q, self._observer.q, self._observer.qd
+        )
         self._tracking = Tracking(
             manipulator,
             control.arm,
@@ -110,13 +112,13 @@ class Giant:
 
     def estimate(self) -> None:
         """Measured axes, PPU observer and the operator's wrench."""
-        joints, axes, imus = self._joints, self._axes, self._imus
+        joints, axes = self._joints, self._axes
         self.position = joints.link_position.tolist() + axes.position.tolist()
         self.velocity = joints.velocity.tolist() + axes.velocity.tolist()
         if not self._started:
-            self._observer.reset(axes.position)
+            self._observer.reset()
             self._started = True
-        self._observer.update(axes.position, imus.acceleration[0, :2])
+        self._observer.update()
         measured = self._force_torque.wrench[0]
         ready = int(self._force_torque.status[0]) == SensorStatus.READY
         self.raw_wrench = measured.tolist() if ready else None
@@ -129,7 +131,7 @@ class Giant:
         """Commanded state = measured link side, twin on the handle, everything at rest."""
         limits = self._limits
         q = np.clip(self._joints.link_position, limits.lower, limits.upper)
-        self._observer.reset(self._axes.position)
+        self._observer.reset()
         self.force_control.reset(q)
         self._tracking.reset()
         self._prepositioning.reset()
@@ -137,7 +139,7 @@ class Giant:
 
     def update(self, gain: float, trust: float) -> None:
         """One tick of seed 000, Fig. 4."""
-        control, ppu = self.force_control, self._observer
+        control = self.force_control
         np.multiply(self._estimator.wrench, trust, out=self._wrench)
         np.multiply(self._wrench, gain, out=self._felt)
         control.prepare(self._felt)
@@ -148,8 +150,8 @@ class Giant:
         self._mark(Stage.SOLVE)
         if not regular:
             control.brake()
-        velocity = self._prepositioning.update(control.q, ppu.q, ppu.qd)
-        self._command(velocity, gain)
+        self._prepositioning.update()
+        self._command(gain)
         control.advance()
 
     def brake(self, trust: float) -> bool:
@@ -158,10 +160,10 @@ class Giant:
         np.multiply(self._estimator.wrench, trust, out=self._wrench)
         control.arm.update()
         control.brake()
-        velocity = self._prepositioning.stop()
-        self._command(velocity, 1.0)
+        self._prepositioning.stop()
+        self._command(1.0)
         control.advance()
-        return max(map(abs, control.qd.tolist())) < AT_REST and not any(velocity)
+        return max(map(abs, control.qd.tolist())) < AT_REST and not self._prepositioning.velocity.any()
 
     def write(self, admitted: Sequence[float]) -> None:
         """Torques to the joints, velocities to the PPU."""
@@ -191,9 +193,10 @@ class Giant:
         for field, value in zip(self._logged_solve, solve, strict=True):
             field[0] = value
 
-    def _command(self, velocity: Sequence[float], gain: float) -> None:
+    def _command(self, gain: float) -> None:
         torque = self._tracking.update(self._observer.qdd)
-        self.commands = [*torque.tolist(), *(gain * v for v in velocity)]
+        x, y = self._prepositioning.velocity.tolist()
+        self.commands = [*torque.tolist(), gain * x, gain * y]
 
 
 def _joint_limits(config: Config) -> Limits:

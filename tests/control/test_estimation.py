@@ -9,13 +9,15 @@ DT = 1e-3
 
 
 def test_the_observer_follows_a_moving_axis_and_finds_the_bias_of_its_accelerometer() -> None:
-    observer = PpuObserver(DT)
-    observer.reset(np.array([0.2, 0.0]))
+    position, force = np.array([0.2, 0.0]), np.zeros(2)
+    observer = PpuObserver(DT, position, force)
+    observer.reset()
     bias = np.array([0.3, -0.2])
     previous = np.array([0.2, 0.0]), np.zeros(2), np.zeros(2)
     for k in range(1, 3000):
         q, v, a = previous
-        observer.update(np.round(q * 1e6) / 1e6, a + bias)  # one tick old, encoder of 1 um
+        position[:], force[:] = np.round(q * 1e6) / 1e6, a + bias  # one tick old, encoder of 1 um
+        observer.update()
         t = k * DT
         previous = (
             np.array([0.2 + 0.5 * (1 - np.cos(2 * t)), 0.0]),
@@ -51,9 +53,9 @@ def test_weight_and_inertia_of_the_tool_do_not_look_like_the_operator() -> None:
 
 
 def test_an_axis_at_rest_stays_at_rest() -> None:
-    observer = PpuObserver(DT)
-    observer.reset(np.array([1.0, -1.0]))
+    observer = PpuObserver(DT, np.array([1.0, -1.0]), np.zeros(2))
+    observer.reset()
     for _ in range(100):
-        observer.update(np.array([1.0, -1.0]), np.zeros(2))
+        observer.update()
     assert observer.q == pytest.approx([1.0, -1.0])
     assert not observer.qd.any()

@@ -1,0 +1,43 @@
+/* The PPU's share of a tick: observer of its motion, prepositioning (seed 000, (27)-(30)).
+ * Arrays hold one entry an axis: x, y. */
+#ifndef HAPTICD_PPU_H
+#define HAPTICD_PPU_H
+
+typedef struct {
+    double dt;
+    double gain[3];                /* of the correction of position, velocity and bias, times dt */
+    double q[2], v[2], bias[2];    /* state: at the measurement, accelerometer bias */
+    double *q_now, *v_now, *a_now; /* (2) each: estimate for the present tick */
+} ppu_observer;
+
+/* One tick: encoders (2) [m] and horizontal specific force (2) [m/s^2], both one tick old. */
+void ppu_observe(ppu_observer *o, const double *position, const double *force);
+
+typedef struct {
+    double link[2];       /* lengths that the elbow and the wrist turn about: joints 2, 3 */
+    double best_angle[2]; /* of joints 2 and 3 */
+    double lower[2], upper[2];
+    double velocity, acceleration; /* largest */
+    double braking;                /* acceleration that braking in front of a limit counts on */
+    double time_constant;          /* lag of the velocity loop */
+    double gain, dt;
+    double *command; /* (2) velocities; state and result */
+} ppu_positioning;
+
+/* (30): PPU position (2) that would put joints 2 and 3 at their best angles with the handle at rest.
+ *
+ * The yaw q1 + q2 + q3 stays as it is, so forearm and handle cancel out of (30) and the difference of the
+ * elbow's positions remains. */
+void ppu_reference(const ppu_positioning *p, const double *q, const double *q_ppu, double *target);
+
+/* (27) within (28), (29), a braking curve and a limited slew: next velocity of an axis.
+ * error: from position to reference; ahead: position with what the lag will still add. */
+double ppu_command(const ppu_positioning *p, int axis, double error, double ahead);
+
+/* One tick from joints (6) and the PPU's position and velocity (2). */
+void ppu_update(const ppu_positioning *p, const double *q, const double *q_ppu, const double *qd_ppu);
+
+/* One tick of braking at the rated acceleration. */
+void ppu_stop(const ppu_positioning *p);
+
+#endif
