@@ -215,6 +215,8 @@ static void take(image *im, const wire_frame *frame, uint16_t counter) {
     }
 }
 
+enum { AL_OP = 8 };
+
 void image_reset(image *im) {
     memset(im->status, 0, sizeof(image_status) * (size_t)im->devices);
     for (int i = 0; i < im->devices; i++) im->status[i].nmt_state = NEVER_HEARD;
@@ -222,7 +224,16 @@ void image_reset(image *im) {
     im->emergencies = 0;
 }
 
+static int64_t discarded(const image_counters *count) {
+    return count->stale + count->ahead + count->duplicate;
+}
+
+static int64_t intruding(const image_counters *count) {
+    return count->conflict + count->foreign;
+}
+
 int32_t image_latch(image *im, const wire_frames *frames, uint16_t counter) {
+    const image_counters before = *im->counters;
     im->working_counter = 0;
     im->emergencies = 0;
     for (int i = 0; i < im->devices; i++) {
@@ -235,7 +246,17 @@ int32_t image_latch(image *im, const wire_frames *frames, uint16_t counter) {
         status->missed = status->fresh ? 0 : status->missed + 1;
         im->counters->misses += status->running && !status->fresh;
     }
+    im->discarded = (int32_t)(discarded(im->counters) - discarded(&before));
+    im->intruding = (int32_t)(intruding(im->counters) - intruding(&before));
     return im->working_counter;
+}
+
+int32_t image_calm(const image *im) {
+    for (int i = 0; i < im->devices; i++) {
+        const image_status *const status = &im->status[i];
+        if (!status->fresh || status->lost || status->emcy || status->al_state != AL_OP) return 0;
+    }
+    return 1;
 }
 
 /* Encodes all outputs into the raw image; returns how many were not finite. */

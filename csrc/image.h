@@ -106,6 +106,8 @@ typedef struct {
     image_status *status; /* (devices) */
     image_counters *counters;
     int32_t working_counter; /* devices whose TPDO of this tick is fresh */
+    int32_t discarded;       /* frames of this tick dropped as stale, ahead or repeated */
+    int32_t intruding;       /* frames of this tick that came from a second sender or master */
     int32_t emergencies;     /* of this tick, at most IMAGE_EMERGENCIES kept */
     image_emergency emergency[16];
     uint8_t device_of_node[128]; /* IMAGE_NO_DEVICE where there is none */
@@ -116,6 +118,9 @@ void image_reset(image *im);
 
 /* Takes the frames of one tick; `counter` is the one of the last SYNC. Returns the working counter. */
 int32_t image_latch(image *im, const wire_frames *frames, uint16_t counter);
+
+/* 1 where every device answered this tick from OP, none was lost and none reports an error. */
+int32_t image_calm(const image *im);
 
 /* Appends the output frames. Where `operational` is 0 the outputs go out as zeros, marked not valid.
    Returns the number of outputs that were not finite (sent as zero), or WIRE_FULL. */

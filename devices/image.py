@@ -112,6 +112,21 @@ class ProcessImage:
         return int(self._core.working_counter)
 
     @property
+    def calm(self) -> bool:
+        """Whether every device answered this tick from OP, none was lost and none reports an error."""
+        return bool(lib.image_calm(self._core))
+
+    @property
+    def discarded(self) -> int:
+        """Frames of this tick that were dropped as stale, ahead or repeated."""
+        return int(self._core.discarded)
+
+    @property
+    def intruding(self) -> int:
+        """Frames of this tick that came from a second sender or a second master."""
+        return int(self._core.intruding)
+
+    @property
     def emergencies(self) -> list[Emergency]:
         """The EMCY messages of this tick, at most 16."""
         events = self._core.emergency[0 : self._core.emergencies]

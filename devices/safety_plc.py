@@ -68,6 +68,15 @@ class SafetySignals:
         self._inputs: NDArray[np.uint32] = image.word(f"{group}.inputs")
         self._request: NDArray[np.uint32] = image.word(f"{group}.request")
 
+    def state(self) -> tuple[bool, bool, bool]:
+        """`dead_man`, `emergency_stop` and `sto`, read once."""
+        bits = self._common()
+        return (
+            bits & DEAD_MAN == DEAD_MAN,
+            bits & EMERGENCY_STOP != EMERGENCY_STOP,
+            bits & TORQUE_PERMITTED != TORQUE_PERMITTED,
+        )
+
     @property
     def inputs(self) -> SafetyInput:
         """The bits that are set on every controller."""

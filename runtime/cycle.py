@@ -12,7 +12,7 @@ from ..devices.cia301 import AlState
 from ..devices.cia402 import PowerStage, State
 from ..devices.errors import DeviceError
 from ..devices.frames import Frames
-from ..devices.image import COUNTERS, ProcessImage
+from ..devices.image import ProcessImage
 from ..devices.safety_plc import SafetyRequest, SafetySignals
 from ..safety import (
     PASS,
@@ -41,9 +41,6 @@ DETECTION_SHARE = 0.2
 OPERATING = int(AlState.OP)
 END = "end"
 """Reason of the stop that ends every session; no fault."""
-
-_DISCARDED = [COUNTERS.index(name) for name in ("stale", "ahead", "duplicate")]
-_FOREIGN = [COUNTERS.index(name) for name in ("conflict", "foreign")]
 
 
 @dataclass(slots=True)
@@ -104,10 +101,9 @@ class Memory:
         self.bringup = Bringup(image)
         self.power = PowerStage(image, machine.drive_groups, round(TRANSITION_DEADLINE_S * rate))
         self.seen = Observation()
-        self.astray = np.zeros(len(image.lost), bool)
+        self.calm = [False] * image.expected
         self.counter = 0
         self.commanded = -1
-        self.counted = [0] * len(COUNTERS)
         self.needs_command = config.arming.by == "command"
         self.permitted = not self.needs_command
         self.fade = 1.0 / (config.arming.fade * rate)
@@ -159,7 +155,6 @@ def _bring_up(inputs: Inputs, m: Memory, outputs: Outputs) -> None:
     if progress != m.progress:
         m.progress = progress
     if state is BringupState.READY:
-        m.counted = m.image.counters.tolist()
         _enter(m, Mode.READY, outputs, "all devices answer; press the dead-man switch to start")
 
 
@@ -207,22 +202,16 @@ def _obey(inputs: Inputs, m: Memory, outputs: Outputs) -> None:
 
 def _observe(inputs: Inputs, m: Memory) -> Observation:
     image, seen, machine = m.image, m.seen, m.machine
-    counters = image.counters.tolist()
-    new = [now - before for now, before in zip(counters, m.counted, strict=True)]
-    m.counted = counters
     seen.skipped = inputs.skipped
-    seen.missed = image.missed.tolist()
-    seen.discarded = sum(map(new.__getitem__, _DISCARDED))
-    seen.foreign = sum(map(new.__getitem__, _FOREIGN))
-    seen.faults = image.emcy.tolist()
-    np.not_equal(image.al_state, OPERATING, out=m.astray)
-    np.logical_or(image.lost, m.astray, out=m.astray)
-    seen.lost = m.astray.tolist()
+    seen.discarded, seen.foreign = image.discarded, image.intruding
+    if image.calm:
+        seen.missed = seen.faults = seen.lost = m.calm
+    else:
+        seen.missed, seen.faults = image.missed.tolist(), image.emcy.tolist()
+        seen.lost = np.logical_or(image.lost, image.al_state != OPERATING).tolist()
     seen.position, seen.velocity = machine.position, machine.velocity
     seen.armed = m.mode.powered
-    seen.dead_man = m.signals.dead_man
-    seen.e_stop = m.signals.emergency_stop
-    seen.sto = m.signals.sto
+    seen.dead_man, seen.e_stop, seen.sto = m.signals.state()
     seen.wrench = machine.raw_wrench
     seen.solved = machine.solved
     return seen
