@@ -114,7 +114,7 @@ int64_t rt_nanosleep_loop(int64_t period_ns, int64_t ticks, rt_histogram *h) {
         }
         const int64_t late = rt_now() - deadline;
         rt_histogram_add(h, late);
-        for (int64_t skipped = late / period_ns; skipped > 0 && k < ticks; skipped--, k++) {
+        for (int64_t skipped = late / period_ns; skipped > 0 && k + 1 < ticks; skipped--, k++) {
             missed++;
             deadline += period_ns;
         }
