@@ -19,10 +19,10 @@ void ppu_reference(const ppu_positioning *p, const double *q, const double *q_pp
     const double first = q[0], second = q[0] + q[1];
     const double best_second = second + q[2] - p->best_angle[1];
     const double best_first = best_second - p->best_angle[0];
-    target[0] =
-        q_ppu[0] + p->link[0] * (cos(first) - cos(best_first)) + p->link[1] * (cos(second) - cos(best_second));
-    target[1] =
-        q_ppu[1] + p->link[0] * (sin(first) - sin(best_first)) + p->link[1] * (sin(second) - sin(best_second));
+    target[0] = q_ppu[0] + p->link[0] * (cos(first) - cos(best_first)) +
+                p->link[1] * (cos(second) - cos(best_second));
+    target[1] = q_ppu[1] + p->link[0] * (sin(first) - sin(best_first)) +
+                p->link[1] * (sin(second) - sin(best_second));
 }
 
 static double largest_speed(const ppu_positioning *p, double gap) {

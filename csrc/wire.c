@@ -46,10 +46,10 @@ static void note_failure(wire_link *link, int error) {
     }
 }
 
-int32_t wire_receive(int32_t fd, wire_frames *frames, wire_link *link) {
+/* Packets of a frame each. */
+static void receive_single(int fd, wire_frames *frames, wire_link *link) {
     struct mmsghdr messages[BATCH];
     int taken = 0; /* datagrams, frames or not: a flood of others must not hold us here */
-    frames->count = 0;
     while (!link->closed && taken < frames->capacity) {
         const int room = frames->capacity - taken;
         const int asked = room < BATCH ? room : BATCH;
@@ -74,6 +74,54 @@ int32_t wire_receive(int32_t fd, wire_frames *frames, wire_link *link) {
         taken += got;
         if (got < asked) break;
     }
+}
+
+/* Packets of several frames each. */
+static void receive_batches(int fd, wire_frames *frames, wire_link *link) {
+    for (int taken = 0; taken < frames->capacity && frames->count < frames->capacity; taken++) {
+        wire_frame *const batch = &frames->frame[frames->count];
+        const size_t room = FD_SIZE * (size_t)(frames->capacity - frames->count);
+        if (frames->count > 0) { /* a packet that does not fit any more stays for the next call */
+            const ssize_t next = recv(fd, NULL, 0, MSG_DONTWAIT | MSG_PEEK | MSG_TRUNC);
+            if (next < 0) note_failure(link, errno);
+            if (next < 0 || (size_t)next > room) return;
+        }
+        const ssize_t size = recv(fd, batch, room, MSG_DONTWAIT | MSG_TRUNC);
+        if (size < 0) {
+            if (errno == EINTR) continue;
+            note_failure(link, errno);
+            return;
+        }
+        if (size == 0) { /* end of file */
+            link->closed = 1;
+            return;
+        }
+        const int classic = size == CLASSIC_SIZE;
+        if ((size_t)size > room || (size % FD_SIZE != 0 && !classic)) {
+            link->malformed++;
+            continue;
+        }
+        const int count = classic ? 1 : (int)(size / FD_SIZE);
+        int kept = 0;
+        for (int i = 0; i < count; i++) {
+            if (!is_frame(&batch[i], classic ? CLASSIC_SIZE : FD_SIZE, 0)) {
+                link->malformed++;
+                continue;
+            }
+            if (kept != i) batch[kept] = batch[i];
+            kept++;
+        }
+        frames->count += kept;
+    }
+}
+
+int32_t wire_receive(int32_t fd, wire_frames *frames, wire_link *link) {
+    frames->count = 0;
+    if (link->batched) {
+        receive_batches(fd, frames, link);
+    } else {
+        receive_single(fd, frames, link);
+    }
     return frames->count == 0 && link->closed ? WIRE_CLOSED : frames->count;
 }
 
@@ -94,7 +142,19 @@ static int send_batch(int fd, const wire_frame *frames, int count) {
     return sent;
 }
 
-int32_t wire_send(int32_t fd, const wire_frames *frames, wire_link *link) {
+/* All frames in one packet. Returns how many were sent. */
+static int send_whole(int fd, const wire_frames *frames, wire_link *link) {
+    if (link->closed || frames->count == 0) return 0;
+    ssize_t sent;
+    do {
+        sent = send(fd, frames->frame, FD_SIZE * (size_t)frames->count, MSG_DONTWAIT | MSG_NOSIGNAL);
+    } while (sent < 0 && errno == EINTR);
+    if (sent < 0) note_failure(link, errno);
+    return sent < 0 ? 0 : frames->count;
+}
+
+/* A frame in each packet. Returns how many were sent. */
+static int send_single(int fd, const wire_frames *frames, wire_link *link) {
     int done = 0;
     while (!link->closed && done < frames->count) {
         const int left = frames->count - done;
@@ -105,6 +165,11 @@ int32_t wire_send(int32_t fd, const wire_frames *frames, wire_link *link) {
         }
         done += sent;
     }
+    return done;
+}
+
+int32_t wire_send(int32_t fd, const wire_frames *frames, wire_link *link) {
+    const int done = link->batched ? send_whole(fd, frames, link) : send_single(fd, frames, link);
     link->unsent += frames->count - done;
     return done;
 }

@@ -1,9 +1,9 @@
 /*
  * The wire: CAN FD frames moved in batches, one system call each way.
  *
- * A frame has the layout of Linux's struct canfd_frame, so the same code serves a SocketCAN socket
- * and a Unix SEQPACKET socket that carries one frame per packet. Received classic frames (16 bytes,
- * struct can_frame) are taken too: their layout is a prefix of the other.
+ * A frame has the layout of Linux's struct canfd_frame. A SocketCAN socket carries one frame a packet;
+ * a Unix SEQPACKET socket carries a whole batch in one, so that a batch arrives whole or not at all.
+ * Received classic frames (16 bytes, struct can_frame) are taken too: their layout is a prefix of the other.
  */
 #ifndef HAPTICD_WIRE_H
 #define HAPTICD_WIRE_H
@@ -38,6 +38,7 @@ typedef struct {
     int64_t unsent;    /* frames dropped because the kernel's queue was full */
     int32_t error;     /* errno of the last failure other than "try again", 0 = none */
     int32_t closed;    /* 1 once the peer is gone */
+    int32_t batched;   /* 1 where one packet carries a batch */
 } wire_link;
 
 /* Replaces the contents of `frames` by what waits in `fd`, without blocking.

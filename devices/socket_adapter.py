@@ -31,13 +31,13 @@ _CAN_ERR_MASK: Final = 0x1FFFFFFF
 
 
 class SocketAdapter:
-    """A connected socket that carries one frame per message."""
+    """A connected socket: SocketCAN carries a frame in each packet, a Unix socket a whole batch."""
 
     def __init__(self, sock: socket.socket) -> None:
         sock.setblocking(False)
         self._socket = sock
         self._fd = sock.fileno()
-        self._link = ffi.new("wire_link *")
+        self._link = ffi.new("wire_link *", {"batched": sock.family == socket.AF_UNIX})
 
     @property
     def closed(self) -> bool:

@@ -65,11 +65,17 @@ Count = Annotated[int, Meta(ge=1)]
 
 
 class Loop(Strict, frozen=True):
-    """Pace of the daemon and its reaction to ticks that come too late."""
+    """Pace of the daemon and its reaction to ticks that come too late.
+
+    ``spin`` is how early it wakes to wait busily for the deadline; without it, the daemon decides. ``cpu``
+    binds it to a processor.
+    """
 
     rate: Frequency
     on_overrun: Literal["record", "stop"] = "stop"
     duration: Duration | None = None
+    spin: Instant | None = None
+    cpu: Annotated[int, Meta(ge=0)] | None = None
 
 
 class SimulatedBus(Strict, frozen=True, tag_field="kind", tag="simulated"):

@@ -14,7 +14,6 @@ from pathlib import Path
 from time import time_ns
 
 import msgspec
-import uvloop
 
 from ..devices.adapter import Adapter
 from ..devices.frames import Frames
@@ -25,15 +24,20 @@ from . import config as c
 from .config import Loaded
 from .cycle import Inputs, Outputs, cycle
 from .errors import HapticdError
+from .forensics import Forensics
 from .loop import FixedRate
 from .modes import Command, Mode
-from .realtime import DAEMON_PRIORITY, become_realtime, settle_memory
+from .realtime import DAEMON_PRIORITY, automatic_spin_ns, become_realtime, leave_cpu, settle_memory
 from .record import RecordWriter
-from .recorder import EVENT, FINISH, TICK
+from .recorder import EVENT, FINISH, LATE, OVERSTAY, TICK, VITALS
 from .ring import Ring
 from .session import Session, build
+from .slack import Slack
 from .stages import Stage, Stages
 from .summary import Report
+from .vitals import LOOK_NS, VitalSigns
+from .warm_up import warm_up
+from .watch import Overstay, Watch, WatchedLoop
 
 START_DELAY_NS = 20_000_000
 STALL_LIMIT_S = 1.0
@@ -82,19 +86,21 @@ class Daemon:
         self._pending = Command.NONE
         self._ending_since = -1
         self._stalled = 0
-        self._waited = False
         self._unserved = 0
         self._trip: Trip | None = None
         self._ring = Ring.create()
         self._writer = RecordWriter(self._session.memory)
-        self._rhythm = FixedRate(round(1e9 / self._rate), self._tick)
+        self._watch = Watch(self._overstayed)
+        slack = Slack(self._watch, lambda text: self._event(self._rhythm.tick, f"warning: {text}"))
+        self._rhythm = FixedRate(round(1e9 / self._rate), self._tick, slack=slack)
+        self._forensics, self._vitals = Forensics(self._rhythm.period_ns), VitalSigns()
         self._plant: subprocess.Popen[bytes] | None = None
         self._done = asyncio.Event()
-        self.warnings: list[str] = []
 
     async def run(self) -> Outcome:
         """From start-up to the summary."""
         loop = asyncio.get_running_loop()
+        assert isinstance(loop, WatchedLoop)
         self._bus = self._open_bus()
         self._start_recorder()
         await _until_ready("recorder", self._recorder)
@@ -102,16 +108,31 @@ class Daemon:
             await _until_ready("plant", self._plant)
         try:
             self._listen(loop)
+            warm_up(self._session.loaded)
             settle_memory()
-            self.warnings = become_realtime(DAEMON_PRIORITY)
-            for warning in self.warnings:
-                self._event(0, f"warning: {warning}")
-            self._rhythm.start(loop, START_DELAY_NS)
+            self._become_realtime()
+            self._rhythm.slack.add(self._forensics.watch_host())
+            self._rhythm.slack.add(self._vitals.watch(), LOOK_NS)
+            loop.watch = self._watch
+            self._rhythm.start(loop.add_tick, START_DELAY_NS)
             await self._done.wait()
         finally:
-            self._rhythm.stop(loop)
+            self._rhythm.stop(loop.remove_reader)
+            self._rhythm.slack.close()
             self._bus.close()
+        self._vitals.look()
+        self._ring.push(VITALS + msgspec.json.encode(self._vitals.found))
         return self._conclude()
+
+    def _become_realtime(self) -> None:
+        wish = self._session.config.loop
+        for child in filter(None, (self._plant, self._recorder)):
+            leave_cpu(child.pid, wish.cpu)
+        granted = become_realtime(DAEMON_PRIORITY, wish.cpu)
+        automatic = automatic_spin_ns(granted, wish.cpu)
+        self._rhythm.spin_ns = automatic if wish.spin is None else round(1e9 * wish.spin)
+        for warning in granted.lost:
+            self._event(0, f"warning: {warning}")
 
     # ------------------------------------------------------------------------------- every tick
 
@@ -125,38 +146,38 @@ class Daemon:
             self._unserved += 1 + rhythm.skipped
             return
         inputs.tick = rhythm.tick
-        inputs.skipped = rhythm.skipped + self._unserved
+        waited, self._unserved = self._unserved, 0
+        inputs.skipped = rhythm.skipped + waited
         inputs.commands, self._pending = self._pending, Command.NONE
-        self._unserved = 0
         cycle(inputs, memory, outputs)
         self._bus.send(outputs.frames)
         self._stages.mark(Stage.SEND)
         timing = (start - rhythm.deadline_ns, self._stages.elapsed_ns, self._stages.packed)
         self._ring.push(TICK + self._writer.write(inputs, outputs, timing))
         self._stages.mark(Stage.LOG)
+        self._look_back(waited, timing[0])
         for text in outputs.events:
             self._event(inputs.tick, text)
         inputs.frames.clear()
         self._watch_end(inputs.tick)
 
-    def _waits_for_plant(self) -> bool:
-        """A simulated world stalls as a whole: no tick runs while the plant has not answered the last one.
+    def _look_back(self, waited: int, lateness_ns: int) -> None:
+        """At the end of a tick: was it punctual, and is the machine armed?"""
+        tick, skipped = self._inputs.tick, self._inputs.skipped
+        late = self._forensics.look(tick, skipped, waited, lateness_ns, self._stages, self._watch)
+        if late and self._session.memory.mode is not Mode.BRINGUP:
+            self._ring.push(LATE + tick.to_bytes(8, "little") + msgspec.json.encode(late))
+        if self._session.memory.mode is Mode.ENGAGING:
+            self._vitals.armed()
 
-        An incomplete set of answers is given one more tick, for the rest may be under way; a device that is
-        silent shows in the next.
-        """
-        memory = self._session.memory
-        starting = memory.mode in (Mode.BRINGUP, Mode.FAILED)  # nobody has to answer yet
-        if starting or self._bus.closed or not self._record_overruns:
+    def _waits_for_plant(self) -> bool:
+        """A simulated world stalls as a whole: no tick runs while the plant has not answered the last one."""
+        starting = self._session.memory.mode in (Mode.BRINGUP, Mode.FAILED)  # nobody has to answer yet
+        if starting or self._bus.closed or not self._record_overruns or self._inputs.frames.answers:
+            self._stalled = 0
             return False
-        image, answers = memory.image, self._inputs.frames.answers
-        if answers == 0:
-            self._stalled += 1 + self._rhythm.skipped
-            return self._stalled < STALL_LIMIT_S * self._rate
-        self._stalled = 0
-        under_way = answers < image.expected == image.working_counter and not self._waited
-        self._waited = under_way
-        return under_way
+        self._stalled += 1 + self._rhythm.skipped
+        return self._stalled < STALL_LIMIT_S * self._rate
 
     def _watch_end(self, tick: int) -> None:
         mode = self._session.memory.mode
@@ -224,6 +245,10 @@ class Daemon:
                 self.end()
             self._pending |= KEYS.get(word[0], Command.NONE)
 
+    def _overstayed(self, overstay: Overstay) -> None:
+        tick = max(0, self._rhythm.tick)
+        self._ring.push(OVERSTAY + tick.to_bytes(8, "little") + msgspec.json.encode(overstay))
+
     def _event(self, tick: int, text: str) -> None:
         self._ring.push(EVENT + tick.to_bytes(8, "little") + text.encode())
 
@@ -259,11 +284,16 @@ def _spawn(module: str, arguments: list[str], fds: list[int]) -> subprocess.Pope
 async def _until_ready(name: str, child: subprocess.Popen[bytes]) -> None:
     """A child writes one byte when it is ready."""
     assert child.stdout is not None
+    loop, ready = asyncio.get_running_loop(), asyncio.Event()
+    loop.add_reader(child.stdout, ready.set)
     try:
         async with asyncio.timeout(CHILD_LIMIT_S):
-            said = await asyncio.to_thread(child.stdout.read, 1)
+            await ready.wait()
+        said = os.read(child.stdout.fileno(), 1)
     except TimeoutError:
         said = b""
+    finally:
+        loop.remove_reader(child.stdout)
     if not said:
         child.kill()
         raise ChildError(f"the {name} process did not start; its message stands above")
@@ -292,4 +322,5 @@ def run(loaded: Loaded, log: Path, duration: float | None, live: bool) -> Outcom
     Raises:
         HapticdError, DeviceError: the session could not begin.
     """
-    return uvloop.run(Daemon(loaded, log, duration, live).run())
+    with asyncio.Runner(loop_factory=WatchedLoop) as runner:
+        return runner.run(Daemon(loaded, log, duration, live).run())

@@ -17,6 +17,7 @@ from io import BufferedWriter, FileIO
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import numpy as np
 from mcap.exceptions import McapError
 from mcap.reader import SeekingReader
@@ -25,6 +26,7 @@ from zstandard import ZstdError
 
 from .config import Loaded, parse
 from .errors import LogError, LogModelError, LogTruncatedError
+from .forensics import LateTick
 from .record import Record, describe
 from .record import parse as parse_record
 
@@ -63,6 +65,8 @@ class LogWriter:
         event = self._writer.register_schema("hapticd.Event", "jsonschema", EVENT_SCHEMA.encode())
         self._tick = self._writer.register_channel("tick", "hapticd-record", tick)
         self._event = self._writer.register_channel("event", "json", event)
+        late = self._writer.register_schema("hapticd.LateTick", "jsonschema", LATE_SCHEMA)
+        self._late = self._writer.register_channel("late", "json", late)
 
     def tick(self, tick: int, record: bytes) -> None:
         """Append a record."""
@@ -73,6 +77,11 @@ class LogWriter:
         """Append a sentence."""
         stamp = self._stamp(tick)
         self._writer.add_message(self._event, stamp, json.dumps({"tick": tick, "text": text}).encode(), stamp)
+
+    def late(self, tick: int, late: bytes) -> None:
+        """Append what is known of a late tick, as JSON."""
+        stamp = self._stamp(tick)
+        self._writer.add_message(self._late, stamp, late, stamp)
 
     def finish(self, summary: str) -> None:
         """Complete the file, with the session's summary as JSON."""
@@ -94,6 +103,7 @@ class LogWriter:
 EVENT_SCHEMA = json.dumps(
     {"type": "object", "properties": {"tick": {"type": "integer"}, "text": {"type": "string"}}}
 )
+LATE_SCHEMA = msgspec.json.encode(msgspec.json.schema(LateTick))
 
 
 def environment() -> dict[str, str]:

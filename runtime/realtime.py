@@ -4,30 +4,86 @@ from __future__ import annotations
 
 import gc
 import os
+from dataclasses import dataclass, field
+from pathlib import Path
 
 from ._rt import lib
 
 DAEMON_PRIORITY = 80
 PLANT_PRIORITY = 70
+SPIN_NS = 60_000
+"""How early the timer fires where the loop may spin: the latest wake-ups of an idle processor."""
+ISOLATED = Path("/sys/devices/system/cpu/isolated")
 
 
-def become_realtime(priority: int) -> list[str]:
-    """SCHED_FIFO at a priority and locked memory; returns what was refused, with the fix."""
-    lost = []
+@dataclass(slots=True)
+class Granted:
+    """What the kernel granted.
+
+    Attributes:
+        memory, fifo, cpu: locked memory, SCHED_FIFO, the processor that was asked for.
+        lost: what was refused, with the fix.
+    """
+
+    memory: bool = True
+    fifo: bool = True
+    cpu: bool = True
+    lost: list[str] = field(default_factory=list)
+
+
+def become_realtime(priority: int, cpu: int | None = None) -> Granted:
+    """Locked memory, the process bound to a processor where one is named, and SCHED_FIFO last."""
+    granted = Granted()
     error = -int(lib.rt_lock_memory())
     if error:
-        lost.append(
+        granted.memory = False
+        granted.lost.append(
             f"memory is not locked ({os.strerror(error)}): page faults may delay ticks;"
             " raise the memlock limit (ulimit -l unlimited) or run with CAP_IPC_LOCK"
         )
+    if cpu is not None:
+        try:
+            os.sched_setaffinity(0, {cpu})
+        except OSError as refused:
+            granted.cpu = False
+            granted.lost.append(
+                f"not bound to processor {cpu} ({refused.strerror}): other work may delay ticks;"
+                f" name one of {_listed(os.sched_getaffinity(0))} as [loop] cpu"
+            )
     try:
         os.sched_setscheduler(0, os.SCHED_FIFO | os.SCHED_RESET_ON_FORK, os.sched_param(priority))
     except OSError as refused:
-        lost.append(
+        granted.fifo = False
+        granted.lost.append(
             f"no SCHED_FIFO ({refused.strerror}): other processes may delay ticks;"
             " raise the rtprio limit (/etc/security/limits.d) or run with CAP_SYS_NICE"
         )
-    return lost
+    return granted
+
+
+def automatic_spin_ns(granted: Granted, cpu: int | None) -> int:
+    """Spinning pays, and harms nobody, under SCHED_FIFO on a processor that is kept free of other work."""
+    return SPIN_NS if granted.fifo and granted.cpu and cpu in isolated_cpus() else 0
+
+
+def isolated_cpus(path: Path = ISOLATED) -> set[int]:
+    """Processors that the kernel keeps free (isolcpus=)."""
+    try:
+        text = path.read_text(encoding="ascii").strip()
+    except OSError:
+        return set()
+    found: set[int] = set()
+    for part in filter(None, text.split(",")):
+        first, _, last = part.partition("-")
+        found.update(range(int(first), int(last or first) + 1))
+    return found
+
+
+def leave_cpu(pid: int, cpu: int | None) -> None:
+    """Keep another process off the loop's processor, where there is any other."""
+    others = os.sched_getaffinity(0) - {cpu}
+    if cpu is not None and others:
+        os.sched_setaffinity(pid, others)
 
 
 def settle_memory() -> None:
@@ -35,3 +91,7 @@ def settle_memory() -> None:
     gc.collect()
     gc.freeze()
     gc.disable()
+
+
+def _listed(cpus: set[int]) -> str:
+    return ", ".join(map(str, sorted(cpus)))

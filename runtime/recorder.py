@@ -15,10 +15,12 @@ import sys
 import time
 from io import FileIO
 
+import msgspec
 import numpy as np
 
 from . import config
 from .errors import HapticdError
+from .forensics import LateTick
 from .log import LogWriter
 from .modes import Mode
 from .record import layout
@@ -26,11 +28,13 @@ from .ring import Ring
 from .session import Session, build, fingerprint
 from .stages import Stage
 from .summary import Summary, as_json
+from .vitals import Vitals
+from .watch import Overstay
 
 POLL_S = 0.02
 LIVE_S = 0.2
 FINISH = b"q"
-TICK, EVENT = b"T", b"E"
+TICK, EVENT, LATE, OVERSTAY, VITALS = b"T", b"E", b"L", b"O", b"V"
 """First byte of a record in the ring."""
 
 
@@ -51,12 +55,30 @@ class Recorder:
                 fixed = np.frombuffer(data, self._dtype, 1, 1)[0]
                 self._log.tick(int(fixed["tick"]), data[1:])
                 self.summary.add(fixed)
+            elif data[:1] == VITALS:
+                self.summary.vitals = msgspec.json.decode(data[1:], type=Vitals)
             else:
-                tick, text = int.from_bytes(data[1:9], "little"), data[9:].decode()
-                self._log.event(tick, text)
-                events.append(f"{tick / self.summary.rate:9.3f} s  {text}")
+                tick, rest = int.from_bytes(data[1:9], "little"), data[9:]
+                text = self._note(data[:1], tick, rest)
+                if text:
+                    self._log.event(tick, text)
+                    events.append(f"{tick / self.summary.rate:9.3f} s  {text}")
         self._log.flush()
         return events
+
+    def _note(self, kind: bytes, tick: int, rest: bytes) -> str:
+        """Take what happened at a tick; the sentence for people, empty where none is due."""
+        if kind == EVENT:
+            return rest.decode()
+        if kind == LATE:
+            self._log.late(tick, rest)
+            self.summary.add_late(msgspec.json.decode(rest, type=LateTick))
+            return ""
+        overstay = msgspec.json.decode(rest, type=Overstay)
+        if not self.summary.add_overstay(overstay):
+            return ""
+        took, budget = f"{overstay.us:.0f} us", f"{overstay.budget_us:.0f} us"
+        return f"warning: {overstay.where} took {took}; between ticks it may take {budget}"
 
     def live_line(self) -> str:
         """State, punctuality and cost of the session so far."""

@@ -61,6 +61,11 @@ class Stages:
         return int(self._stages.last - self._stages.begin)
 
     @property
+    def ns(self) -> tuple[int, ...]:
+        """The durations [ns], in the order of ``Stage``."""
+        return tuple(self._stages.ns)
+
+    @property
     def packed(self) -> bytes:
         """The durations [ns], 4 bytes each, little endian, as the log keeps them."""
-        return self._ns[:]
+        return bytes(self._ns)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections import Counter
+from collections import Counter, deque
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from math import inf, isfinite
@@ -13,10 +13,13 @@ import numpy as np
 
 from ..safety import Reaction
 from .cycle import END
+from .forensics import KEPT, LateTick
 from .histogram import Histogram
 from .machine import LimitSpec, MachineLimits
 from .modes import Mode
 from .stages import Stage
+from .vitals import Vitals
+from .watch import Overstay
 
 NEAR = 5e-3
 """A measured value this close to a limit touches it [rad or m]."""
@@ -62,6 +65,15 @@ class LimitReport(msgspec.Struct, frozen=True):
     excess: float | None
 
 
+class OverstayReport(msgspec.Struct, frozen=True):
+    """A callback that took longer than it may: how often, and the worst time [us]."""
+
+    where: str
+    count: int
+    worst_us: float
+    budget_us: float
+
+
 class Report(msgspec.Struct, frozen=True):
     """The summary of a session as data; durations in microseconds."""
 
@@ -80,6 +92,10 @@ class Report(msgspec.Struct, frozen=True):
     coupling_mrad: float
     frames_missing: int
     clamped: int
+    late: int
+    late_ticks: list[LateTick]
+    overstays: list[OverstayReport]
+    vitals: Vitals
     limits: list[LimitReport]
     log: str
 
@@ -129,6 +145,10 @@ class Summary:
     iterations: Count = field(default_factory=Count)
     solves: Count = field(default_factory=Count)
     modes: Counter[int] = field(default_factory=Counter)
+    late: int = 0
+    late_ticks: deque[LateTick] = field(default_factory=lambda: deque(maxlen=KEPT))
+    overstays: dict[str, OverstayReport] = field(default_factory=dict)
+    vitals: Vitals = field(default_factory=Vitals)
     extents: list[Extent] = field(init=False)
 
     def __post_init__(self) -> None:
@@ -160,6 +180,20 @@ class Summary:
         for extent, value in zip(self.extents, self.limits.values(state), strict=True):
             extent.add(value)
 
+    def add_late(self, late: LateTick) -> None:
+        """Take a late tick."""
+        self.late += 1
+        self.late_ticks.append(late)
+
+    def add_overstay(self, overstay: Overstay) -> bool:
+        """Take a callback that overstayed; whether it is the first of its kind."""
+        known = self.overstays.get(overstay.where)
+        count, worst = (known.count, known.worst_us) if known else (0, 0.0)
+        self.overstays[overstay.where] = OverstayReport(
+            overstay.where, count + 1, max(worst, overstay.us), overstay.budget_us
+        )
+        return known is None
+
     def report(self, shed: int, log: str) -> Report:
         """The session so far; ``shed`` records did not reach this summary."""
         return Report(
@@ -169,9 +203,7 @@ class Summary:
             rate_hz=float(self.rate),
             lateness_us=self.lateness.summary(),
             compute_us=self.compute.summary(),
-            stages_us={
-                stage.name.lower(): self.stages[stage].summary() for stage in Stage
-            },
+            stages_us={stage.name.lower(): self.stages[stage].summary() for stage in Stage},
             iterations=self.iterations.summary(),
             solves=self.solves.summary(),
             modes={Mode(mode).name: count for mode, count in sorted(self.modes.items())},
@@ -180,6 +212,10 @@ class Summary:
             coupling_mrad=round(1e3 * self.coupling[1], 3),
             frames_missing=self.missing,
             clamped=self.clamped,
+            late=self.late,
+            late_ticks=list(self.late_ticks),
+            overstays=list(self.overstays.values()),
+            vitals=self.vitals,
             limits=[_limit_report(extent) for extent in self.extents if extent.low <= extent.high],
             log=log,
         )
@@ -208,6 +244,7 @@ def table(report: Report) -> str:
     ]
     if report.compute_us["max"]:  # virtual time has neither lateness nor cost
         lines += _timing_lines(report)
+        lines += _lateness_lines(report)
     lines.append(
         f"HQP iterations {report.iterations['mean']:.3g} a tick (most {report.iterations['max']:g}),"
         f" solves {report.solves['mean']:.3g} (most {report.solves['max']:g});"
@@ -230,6 +267,21 @@ def _timing_lines(report: Report) -> Iterator[str]:
     for name, row in [("lateness us", report.lateness_us), ("compute us", report.compute_us), *stages]:
         columns = "".join(f"{row[key]:9.1f}" for key in ("mean", "p50", "p99", "p999"))
         yield f"{name:14}{columns}{row['max']:10.1f}"
+
+
+def _lateness_lines(report: Report) -> Iterator[str]:
+    if report.late:
+        causes = Counter(late.cause for late in report.late_ticks)
+        listed = "; ".join(f"{count} x {cause}" for cause, count in causes.most_common(4))
+        shown = f" (of the last {KEPT})" if report.late > KEPT else ""
+        yield f"{report.late} ticks came or ended late{shown}: {listed}"
+    for o in report.overstays:
+        yield f"overstayed: {o.where}, {o.count} times, at most {o.worst_us:.0f} us of {o.budget_us:.0f} us"
+    v = report.vitals
+    yield (
+        f"{v.minor_faults} minor and {v.major_faults} major page faults since arming,"
+        f" memory grew by {v.rss_growth_kib} KiB, {v.threads} thread{'s' * (v.threads > 1)}"
+    )
 
 
 def _limit_line(limit: LimitReport) -> str:

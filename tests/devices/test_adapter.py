@@ -120,10 +120,12 @@ def test_an_end_that_was_closed_says_so(pair: Pair) -> None:
     assert pair[0].receive(Frames()) == 0
 
 
-@pytest.fixture
-def sockets() -> Iterator[tuple[SocketAdapter, socket.socket]]:
+@pytest.fixture(params=[True, False], ids=["batched", "single"])
+def sockets(request: pytest.FixtureRequest) -> Iterator[tuple[SocketAdapter, socket.socket]]:
+    """An adapter and its raw peer; ``single`` is how SocketCAN packs frames."""
     ours, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
     adapter = SocketAdapter(ours)
+    adapter._link.batched = request.param
     yield adapter, theirs
     adapter.close()
     theirs.close()
@@ -208,6 +210,34 @@ def test_more_frames_than_fit_stay_for_the_next_call(sockets: Sockets) -> None:
     for i in range(130):
         peer.send(CLASSIC.pack(i, 0, 0, 0, 0, bytes(8)))
     assert adapter.receive(big) == 130
+
+
+@pytest.mark.parametrize("sockets", [True], indirect=True)
+def test_a_batch_arrives_whole_and_one_that_does_not_fit_any_more_waits(sockets: Sockets) -> None:
+    adapter, peer = sockets
+    other = SocketAdapter(peer)
+    for first in (0, 40):
+        batch = Frames()
+        for i in range(first, first + 40):
+            batch.append(i, bytes([i]))
+        other.send(batch)
+    frames = Frames()
+    assert adapter.receive(frames) == 40
+    assert adapter.receive(frames) == 40
+    assert [(can_id, data[0]) for can_id, data in frames] == [(i, i) for i in range(40, 80)]
+    assert adapter.receive(frames) == 0
+
+
+@pytest.mark.parametrize("sockets", [True], indirect=True)
+def test_a_broken_frame_in_a_batch_is_dropped_and_the_others_are_kept(sockets: Sockets) -> None:
+    adapter, peer = sockets
+    whole = b"\x81\x01\0\0\x02\x04\0\0" + bytes(64)
+    broken = whole[:4] + b"\x41" + whole[5:]  # 65 bytes of data
+    peer.send(whole + broken + whole)
+    frames = Frames()
+    assert adapter.receive(frames) == 2
+    assert adapter.malformed == 1
+    assert [can_id for can_id, _ in frames] == [0x181, 0x181]
 
 
 def test_a_flood_of_garbage_does_not_hold_the_receiver(sockets: Sockets) -> None:

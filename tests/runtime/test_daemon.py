@@ -15,6 +15,7 @@ import msgspec
 import pytest
 from hapticd.runtime.log import open_log
 from hapticd.runtime.modes import Mode
+from hapticd.runtime.stages import Stage
 
 PATIENCE_S = 60.0
 
@@ -107,6 +108,8 @@ def test_a_short_session_ends_with_a_summary_and_one_log_that_replays(
     assert report["ticks"] + report["skipped"] >= 1500
     assert set(report["lateness_us"]) == {"mean", "p50", "p99", "p999", "max"}
     assert report["status"] == 0
+    assert set(report["stages_us"]) == {stage.name.lower() for stage in Stage}
+    assert report["vitals"]["threads"] == 1
     assert len(list(tmp_path.glob("*.mcap"))) == 1
     modes = live.modes()
     assert modes[-1] is Mode.STOPPED and Mode.ENGAGING in modes

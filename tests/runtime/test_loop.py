@@ -6,6 +6,7 @@ from itertools import pairwise
 
 import pytest
 from hapticd.runtime.loop import FixedRate, now_ns
+from hapticd.runtime.slack import pause
 
 PERIOD = 2_000_000
 
@@ -19,11 +20,11 @@ async def collect(count: int, block: dict[int, float] | None = None) -> list[tup
         seen.append((rhythm.tick, rhythm.skipped, rhythm.deadline_ns))
         time.sleep((block or {}).get(len(seen), 0.0))
         if len(seen) == count:
-            rhythm.stop(loop)
+            rhythm.stop(loop.remove_reader)
             done.set()
 
     rhythm = FixedRate(PERIOD, callback)
-    start = rhythm.start(loop, 5_000_000)
+    start = rhythm.start(loop.add_reader, 5_000_000)
     await done.wait()
     assert seen[0][2] - seen[0][0] * PERIOD == start
     return seen
@@ -44,15 +45,55 @@ async def test_a_blocked_callback_skips_periods_and_never_runs_after_them() -> N
     assert [tick for tick, _, _ in seen] == sorted({tick for tick, _, _ in seen})
 
 
+async def test_a_spinning_loop_never_calls_before_the_deadline() -> None:
+    loop = asyncio.get_running_loop()
+    done, early = asyncio.Event(), []
+
+    def callback() -> None:
+        early.append(now_ns() < rhythm.deadline_ns)
+        if len(early) == 50:
+            rhythm.stop(loop.remove_reader)
+            done.set()
+
+    rhythm = FixedRate(PERIOD, callback, spin_ns=500_000)
+    rhythm.start(loop.add_reader, 5_000_000)
+    await done.wait()
+    assert not any(early)
+
+
+async def test_slack_work_runs_between_the_ticks() -> None:
+    loop = asyncio.get_running_loop()
+    done, order = asyncio.Event(), []
+
+    async def work() -> None:
+        while True:
+            order.append("work")
+            await pause()
+
+    def callback() -> None:
+        order.append("tick")
+        if order.count("tick") == 10:
+            rhythm.stop(loop.remove_reader)
+            done.set()
+
+    rhythm = FixedRate(PERIOD, callback)
+    rhythm.slack.add(work())
+    rhythm.start(loop.add_reader, 0)
+    await done.wait()
+    rhythm.slack.close()
+    assert order[:2] == ["tick", "work"]
+    assert order.count("work") >= 3
+
+
 async def test_no_callback_comes_after_stop() -> None:
     loop = asyncio.get_running_loop()
     calls: list[int] = []
     rhythm = FixedRate(PERIOD, lambda: calls.append(1))
-    rhythm.start(loop, 0)
+    rhythm.start(loop.add_reader, 0)
     while not calls:
         await asyncio.sleep(0)
-    rhythm.stop(loop)
-    rhythm.stop(loop)
+    rhythm.stop(loop.remove_reader)
+    rhythm.stop(loop.remove_reader)
     count = len(calls)
     end = now_ns() + 5 * PERIOD
     while now_ns() < end:
@@ -68,7 +109,7 @@ def test_the_clock_is_monotonic() -> None:
 
 def test_a_period_of_zero_is_refused() -> None:
     async def begin() -> None:
-        FixedRate(-1, lambda: None).start(asyncio.get_running_loop(), 0)
+        FixedRate(-1, lambda: None).start(asyncio.get_running_loop().add_reader, 0)
 
     with pytest.raises(Exception, match="timerfd"):
         asyncio.run(begin())

@@ -1,0 +1,80 @@
+"""Supervisory work in slices, run only where the time until the next tick allows it."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Coroutine, Generator
+from dataclasses import dataclass
+from types import coroutine
+from typing import Any
+
+from ._rt import lib
+from .watch import BUDGET_NS, Watch
+
+GUARD_NS = 50_000
+"""Kept free before the next tick."""
+
+Work = Coroutine[float, None, None]
+"""An ``async def`` that awaits nothing but ``pause``."""
+
+
+@coroutine
+def pause(rest_s: float = 0.0) -> Generator[float, None, None]:
+    """End a slice; the next one comes after a rest [s], when there is time."""
+    yield rest_s
+
+
+@dataclass(slots=True)
+class _Task:
+    work: Any  # typeshed's Coroutine lacks cr_frame
+    budget_ns: int
+    due_ns: int = 0
+
+
+class Slack:
+    """The supervisory work of a loop.
+
+    Each slice has a budget: it only starts where the budget fits in before the next tick, and is reported
+    where it took longer.
+    """
+
+    def __init__(self, watch: Watch, failed: Callable[[str], None] = lambda _: None) -> None:
+        """``failed`` is told of work that raised; the work is dropped, the loop goes on."""
+        self._watch, self._failed = watch, failed
+        self._tasks: deque[_Task] = deque()
+
+    def add(self, work: Work, budget_ns: int = BUDGET_NS) -> None:
+        """Begin work."""
+        self._tasks.append(_Task(work, budget_ns))
+
+    def serve(self, until_ns: int) -> None:
+        """One slice of each piece of work that is due and fits in; the others come first next time."""
+        now = int(lib.rt_now())
+        for _ in range(len(self._tasks)):
+            task = self._tasks[0]
+            if now + task.budget_ns + GUARD_NS > until_ns:
+                return
+            self._tasks.rotate(-1)
+            if task.due_ns <= now:
+                now = self._slice(task, now)
+
+    def close(self) -> None:
+        """Drop all work."""
+        for task in self._tasks:
+            task.work.close()
+        self._tasks.clear()
+
+    def _slice(self, task: _Task, start: int) -> int:
+        work = task.work
+        line = work.cr_frame.f_lineno
+        try:
+            rest_s = work.send(None)
+            task.due_ns = start + round(1e9 * rest_s)
+        except StopIteration:
+            self._tasks.remove(task)
+        except Exception as error:  # supervisory work must not stop the machine
+            self._tasks.remove(task)
+            self._failed(f"{work.__qualname__} failed and was dropped: {error!r}")
+        now = int(lib.rt_now())
+        self._watch.account(work, line, now - start, task.budget_ns)
+        return now

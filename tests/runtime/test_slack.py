@@ -1,0 +1,121 @@
+"""Supervisory work runs between ticks, never into the next one."""
+
+import time
+from itertools import pairwise
+
+from hapticd.runtime.loop import now_ns
+from hapticd.runtime.slack import GUARD_NS, Slack, pause
+from hapticd.runtime.watch import Overstay, Watch
+
+BUDGET = 200_000
+FAR = 10**12
+
+
+def test_slices_alternate_and_work_ends() -> None:
+    done: list[str] = []
+
+    async def work(name: str, slices: int) -> None:
+        for k in range(slices):
+            done.append(f"{name}{k}")
+            await pause()
+
+    slack = Slack(Watch())
+    slack.add(work("a", 2))
+    slack.add(work("b", 3))
+    for _ in range(5):
+        slack.serve(now_ns() + FAR)
+    assert done == ["a0", "b0", "a1", "b1", "b2"]
+
+
+def test_no_slice_starts_where_its_budget_does_not_fit_and_it_comes_first_next_time() -> None:
+    done: list[str] = []
+
+    async def work(name: str) -> None:
+        while True:
+            done.append(name)
+            await pause()
+
+    slack = Slack(Watch())
+    slack.add(work("a"), BUDGET)
+    slack.add(work("b"), BUDGET)
+    slack.serve(now_ns() + BUDGET + GUARD_NS - 1)
+    assert done == []
+
+    async def long() -> None:
+        done.append("long")
+        time.sleep(1e-3)
+        await pause()
+
+    slack.add(long(), BUDGET)
+    slack.add(work("c"), BUDGET)
+    slack.serve(now_ns() + 3 * BUDGET + GUARD_NS + 600_000)
+    assert done[:3] == ["a", "b", "long"]  # and no time was left
+    slack.serve(now_ns() + FAR)
+    assert done[3:] == ["c", "a", "b"]
+
+
+def test_a_rest_is_kept() -> None:
+    times: list[int] = []
+
+    async def work() -> None:
+        while True:
+            times.append(now_ns())
+            await pause(5e-3)
+
+    slack = Slack(Watch())
+    slack.add(work())
+    end = now_ns() + 23_000_000
+    while now_ns() < end:
+        slack.serve(now_ns() + FAR)
+    assert 2 <= len(times) <= 5
+    assert all(after - before >= 5_000_000 for before, after in pairwise(times))
+
+
+def test_a_slice_beyond_its_budget_is_named_with_its_line() -> None:
+    found: list[Overstay] = []
+
+    async def work() -> None:
+        await pause()
+        time.sleep(2e-3)
+        await pause()
+
+    slack = Slack(Watch(found.append))
+    slack.add(work(), BUDGET)
+    slack.serve(now_ns() + FAR)
+    assert found == []
+    slack.serve(now_ns() + FAR)
+    (overstay,) = found
+    line = work.__code__.co_firstlineno + 1
+    assert overstay.where.startswith(f"runtime/test_slack.py:{line} ")
+    assert overstay.us > 1900 and overstay.budget_us == 200.0
+
+
+def test_work_that_raises_is_dropped_and_reported_and_the_rest_goes_on() -> None:
+    failed: list[str] = []
+    done: list[int] = []
+
+    async def broken() -> None:
+        raise ValueError("bad")
+
+    async def work() -> None:
+        while True:
+            done.append(1)
+            await pause()
+
+    slack = Slack(Watch(), failed.append)
+    slack.add(broken())
+    slack.add(work())
+    for _ in range(3):
+        slack.serve(now_ns() + FAR)
+    assert len(done) == 3
+    assert len(failed) == 1 and "broken" in failed[0] and "bad" in failed[0]
+
+
+def test_closed_work_does_not_run() -> None:
+    async def work() -> None:
+        await pause()
+
+    slack = Slack(Watch())
+    slack.add(work())
+    slack.close()
+    slack.serve(now_ns() + FAR)
