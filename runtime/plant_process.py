@@ -3,8 +3,8 @@
     python -m hapticd.runtime.plant_process CONFIG SOCKET_FD
 
 Plant time advances one period for each output frame, or for each millisecond slice it waited without one;
-a slice never counts more than its length. So a stalled host stalls both worlds, while a dead daemon trips
-the watchdogs of the simulated drives.
+a slice never counts more than its length, and none counts while the daemon waits for a processor. So a
+stalled host stalls both worlds, while a dead or hanging daemon trips the watchdogs of the simulated drives.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ import select
 import signal
 import socket
 import sys
+from collections.abc import Callable
 
 from ..devices.frames import Frames
 from ..devices.socket_adapter import SocketAdapter
@@ -21,6 +22,7 @@ from . import config
 from .errors import HapticdError
 from .realtime import PLANT_PRIORITY, become_realtime, settle_memory
 from .session import Plant, build
+from .starvation import Starvation
 
 SLICE_S = 1e-3
 LONGEST_GRACE_S = 0.1
@@ -34,8 +36,12 @@ class PlantServer:
         unsafe: plant time in silence during which some drive was not in its safe state [s].
     """
 
-    def __init__(self, plant: Plant, bus: SocketAdapter, period: float) -> None:
+    def __init__(
+        self, plant: Plant, bus: SocketAdapter, period: float, starved: Callable[[], bool] = lambda: False
+    ) -> None:
+        """``starved`` tells whether the daemon wanted the processor and did not get it."""
         self._plant, self._bus, self._period = plant, bus, period
+        self._starved = starved
         self._requests, self._answers = Frames(), Frames()
         self.unsafe = 0.0
         self._silent = False
@@ -47,7 +53,7 @@ class PlantServer:
         patience = SLICE_S if self._silent else self._period + SLICE_S
         ready, _, _ = select.select([self._bus], [], [], patience)
         if not ready:
-            if self._met:  # plant time begins with the daemon's first frame
+            if self._met and not self._starved():  # plant time begins with the daemon's first frame
                 self._advance(SLICE_S)
             return True
         received = self._bus.receive(self._requests)
@@ -79,7 +85,8 @@ def main(arguments: list[str]) -> int:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     session = build(config.load(name))
     bus = SocketAdapter(socket.socket(fileno=int(fd)))
-    server = PlantServer(session.plant(), bus, 1.0 / session.config.loop.rate)
+    daemon = Starvation(os.getppid())
+    server = PlantServer(session.plant(), bus, 1.0 / session.config.loop.rate, daemon.now)
     settle_memory()
     become_realtime(PLANT_PRIORITY)
     os.write(1, b"\n")  # ready

@@ -93,6 +93,17 @@ def test_each_silent_millisecond_after_the_period_is_one_slice(
     assert server.unsafe == 0.0
 
 
+def test_no_slice_counts_while_the_daemon_waits_for_a_processor(served: Served) -> None:
+    plant, _, daemon = served
+    starved = [True, True, False, True, False]
+    server = PlantServer(plant, served[1]._bus, PERIOD, lambda: starved.pop(0))
+    send(daemon)
+    server.serve()
+    while starved:
+        server.serve()
+    assert plant.time == pytest.approx(PERIOD + 2 * SLICE_S)
+
+
 def test_a_stalled_host_counts_one_slice_and_not_its_length(
     served: Served,
 ) -> None:
