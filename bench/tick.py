@@ -61,7 +61,9 @@ def summarise(bare: list[dict[str, Any]], live: list[dict[str, Any]]) -> dict[st
 
 def main() -> None:
     """Run the rounds and print the table."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--rounds", type=int, default=3)
     parser.add_argument("--seconds", type=float, default=10.0)
     parser.add_argument("--json", action="store_true")
@@ -76,7 +78,9 @@ def main() -> None:
     if options.json:
         print(json.dumps(found))
         return
-    print(f"{found['ticks']} ticks in {found['rounds']} rounds; missed {100 * found['missed']:.2f} %,", end=" ")
+    print(
+        f"{found['ticks']} ticks in {found['rounds']} rounds; missed {100 * found['missed']:.2f} %,", end=" "
+    )
     print(f"bare C loop {100 * found['c_loop_missed']:.2f} %")
     print(f"{'us':20}" + "".join(f"{c:>9}" for c in COLUMNS))
     for name in ("compute_us", "solve_us", "lateness_us", "c_loop_lateness_us"):

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import argparse
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from datetime import datetime
 from importlib import metadata
 from pathlib import Path
@@ -20,6 +22,7 @@ EPILOG = """examples:
   hapticd run my_machine.toml --duration 600
   hapticd replay log/giant-20260101-120000.mcap --verify
   hapticd check my_machine.toml
+  hapticd bench solve --json
 
 While a session runs, type a letter and Enter: s stop, r reset after a stop, a arm (where the
 configuration asks for a command), q end. Ctrl-C ends the session after the machine has come to rest.
@@ -89,7 +92,55 @@ def _parser() -> argparse.ArgumentParser:
     check.add_argument("config", metavar="CONFIG", help="a TOML file, or the name of a built-in machine")
     check.add_argument("--json", action="store_true", help="print the findings as JSON")
     check.set_defaults(handler=_check)
+    _add_bench(commands.add_parser("bench", help="benchmarks", description="Benchmarks."))
     return parser
+
+
+def _add_bench(bench: argparse.ArgumentParser) -> None:
+    benchmarks = bench.add_subparsers(required=True, metavar="BENCHMARK")
+
+    solve = benchmarks.add_parser(
+        "solve",
+        help="the solver beside its peers",
+        description="Time the solver on recorded problems, cold and warm, beside its peers and a"
+        " factorisation floor, and how a cold solve grows with the problem. Peers come with hapticd[bench].",
+    )
+    solve.add_argument(
+        "--data",
+        type=Path,
+        nargs="+",
+        metavar="FILE",
+        help="recordings; default: those of the giant, and growth",
+    )
+    solve.add_argument(
+        "--rounds",
+        type=_count,
+        default=5,
+        metavar="N",
+        help="rounds in which the solvers take turns; default: 5",
+    )
+    solve.add_argument(
+        "--every", type=_count, default=100, metavar="N", help="cascades solve every N-th tick; default: 100"
+    )
+    solve.add_argument("--plot", type=Path, metavar="FILE", help="draw the growth, e.g. as growth.svg")
+    solve.add_argument("--json", action="store_true", help="print {data set: {solver: {figure: number}}}")
+    solve.set_defaults(handler=_bench_solve)
+
+    nasty = benchmarks.add_parser(
+        "nasty",
+        help="random hierarchies of every nasty kind",
+        description="Solve random hierarchies of every nasty kind and judge each answer by its certificate."
+        " Exit status 1 where one is not solved or wrong by more than 1e-6.",
+    )
+    nasty.add_argument("--count", type=_count, default=1000, metavar="N", help="of each kind; default: 1000")
+    nasty.add_argument("--json", action="store_true", help="print {kind: {figure: number}}")
+    nasty.set_defaults(handler=_bench_nasty)
+
+
+def _count(text: str) -> int:
+    if not text.isdecimal() or int(text) == 0:
+        raise argparse.ArgumentTypeError(f"'{text}' is no positive whole number")
+    return int(text)
 
 
 def _seconds(text: str) -> float:
@@ -150,6 +201,40 @@ class LogPathError(HapticdError):
 
     code = "log-path"
     exit_status = 2
+
+
+class BenchmarkError(HapticdError):
+    """A benchmark cannot run as asked."""
+
+    code = "bench"
+    exit_status = 2
+
+
+@contextmanager
+def _benchmark() -> Iterator[None]:
+    from ..bench.recorded import BenchError
+
+    try:
+        yield
+    except BenchError as error:
+        raise BenchmarkError(str(error)) from error
+    except ModuleNotFoundError as error:
+        raise BenchmarkError(f"needs {error.name}; pip install 'hapticd[bench]'") from error
+
+
+def _bench_solve(options: argparse.Namespace) -> int:
+    with _benchmark():
+        from ..bench import solve
+
+        solve.run(options.data, options.rounds, options.every, options.plot, options.json)
+    return 0
+
+
+def _bench_nasty(options: argparse.Namespace) -> int:
+    with _benchmark():
+        from ..bench import nasty
+
+        return 1 if nasty.run(options.count, options.json) else 0
 
 
 def _replay(options: argparse.Namespace) -> int:

@@ -1,4 +1,5 @@
-/* Plain C test of the solver: rough data, no allocation while solving, the same bits twice. Run by test_core.py. */
+/* Plain C test of the solver: rough data, no allocation while solving, the same bits twice. Run by
+ * test_core.py. */
 #include "hqp.h"
 
 #include <math.h>
@@ -14,9 +15,15 @@ void *__real_malloc(size_t size);
 void *__real_calloc(size_t count, size_t size);
 void *__real_realloc(void *old, size_t size);
 void *__real_aligned_alloc(size_t alignment, size_t size);
-void *__wrap_malloc(size_t size) { return allocations++, __real_malloc(size); }
-void *__wrap_calloc(size_t count, size_t size) { return allocations++, __real_calloc(count, size); }
-void *__wrap_realloc(void *old, size_t size) { return allocations++, __real_realloc(old, size); }
+void *__wrap_malloc(size_t size) {
+    return allocations++, __real_malloc(size);
+}
+void *__wrap_calloc(size_t count, size_t size) {
+    return allocations++, __real_calloc(count, size);
+}
+void *__wrap_realloc(void *old, size_t size) {
+    return allocations++, __real_realloc(old, size);
+}
 void *__wrap_aligned_alloc(size_t alignment, size_t size) {
     return allocations++, __real_aligned_alloc(alignment, size);
 }
@@ -31,13 +38,17 @@ static uint64_t draw(void) { /* xorshift64 */
     return state;
 }
 
-static int below(int limit) { return (int)(draw() % (uint64_t)limit); }
-static double uniform(void) { return (double)(draw() >> 11) * 0x1p-52 - 1.0; }
+static int below(int limit) {
+    return (int)(draw() % (uint64_t)limit);
+}
+static double uniform(void) {
+    return (double)(draw() >> 11) * 0x1p-52 - 1.0;
+}
 
 /* a number that hurts now and then: `roughness` of 1000 draws */
 static double rough(int roughness) {
-    static const double hurting[] = {0.0,    -0.0,   1e-320, -1e-310, 1e-160, 1e-100, 1e-9, 1e9,
-                                     -1e100, 1e101,  1e300,  -1e308,  1.0,    1.0,    1e-6, 2.0};
+    static const double hurting[] = {0.0,    -0.0,  1e-320, -1e-310, 1e-160, 1e-100, 1e-9, 1e9,
+                                     -1e100, 1e101, 1e300,  -1e308,  1.0,    1.0,    1e-6, 2.0};
     if (below(1000) >= roughness) return uniform();
     const int i = below(19);
     return i < 16 ? hurting[i] : i == 16 ? (double)NAN : i == 17 ? (double)INFINITY : -(double)INFINITY;
@@ -85,7 +96,8 @@ static void one_shape(struct problem *p, int roughness) {
     memset(w, 0, sizeof w);
     memset(v, 0, sizeof v);
     memset(active, 0, sizeof active);
-    hqp_info info[2] = {{.w = w[0], .v = v[0], .active = active[0]}, {.w = w[1], .v = v[1], .active = active[1]}};
+    hqp_info info[2] = {{.w = w[0], .v = v[0], .active = active[0]},
+                        {.w = w[1], .v = v[1], .active = active[1]}};
     for (int tick = 0; tick < 6; tick++) {
         const int from = tick % 3 == 2 ? below(count + 2) - 1 : 0;
         fill(p, roughness);
