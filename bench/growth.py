@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import importlib
 import sys
 import time
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -26,9 +28,10 @@ Growth = dict[str, dict[str, Figures]]
 
 
 def growth(rounds: int) -> Growth:
-    """Figures of {"n=8": {solver: ...}, ..., "levels=2": ...}; `exponent` is that of the fitted power law.
+    """Figures of {"n=8": {solver: ...}, ..., "levels=2": ...}.
 
     The problems of n=... are dense ones of FIXED_LEVELS levels, those of levels=... have FIXED_N variables.
+    `exponent` is that of the power law fitted to all medians, `exponent_upper_half` to those of the larger half.
     Wrong is what its certificate refutes.
     """
     cases = {f"n={n}": (n, FIXED_LEVELS) for n in SIZES}
@@ -43,10 +46,12 @@ def growth(rounds: int) -> Growth:
         name: {SOLVER: {**summary(taken[name]), **_refuted(problems)}} for name, problems in sets.items()
     }
     for kind in ("n", "levels"):
-        of_kind = {name: figures for name, figures in found.items() if name.startswith(f"{kind}=")}
-        fitted = exponent(*_medians(of_kind))
-        for figures in of_kind.values():
-            figures[SOLVER]["exponent"] = fitted
+        of_kind = _of_kind(found, kind)
+        sizes, medians = list(of_kind), [values["median_us"] for values in of_kind.values()]
+        half = len(sizes) // 2
+        for values in of_kind.values():
+            values["exponent"] = exponent(sizes, medians)
+            values["exponent_upper_half"] = exponent(sizes[half:], medians[half:])
     return found
 
 
@@ -74,9 +79,12 @@ def _refuted(problems: list[_Case]) -> Figures:
     return {name: float(np.sum(~(worst <= tolerance))) for name, tolerance in TOLERANCES.items()}
 
 
-def _medians(of_kind: Growth) -> tuple[list[float], list[float]]:
-    sizes = [float(name.partition("=")[2]) for name in of_kind]
-    return sizes, [figures[SOLVER]["median_us"] for figures in of_kind.values()]
+def _of_kind(found: Growth, kind: str) -> dict[float, Figures]:
+    return {
+        float(name.removeprefix(f"{kind}=")): figures[SOLVER]
+        for name, figures in found.items()
+        if name.startswith(f"{kind}=")
+    }
 
 
 def lines_of_growth(found: Growth) -> Iterator[str]:
@@ -88,11 +96,23 @@ def lines_of_growth(found: Growth) -> Iterator[str]:
             f"  iterations {values['iterations_mean']:5.1f}, at most {values['iterations_max']:3.0f}"
         )
     for kind, fixed in (("n", f"{FIXED_LEVELS} levels"), ("levels", f"n = {FIXED_N}")):
-        of_kind = [
-            figures[SOLVER]["exponent"] for name, figures in found.items() if name.startswith(f"{kind}=")
-        ]
-        for fitted in of_kind[:1]:
-            yield f"cold median ~ {kind}^{fitted:.2f} at {fixed}"
+        for values in list(_of_kind(found, kind).values())[:1]:
+            all_sizes, upper = values["exponent"], values["exponent_upper_half"]
+            yield f"cold median ~ {kind}^{all_sizes:.2f} at {fixed}; over the larger half {kind}^{upper:.2f}"
+
+
+def pyplot() -> Any:
+    """The plotting library.
+
+    Raises:
+        BenchError: it is not installed.
+    """
+    try:
+        import matplotlib
+    except ImportError as error:
+        raise BenchError("--plot needs matplotlib; pip install 'hapticd[plot]'") from error
+    matplotlib.use("Agg")
+    return importlib.import_module("matplotlib.pyplot")
 
 
 def plot(found: Growth, path: Path) -> None:
@@ -101,23 +121,16 @@ def plot(found: Growth, path: Path) -> None:
     Raises:
         BenchError: matplotlib is not installed, or the file cannot be written.
     """
-    try:
-        import matplotlib
-    except ImportError as error:
-        raise BenchError("--plot needs matplotlib; pip install 'hapticd[plot]'") from error
-    matplotlib.use("Agg")
-    from matplotlib import pyplot
-
-    figure, axes = pyplot.subplots(1, 2, figsize=(9, 4), sharey=True, layout="constrained")
+    figure, axes = pyplot().subplots(1, 2, figsize=(9, 4), sharey=True, layout="constrained")
     for ax, kind, fixed in zip(
         axes, ("n", "levels"), (f"{FIXED_LEVELS} levels", f"n = {FIXED_N}"), strict=True
     ):
-        of_kind = {name: figures for name, figures in found.items() if name.startswith(f"{kind}=")}
-        sizes, medians = _medians(of_kind)
-        k = next(iter(of_kind.values()))[SOLVER]["exponent"]
+        of_kind = _of_kind(found, kind)
+        sizes, figures = list(of_kind), list(of_kind.values())
+        medians, k = [values["median_us"] for values in figures], figures[0]["exponent"]
         at = np.exp(np.mean(np.log(medians)) - k * np.mean(np.log(sizes)))
         ax.loglog(sizes, medians, "o-", label="median")
-        ax.loglog(sizes, [figures[SOLVER]["p99_us"] for figures in of_kind.values()], "s--", label="p99")
+        ax.loglog(sizes, [values["p99_us"] for values in figures], "s--", label="p99")
         ax.loglog(sizes, at * np.array(sizes) ** k, ":", color="black", label=f"{kind}$^{{{k:.2f}}}$")
         ax.set(xlabel=f"{kind}, at {fixed}", ylabel="cold solve, us")
         ax.set_xticks(sizes, [f"{size:g}" for size in sizes])
@@ -128,4 +141,3 @@ def plot(found: Growth, path: Path) -> None:
         figure.savefig(path)
     except (OSError, ValueError) as error:
         raise BenchError(f"cannot write the plot {path}: {error}") from error
-    pyplot.close(figure)

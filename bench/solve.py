@@ -11,7 +11,7 @@ from pathlib import Path
 from .cascades import QPS, Cascade
 from .contenders import Answer, Contender, DaqpHierarchical, Floor, Ours
 from .figures import Figures, count_wrong, progress, summary, table
-from .growth import growth, lines_of_growth, plot
+from .growth import growth, lines_of_growth, plot, pyplot
 from .recorded import Recording, load, shipped
 
 PEER = "DAQP hierarchical"
@@ -39,7 +39,9 @@ def run(data: Sequence[Path] | None, rounds: int, every: int, picture: Path | No
     Raises:
         BenchError: a file that is no recording, or a plot without matplotlib.
     """
-    recordings = [load(path) for path in shipped() if data is None] + [load(path) for path in data or ()]
+    recordings = [load(path) for path in (shipped() if data is None else data)]
+    if picture:
+        pyplot()  # missing: better said now than after the measurement
     figures = {recording.name: _solvers(recording, rounds, every) for recording in recordings}
     grown = growth(rounds) if data is None or picture else {}
     if picture:

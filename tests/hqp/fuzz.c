@@ -57,6 +57,8 @@ static const double telling[32] = {
     -(double)INFINITY,
 };
 
+static long solves[3]; /* refused, solved, with a remark */
+
 typedef struct input {
     const uint8_t *at, *end;
 } input;
@@ -168,7 +170,7 @@ static void play(problem *p, input *in, hqp_solver *s, hqp_info *info, int cap) 
     memset(good, 0, bytes);
     for (int operation = 0; operation < MOST_OPERATIONS; operation++) {
         const int what = operation ? byte(in) % OPERATIONS : SOLVE;
-        const int given = what == RESOLVE ? (int8_t)byte(in) / 16 : 0;
+        const int drawn = (int8_t)byte(in) / 16, given = what == RESOLVE ? drawn : 0;
         const int first = given < 0 ? 0 : given > p->count ? p->count : given;
         for (int i = byte(in) % 8; i > 0 && first < p->count; i--) change(p, in, first);
         if (what == RESET) {
@@ -178,6 +180,7 @@ static void play(problem *p, input *in, hqp_solver *s, hqp_info *info, int cap) 
         memset(x, 0x5a, bytes);
         const hqp_status status =
             what == RESOLVE ? hqp_resolve(s, p->level, given, x, info) : hqp_solve(s, p->level, x, info);
+        solves[status < 0 ? 0 : status == HQP_SOLVED ? 1 : 2]++;
         if (status != info->status) fail("one status");
         if (!strcmp(hqp_status_name(status), "unknown status")) fail("a status with a name");
         if (has_nan(p, first) && status >= 0) fail("NaN is refused");
@@ -262,7 +265,7 @@ int main(int argc, char **argv) {
         fclose(file);
         LLVMFuzzerTestOneInput(bytes, size);
     }
-    printf("%d inputs\n", argc - 1);
+    printf("%d inputs: %ld refused, %ld solved, %ld remarks\n", argc - 1, solves[0], solves[1], solves[2]);
     return 0;
 }
 #endif
