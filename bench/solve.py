@@ -50,9 +50,7 @@ def run(data: Sequence[Path] | None, rounds: int, every: int, picture: Path | No
         json.dump({**figures, **grown}, sys.stdout, indent=2)
         print()
         return
-    print(*table(figures), sep="\n")
-    print(*_ratios(figures), sep="\n")
-    print(*lines_of_growth(grown), sep="\n")
+    print(*table(figures), *_ratios(figures), *lines_of_growth(grown), sep="\n")
 
 
 def _solvers(recording: Recording, rounds: int, every: int) -> dict[str, Figures]:

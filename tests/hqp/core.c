@@ -1,5 +1,5 @@
-/* Plain C test of the solver: rough data, no allocation while solving, the same bits twice. Run by
- * test_core.py. */
+/* Plain C test of the solver: rough data, no allocation while solving, the same bits twice and at any
+ * alignment. Run by test_core.py. */
 #include "hqp.h"
 
 #include <math.h>
@@ -77,9 +77,32 @@ static void fill(struct problem *p, int roughness) {
     }
 }
 
+/* the same problem elsewhere in memory, off by `shift` bytes from the alignment of the first */
+static struct problem *copy_shifted(const struct problem *p, size_t shift) {
+    static _Alignas(64) char space[sizeof(struct problem) + 64];
+    struct problem *q = (struct problem *)(void *)(space + shift);
+    memcpy(q, p, sizeof *q);
+    for (int l = 0; l < LEVELS; l++)
+        q->levels[l] = (hqp_level){q->A[l], q->b[l], q->C[l], q->lb[l], q->ub[l]};
+    return q;
+}
+
 static void fail(const char *what) {
     printf("failed: %s\n", what);
     exit(1);
+}
+
+/* after a reset a solver is as good as new; slacks need not be asked for */
+static void check_reset(const hqp_dims *dims, const struct problem *p, hqp_solver *used) {
+    hqp_solver *fresh = hqp_create(dims, NULL);
+    hqp_info info = {0};
+    double x[N], again[N];
+    if (!fresh) fail("create");
+    hqp_reset(used);
+    const hqp_status status = hqp_solve(fresh, p->levels, x, &info);
+    if (hqp_solve(used, p->levels, again, &info) != status) fail("status after a reset");
+    if (memcmp(x, again, (size_t)dims->n * sizeof(double)) != 0) fail("x after a reset");
+    hqp_destroy(fresh);
 }
 
 static void one_shape(struct problem *p, int roughness) {
@@ -104,15 +127,19 @@ static void one_shape(struct problem *p, int roughness) {
         const long before = allocations;
         const hqp_status status = hqp_resolve(first, p->levels, from, x[0], &info[0]);
         if (allocations != before) fail("a solve allocates");
-        if (hqp_resolve(second, p->levels, from, x[1], &info[1]) != status) fail("status repeats");
+        const struct problem *shifted = copy_shifted(p, 8 * (size_t)below(8));
+        if (hqp_resolve(second, shifted->levels, from, x[1], &info[1]) != status) fail("status repeats");
         if (status != info[0].status || !hqp_status_name(status)) fail("status");
         for (int i = 0; i < n; i++) {
             if (!isfinite(x[0][i])) fail("x is finite");
         }
         if (memcmp(x[0], x[1], (size_t)n * sizeof(double)) != 0) fail("x repeats");
         if (memcmp(active[0], active[1], sizeof active[0]) != 0) fail("active repeats");
+        if (status >= 0 && memcmp(w[0], w[1], sizeof w[0]) != 0) fail("w repeats");
+        if (status >= 0 && memcmp(v[0], v[1], sizeof v[0]) != 0) fail("v repeats");
         if (info[0].iterations > 2 * 8 * N) fail("iterations are bounded");
     }
+    check_reset(&dims, p, first);
     hqp_destroy(first);
     hqp_destroy(second);
 }
