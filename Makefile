@@ -1,17 +1,19 @@
 # Everything from a fresh clone: each target sets up what it needs and then does its work.
 .DEFAULT_GOAL := help
-.PHONY: help run test lint types bench format clean
+.PHONY: help run test lint types bench nasty fuzz format clean
 export PYTHON CC
 BIN := .venv/bin
-PACKAGES := configs control devices hqp models runtime safety sim
-C_SOURCES := $(wildcard csrc/*.c csrc/*.h)
-C_FLAGS := -std=c11 -D_GNU_SOURCE -O2 -Wall -Wextra -Wconversion -Wshadow -Wvla -Werror
+PACKAGES := bench configs control devices hqp models runtime safety sim
+C_SOURCES := $(wildcard csrc/*.c csrc/*.h tests/hqp/*.c)
+C_FLAGS := -std=c11 -D_GNU_SOURCE -Icsrc -O2 -Wall -Wextra -Wconversion -Wshadow -Wvla -Werror
 
 help:
 	@echo "make run     set up, run the simulated giant with a scripted hand for 30 s, print a summary"
 	@echo "make test    set up and run the tests"
 	@echo "make lint    ruff, mypy, import-linter, C warnings as errors, clang-format"
-	@echo "make bench   time the solver and the tick"
+	@echo "make bench   time the solver beside its peers"
+	@echo "make nasty   solve 1000 problems of each nasty kind, judged by their certificates"
+	@echo "make fuzz    feed the solver's C interface with any bytes for a minute (needs clang)"
 	@echo "make format  rewrite Python and C sources in the project's style"
 
 run:
@@ -37,9 +39,18 @@ types:  # links for the type checkers only; never imported at run time
 	@for d in $(PACKAGES); do ln -sfn ../../../$$d build/types/hapticd/$$d; done
 
 bench:
-	@./setup.sh test
-	@$(BIN)/python bench/solve.py $(ARGS)
-	@$(BIN)/python bench/tick.py
+	@./setup.sh bench
+	@$(BIN)/hapticd bench solve
+	@$(BIN)/hapticd bench jitter
+	@$(BIN)/hapticd bench tick
+
+nasty:
+	@./setup.sh bench
+	@$(BIN)/hapticd bench nasty $(ARGS)
+
+fuzz:
+	@./setup.sh core
+	@$(BIN)/python tests/hqp/fuzz.py $(ARGS)
 
 format:
 	@./setup.sh lint

@@ -1,5 +1,5 @@
 #!/bin/sh
-# Make the virtual environment .venv ready for what is asked: setup.sh core | test | lint
+# Make the virtual environment .venv ready for what is asked: setup.sh core | test | lint | bench
 # Called by the Makefile; does nothing where nothing changed.
 set -eu
 cd "$(dirname "$0")"

@@ -5,11 +5,17 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from hapticd.hqp import Level
 from numpy.typing import NDArray
 
+from ..hqp import Level
+
 DATA = Path(__file__).with_name("data")
+NAMES = ("cartesian", "excavator", "door", "cycling")
 PARTS = ("A", "b", "C", "lb", "ub")
+
+
+class BenchError(Exception):
+    """A benchmark that cannot run as asked; the message says how to mend it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,10 +58,28 @@ class Recording:
         return tick > 0 and bool(self.group[tick] == self.group[tick - 1])
 
 
+def shipped() -> list[Path]:
+    """The recordings that come with the package."""
+    return [DATA / f"hqp_{name}.npz" for name in NAMES]
+
+
 def load(path: Path) -> Recording:
-    """Read one file."""
-    with np.load(path) as data:
-        count = data["norms"].shape[1]
-        parts = [tuple(np.array(data[f"p{p}_{k}"], dtype=float) for k in PARTS) for p in range(1, count + 1)]
-        name = path.stem.removeprefix("hqp_")
-        return Recording(name, data["group"], data["x"], data["norms"], parts)
+    """Read one file.
+
+    Raises:
+        BenchError: no file, or one of another layout.
+    """
+    try:
+        with np.load(path) as data:
+            count = data["norms"].shape[1]
+            parts = [
+                tuple(np.array(data[f"p{p}_{k}"], dtype=float) for k in PARTS) for p in range(1, count + 1)
+            ]
+            return Recording(path.stem.removeprefix("hqp_"), data["group"], data["x"], data["norms"], parts)
+    except OSError as error:
+        raise BenchError(f"cannot read {path}: {error.strerror or error}; name a file with --data") from error
+    except (KeyError, ValueError, AttributeError, IndexError) as error:
+        raise BenchError(
+            f"{path} is no recording of problems: {error}; it must be an .npz file with group, x, norms and"
+            " p1_A, p1_b, p1_C, p1_lb, p1_ub, p2_A, ... as in bench/data"
+        ) from error

@@ -1,88 +1,96 @@
-"""Cost and punctuality of the whole live daemon, beside a bare C loop in the same run.
-
-    python bench/tick.py [--rounds N] [--seconds S] [--json]
+"""Cost and punctuality of the whole live daemon at several rates, beside a bare C loop in the same run.
 
 Rounds alternate: a C loop with clock_nanosleep under the daemon's own scheduling, then the daemon with the
-simulated giant. Figures are medians over the rounds.
+simulated machine. Figures are medians over the rounds.
 """
 
 from __future__ import annotations
 
-import argparse
 import json
+import re
 import subprocess
 import sys
 import tempfile
+from collections.abc import Sequence
 from pathlib import Path
 from statistics import median
 from typing import Any
 
-C_LOOP = """
-import json, sys
-from hapticd.runtime.histogram import nanosleep_loop
-from hapticd.runtime.realtime import DAEMON_PRIORITY, become_realtime
-become_realtime(DAEMON_PRIORITY)
-ticks = int(sys.argv[1])
-histogram, missed = nanosleep_loop(1_000_000, ticks)
-print(json.dumps({"ticks": ticks, "missed": missed, "lateness_us": histogram.summary()}))
-"""
-COLUMNS = ("mean", "p50", "p99", "p999", "max")
+from ..runtime import config
+from ..runtime.config import Loaded
+from .jitter import Round, in_process
+from .recorded import BenchError
+
+COMPUTE = ("mean", "p50", "p99", "p999", "max")
+STAGES = ("mean", "p99")
+PLANT_STEP_HZ = 3000.0
+"""Steps of the simulated plant, whatever the rate of the daemon."""
 
 
-def c_loop(seconds: float) -> dict[str, Any]:
-    """One round of the bare loop at 1 kHz."""
-    command = [sys.executable, "-c", C_LOOP, str(round(seconds * 1000))]
-    return dict(json.loads(subprocess.run(command, check=True, capture_output=True).stdout))
+def at_rate(loaded: Loaded, rate: float, folder: Path) -> Path:
+    """A copy of a configuration with another rate; the plant's steps stay about as long as they were."""
+    text = re.sub(r'(?m)^rate = ".*?"', f'rate = "{rate:g} Hz"', loaded.text, count=1)
+    text = re.sub(r"(?m)^substeps = \d+", f"substeps = {max(1, round(PLANT_STEP_HZ / rate))}", text)
+    path = folder / f"{Path(loaded.source).stem}-{rate:g}.toml"
+    path.write_text(text, encoding="utf-8")
+    (folder / loaded.model_source).write_text(loaded.model_text, encoding="utf-8")
+    return path
 
 
-def daemon(seconds: float, folder: Path) -> dict[str, Any]:
-    """One round of the daemon at 1 kHz."""
-    options = ["--duration", str(seconds), "--log", str(folder / "bench.mcap"), "--json"]
-    command = [sys.executable, "-m", "hapticd.runtime", "run", "giant", *options]
-    done = subprocess.run(command, check=False, capture_output=True)
+def daemon(path: Path, seconds: float) -> dict[str, Any]:
+    """One round of the daemon: its summary."""
+    options = ["--duration", str(seconds), "--log", str(path.with_suffix(".mcap")), "--json"]
+    command = [sys.executable, "-m", "hapticd.runtime", "run", str(path), *options]
+    done = subprocess.run(command, check=False, capture_output=True, text=True)
     if done.returncode:
-        raise SystemExit(done.stderr.decode())
+        raise BenchError(f"the daemon ended with {done.returncode}:\n{done.stderr}")
     return dict(json.loads(done.stdout))
 
 
-def summarise(bare: list[dict[str, Any]], live: list[dict[str, Any]]) -> dict[str, Any]:
-    """Medians over the rounds; missed ticks as a share of all."""
+def summarise(rate: float, bare: Sequence[Round], live: Sequence[dict[str, Any]]) -> dict[str, Any]:
+    """Medians over the rounds; ticks and missed periods add up over all of them."""
     return {
+        "rate_hz": rate,
         "rounds": len(live),
-        "ticks": sum(r["ticks"] for r in live),
-        "missed": median(r["skipped"] / (r["ticks"] + r["skipped"]) for r in live),
-        "c_loop_missed": median(r["missed"] / r["ticks"] for r in bare),
-        "compute_us": {c: median(r["compute_us"][c] for r in live) for c in COLUMNS},
-        "solve_us": {c: median(r["stages_us"]["solve"][c] for r in live) for c in COLUMNS},
-        "lateness_us": {c: median(r["lateness_us"][c] for r in live) for c in COLUMNS},
-        "c_loop_lateness_us": {c: median(r["lateness_us"][c] for r in bare) for c in COLUMNS},
+        "ticks": sum(r["ticks"] + r["shed"] for r in live),
+        "missed": sum(r["skipped"] for r in live),
+        "c_loop_ticks": sum(count for r in bare for _, count in r.latenesses),
+        "c_loop_missed": sum(r.missed for r in bare),
+        "compute_us": {c: median(r["compute_us"][c] for r in live) for c in COMPUTE},
+        "lateness_us": {c: median(r["lateness_us"][c] for r in live) for c in COMPUTE},
+        "stages_us": {
+            stage: {c: median(r["stages_us"][stage][c] for r in live) for c in STAGES}
+            for stage in live[0]["stages_us"]
+        },
     }
 
 
-def main() -> None:
-    """Run the rounds and print the table."""
-    raw = argparse.RawDescriptionHelpFormatter
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=raw)
-    parser.add_argument("--rounds", type=int, default=3)
-    parser.add_argument("--seconds", type=float, default=10.0)
-    parser.add_argument("--json", action="store_true")
-    options = parser.parse_args()
-    bare, live = [], []
-    with tempfile.TemporaryDirectory() as folder:
-        for k in range(options.rounds):
-            print(f"round {k + 1} of {options.rounds}", end="\r", file=sys.stderr)
-            bare.append(c_loop(options.seconds))
-            live.append(daemon(options.seconds, Path(folder)))
-    found = summarise(bare, live)
-    if options.json:
-        print(json.dumps(found))
-        return
-    print(f"{found['ticks']} ticks in {found['rounds']} rounds")
-    print(f"missed {100 * found['missed']:.2f} %, bare C loop {100 * found['c_loop_missed']:.2f} %")
-    print(f"{'us':20}" + "".join(f"{c:>9}" for c in COLUMNS))
-    for name in ("compute_us", "solve_us", "lateness_us", "c_loop_lateness_us"):
-        print(f"{name.removesuffix('_us'):20}" + "".join(f"{found[name][c]:9.1f}" for c in COLUMNS))
+def table(found: dict[str, Any]) -> str:
+    """The figures of a rate for people."""
+    missed = 100.0 * found["missed"] / (found["ticks"] + found["missed"])
+    bare = 100.0 * found["c_loop_missed"] / (found["c_loop_ticks"] + found["c_loop_missed"])
+    lines = [
+        f"{found['rate_hz']:g} Hz: {found['ticks']} ticks in {found['rounds']} rounds;"
+        f" missed {missed:.2f} %, bare C loop {bare:.2f} %",
+        f"{'us':14}" + "".join(f"{c:>9}" for c in COMPUTE),
+    ]
+    for name in ("lateness", "compute"):
+        lines.append(f"{name:14}" + "".join(f"{found[f'{name}_us'][c]:9.1f}" for c in COMPUTE))
+    for stage, row in found["stages_us"].items():
+        lines.append(f"  {stage:12}{row['mean']:9.1f}{'':9}{row['p99']:9.1f}")
+    return "\n".join(lines)
 
 
-if __name__ == "__main__":
-    main()
+def run(name: str, rates: Sequence[float], rounds: int, seconds: float, as_json: bool) -> None:
+    """Measure and print, a rate at a time; with ``as_json`` one object a line."""
+    loaded = config.load(name)
+    for rate in rates:
+        bare, live = [], []
+        with tempfile.TemporaryDirectory() as folder:
+            path = at_rate(loaded, rate, Path(folder))
+            for k in range(rounds):
+                print(f"{rate:g} Hz: round {k + 1} of {rounds}", file=sys.stderr)
+                bare.append(in_process("c_loop", rate, round(seconds * rate)))
+                live.append(daemon(path, seconds))
+        found = summarise(rate, bare, live)
+        print(json.dumps(found) if as_json else table(found), flush=True)

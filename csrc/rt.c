@@ -78,7 +78,7 @@ static int bucket_of(int64_t ns) {
     return bucket < RT_OCTAVES * RT_STEPS ? bucket : RT_OCTAVES * RT_STEPS - 1;
 }
 
-static int64_t upper_edge(int bucket) {
+int64_t rt_histogram_edge(int bucket) {
     if (bucket < RT_STEPS) return bucket;
     const int shift = bucket / (RT_STEPS / 2) - 1;
     const int64_t mantissa = bucket - shift * (RT_STEPS / 2);
@@ -99,7 +99,7 @@ int64_t rt_histogram_quantile(const rt_histogram *h, double q) {
     for (int i = 0; i < RT_OCTAVES * RT_STEPS; i++) {
         seen += h->bucket[i];
         if (seen > 0 && (double)seen >= wanted) {
-            const int64_t edge = upper_edge(i);
+            const int64_t edge = rt_histogram_edge(i);
             return edge < h->largest ? edge : h->largest;
         }
     }

@@ -50,6 +50,9 @@ void rt_histogram_add(rt_histogram *h, int64_t ns);
 /* Upper edge of the bucket that holds the quantile q in [0, 1], never above the largest value; 0 if empty. */
 int64_t rt_histogram_quantile(const rt_histogram *h, double q);
 
+/* Upper edge of a bucket [ns]. */
+int64_t rt_histogram_edge(int bucket);
+
 /* A bare C loop on the same grid: clock_nanosleep(TIMER_ABSTIME) for `ticks` periods, lateness into `h`.
  * Returns how many deadlines were missed by a whole period. */
 int64_t rt_nanosleep_loop(int64_t period_ns, int64_t ticks, rt_histogram *h);

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import errno
+import fcntl
 import os
 import socket
 import struct
+import termios
+from array import array
 from pathlib import Path
 from typing import Final
 
@@ -58,6 +61,13 @@ class SocketAdapter:
     def error(self) -> str:
         """The last failure of the socket, "" where there was none."""
         return os.strerror(self._link.error) if self._link.error else ""
+
+    @property
+    def unread(self) -> bool:
+        """Whether the peer has not yet taken all that was sent to it; for Unix sockets."""
+        waiting = array("i", [0])
+        fcntl.ioctl(self._fd, termios.TIOCOUTQ, waiting)
+        return waiting[0] > 0
 
     def receive(self, frames: Frames) -> int:
         """Replaces the contents of `frames` by what has arrived; returns how many."""

@@ -55,18 +55,38 @@ def certificate(levels: Sequence[Level], x: Array, tolerance: float = 1e-9) -> A
         row_norm = np.linalg.norm(np.vstack([level.A, level.C]), axis=1).max(initial=1e-300)
         scale = row_norm * (1.0 + np.linalg.norm(np.concatenate([w, v])))
         distances[p] = _distance((level.A.T @ w + level.C.T @ v) / -scale, free, cone)
-        held, lower, upper = _activity(level, x, tolerance)
+        held, lower, upper = _held_and_active(level, x, tolerance)
         free = np.vstack([free, _unit(level.A), _unit(level.C[held])])
         cone = np.vstack([cone, _unit(level.C[lower]), -_unit(level.C[upper])])
     return distances
 
 
-def _activity(level: Level, x: Array, tolerance: float) -> tuple[Mask, Mask, Mask]:
+def activity(level: Level, x: Array, tolerance: float = 1e-9) -> tuple[Mask, Mask]:
+    """Masks of the rows of C at or below their lower bound, and at or above their upper one.
+
+    Args:
+        level: one level.
+        x: the point, (n,).
+        tolerance: as of certificate.
+
+    Returns:
+        Two masks (inequalities,).
+    """
+    value, (reach_lb, reach_ub) = level.C @ x, _reach(level, x, tolerance)
+    return value <= level.lb + reach_lb, value >= level.ub - reach_ub
+
+
+def _reach(level: Level, x: Array, tolerance: float) -> tuple[Array, Array]:
+    """How close a row must come to its lower and to its upper bound to count as active."""
+    size = 1.0 + np.linalg.norm(level.C, axis=1) * np.linalg.norm(x)
+    lb, ub = (np.abs(np.nan_to_num(bound)) for bound in (level.lb, level.ub))
+    return tolerance * (size + lb), tolerance * (size + ub)
+
+
+def _held_and_active(level: Level, x: Array, tolerance: float) -> tuple[Mask, Mask, Mask]:
     """Masks of the rows of C that are held at a value, that lie at their lower and at their upper bound."""
-    value, norm = level.C @ x, np.linalg.norm(level.C, axis=1)
-    reach_lb = tolerance * (1.0 + np.abs(np.nan_to_num(level.lb)) + norm * np.linalg.norm(x))
-    reach_ub = tolerance * (1.0 + np.abs(np.nan_to_num(level.ub)) + norm * np.linalg.norm(x))
-    lower, upper = value <= level.lb + reach_lb, value >= level.ub - reach_ub
+    value, (reach_lb, reach_ub) = level.C @ x, _reach(level, x, tolerance)
+    lower, upper = activity(level, x, tolerance)
     violated = (value < level.lb - reach_lb) | (value > level.ub + reach_ub)
     held = violated | (lower & upper)
     return held, lower & ~held, upper & ~held

@@ -3,10 +3,9 @@
 quadprog is GPL: nothing but this module imports it, and the daemon never imports this module.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
-import quadprog
 
 from .certificate import slack_norms, slacks
 from .problem import Array, Level
@@ -18,6 +17,30 @@ REPEATS = 5
 MET = 1e-9  # times (1 + |bound|): slack that counts as none
 RANK = 1e-11  # of the size of the rows
 
+Qp = Callable[[Array, Array, Array, Array], tuple[Array, int]]
+
+
+class QpError(ValueError):
+    """The QP solver gave up."""
+
+
+def quadprog_qp(H: Array, linear: Array, rows: Array, least: Array) -> tuple[Array, int]:
+    """Minimise z'Hz / 2 - linear'z over rows z >= least, with H positive definite, on quadprog.
+
+    Returns:
+        z, and the number of iterations.
+
+    Raises:
+        QpError: quadprog finds the constraints inconsistent, which it also does where they are not.
+    """
+    import quadprog
+
+    try:
+        z, _, _, iterations, *_ = quadprog.solve_qp(H, linear, rows.T, least)
+    except ValueError as error:
+        raise QpError(f"quadprog: {error}") from error
+    return z, int(iterations[0])
+
 
 def first_mismatch(norms: Array, expected: Array, tolerance: float) -> int | None:
     """The first level (from 0) whose slack norm is off by more than tolerance (1 + expected), or None."""
@@ -25,7 +48,7 @@ def first_mismatch(norms: Array, expected: Array, tolerance: float) -> int | Non
     return int(np.argmax(differs)) if differs.any() else None
 
 
-def reference(levels: Sequence[Level]) -> Array:
+def reference(levels: Sequence[Level], qp: Qp = quadprog_qp, repeats: int = REPEATS) -> Array:
     """Solve level by level: each minimises its slack on the minimisers of the levels before.
 
     The rows that a level leaves violated, and its equalities, fix their value for all later levels; the other
@@ -33,15 +56,20 @@ def reference(levels: Sequence[Level]) -> Array:
 
     Args:
         levels: the problem; finite data with lb <= ub.
+        qp: solves one QP, like quadprog_qp.
+        repeats: QPs for each level at most, each starting where the last one ended.
 
     Returns:
         x, (n,).
+
+    Raises:
+        QpError: the QP solver gave up.
     """
     n = levels[0].n
     x, free, hard = np.zeros(n), np.eye(n), Level(C=np.zeros((0, n)), lb=np.zeros(0), ub=np.zeros(0))
     for level in map(_without_points, levels):
-        for _ in range(REPEATS):
-            step = _solve_level(level, hard, x, free)
+        for _ in range(repeats):
+            step = _solve_level(level, hard, x, free, qp)
             x = x + step
             if np.linalg.norm(step) <= 1e-12 * (1.0 + np.linalg.norm(x)):
                 break
@@ -69,7 +97,7 @@ def _without_points(level: Level) -> Level:
     )
 
 
-def _solve_level(level: Level, hard: Level, x: Array, free: Array) -> Array:
+def _solve_level(level: Level, hard: Level, x: Array, free: Array, qp: Qp) -> Array:
     """The step free y, (n,): |A step - r|^2 + |v|^2 + PROXIMITY |y|^2 least, with hard rows kept."""
     m, soft = free.shape[1], len(level.C)
     if m == 0:
@@ -93,7 +121,7 @@ def _solve_level(level: Level, hard: Level, x: Array, free: Array) -> Array:
     )
     acts = np.isfinite(least) & (np.linalg.norm(rows, axis=1) > 1e-9)
     if acts.any():
-        solution = quadprog.solve_qp(H, linear, rows[acts].T, least[acts])[0]
+        solution, _ = qp(H, linear, rows[acts], least[acts])
     else:
         solution = np.linalg.solve(H, linear)
     return np.asarray(free @ solution[:m])

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import argparse
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from datetime import datetime
 from importlib import metadata
 from pathlib import Path
@@ -20,6 +22,7 @@ EPILOG = """examples:
   hapticd run my_machine.toml --duration 600
   hapticd replay log/giant-20260101-120000.mcap --verify
   hapticd check my_machine.toml
+  hapticd bench solve --json
 
 While a session runs, type a letter and Enter: s stop, r reset after a stop, a arm (where the
 configuration asks for a command), q end. Ctrl-C ends the session after the machine has come to rest.
@@ -58,7 +61,7 @@ def _parser() -> argparse.ArgumentParser:
     run = commands.add_parser("run", help="run a machine", description="Run a machine, live or in lockstep.")
     run.add_argument("config", metavar="CONFIG", help="a TOML file, or the name of a built-in machine: giant")
     run.add_argument(
-        "--duration", type=_seconds, metavar="S", help="seconds; default: as the configuration says"
+        "--duration", type=_positive, metavar="S", help="seconds; default: as the configuration says"
     )
     run.add_argument("--log", type=Path, metavar="FILE", help="recording; default: log/CONFIG-DATE-TIME.mcap")
     run.add_argument(
@@ -89,16 +92,99 @@ def _parser() -> argparse.ArgumentParser:
     check.add_argument("config", metavar="CONFIG", help="a TOML file, or the name of a built-in machine")
     check.add_argument("--json", action="store_true", help="print the findings as JSON")
     check.set_defaults(handler=_check)
+    _add_bench(commands.add_parser("bench", help="benchmarks", description="Benchmarks."))
     return parser
 
 
-def _seconds(text: str) -> float:
+def _add_bench(bench: argparse.ArgumentParser) -> None:
+    benchmarks = bench.add_subparsers(required=True, metavar="BENCHMARK")
+
+    solve = benchmarks.add_parser(
+        "solve",
+        help="the solver beside its peers",
+        description="Time the solver on recorded problems, cold and warm, beside its peers and a"
+        " factorisation floor, and how a cold solve grows with the problem. Peers come with hapticd[bench].",
+    )
+    solve.add_argument(
+        "--data",
+        type=Path,
+        nargs="+",
+        metavar="FILE",
+        help="recordings; default: those of the giant, and growth",
+    )
+    solve.add_argument(
+        "--rounds",
+        type=_count,
+        default=5,
+        metavar="N",
+        help="rounds in which the solvers take turns; default: 5",
+    )
+    solve.add_argument(
+        "--every", type=_count, default=100, metavar="N", help="cascades solve every N-th tick; default: 100"
+    )
+    solve.add_argument("--plot", type=Path, metavar="FILE", help="draw the growth, e.g. as growth.svg")
+    solve.add_argument("--json", action="store_true", help="print {data set: {solver: {figure: number}}}")
+    solve.set_defaults(handler=_bench_solve)
+
+    jitter = benchmarks.add_parser(
+        "jitter",
+        help="punctuality of the loop",
+        description="Lateness of the daemon's loop, with and without spinning, beside cyclictest, a bare C"
+        " loop and asyncio's own timers, in alternating rounds.",
+    )
+    jitter.add_argument("--rate", type=_positive, default=1000.0, metavar="HZ", help="default: 1000")
+    jitter.add_argument(
+        "--plot", type=Path, metavar="FILE", help="draw the distributions, e.g. as jitter.svg"
+    )
+    jitter.set_defaults(handler=_bench_jitter)
+
+    tick = benchmarks.add_parser(
+        "tick",
+        help="cost of the whole tick, by stage",
+        description="Run the whole daemon live on its simulated machine, beside a bare C loop in"
+        " alternating rounds; prints the cost of a tick by stage.",
+    )
+    tick.add_argument("config", nargs="?", default="giant", metavar="CONFIG", help="default: giant")
+    tick.add_argument(
+        "--rate",
+        type=_positive,
+        nargs="+",
+        default=[1000.0, 2000.0, 4000.0],
+        metavar="HZ",
+        help="default: 1000 2000 4000",
+    )
+    tick.set_defaults(handler=_bench_tick)
+    for benchmark in (jitter, tick):
+        benchmark.add_argument("--rounds", type=_count, default=5, metavar="N", help="default: 5")
+        benchmark.add_argument(
+            "--seconds", type=_positive, default=10.0, metavar="S", help="of each round; default: 10"
+        )
+        benchmark.add_argument("--json", action="store_true", help="print the figures as JSON")
+
+    nasty = benchmarks.add_parser(
+        "nasty",
+        help="random hierarchies of every nasty kind",
+        description="Solve random hierarchies of every nasty kind and judge each answer by its certificate."
+        " Exit status 1 where one is not solved or wrong by more than 1e-6.",
+    )
+    nasty.add_argument("--count", type=_count, default=1000, metavar="N", help="of each kind; default: 1000")
+    nasty.add_argument("--json", action="store_true", help="print {kind: {figure: number}}")
+    nasty.set_defaults(handler=_bench_nasty)
+
+
+def _count(text: str) -> int:
+    if not text.isdecimal() or int(text) == 0:
+        raise argparse.ArgumentTypeError(f"'{text}' is no positive whole number")
+    return int(text)
+
+
+def _positive(text: str) -> float:
     try:
         value = float(text)
     except ValueError:
         value = 0.0
     if not 0.0 < value < float("inf"):
-        raise argparse.ArgumentTypeError(f"'{text}' is no positive number of seconds")
+        raise argparse.ArgumentTypeError(f"'{text}' is no positive number")
     return value
 
 
@@ -153,6 +239,56 @@ class LogPathError(HapticdError):
 
     code = "log-path"
     exit_status = 2
+
+
+class BenchmarkError(HapticdError):
+    """A benchmark cannot run as asked."""
+
+    code = "bench"
+    exit_status = 2
+
+
+@contextmanager
+def _benchmark() -> Iterator[None]:
+    from ..bench.recorded import BenchError
+
+    try:
+        yield
+    except BenchError as error:
+        raise BenchmarkError(str(error)) from error
+    except ModuleNotFoundError as error:
+        raise BenchmarkError(f"needs {error.name}; pip install 'hapticd[bench]'") from error
+
+
+def _bench_solve(options: argparse.Namespace) -> int:
+    with _benchmark():
+        from ..bench import solve
+
+        solve.run(options.data, options.rounds, options.every, options.plot, options.json)
+    return 0
+
+
+def _bench_jitter(options: argparse.Namespace) -> int:
+    with _benchmark():
+        from ..bench import jitter
+
+        jitter.run(options.rate, options.rounds, options.seconds, options.plot, options.json)
+    return 0
+
+
+def _bench_tick(options: argparse.Namespace) -> int:
+    with _benchmark():
+        from ..bench import tick
+
+        tick.run(options.config, options.rate, options.rounds, options.seconds, options.json)
+    return 0
+
+
+def _bench_nasty(options: argparse.Namespace) -> int:
+    with _benchmark():
+        from ..bench import nasty
+
+        return 1 if nasty.run(options.count, options.json) else 0
 
 
 def _replay(options: argparse.Namespace) -> int:

@@ -172,8 +172,13 @@ class Daemon:
 
     def _waits_for_plant(self) -> bool:
         """A simulated world stalls as a whole: no tick runs while the plant has not answered the last one."""
-        starting = self._session.memory.mode in (Mode.BRINGUP, Mode.FAILED)  # nobody has to answer yet
-        if starting or self._bus.closed or not self._record_overruns or self._inputs.frames.answers:
+        if not (self._record_overruns and isinstance(self._bus, SocketAdapter)) or self._bus.closed:
+            return False
+        if self._session.memory.mode in (Mode.BRINGUP, Mode.FAILED):
+            silent = self._bus.unread  # nobody has to answer yet
+        else:
+            silent = not self._inputs.frames.answers
+        if not silent:
             self._stalled = 0
             return False
         self._stalled += 1 + self._rhythm.skipped

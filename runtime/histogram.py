@@ -26,6 +26,11 @@ class Histogram:
         """Duration [us] that the share q of all does not exceed."""
         return int(lib.rt_histogram_quantile(self._h, q)) / 1e3
 
+    def cells(self) -> list[tuple[float, int]]:
+        """Upper edge [us] and count of every bucket in use."""
+        counts = enumerate(self._h.bucket)
+        return [(int(lib.rt_histogram_edge(i)) / 1e3, count) for i, count in counts if count]
+
     def summary(self) -> Quantiles:
         """mean, p50, p99, p99.9 and max [us]."""
         mean = self._h.sum / self._h.count / 1e3 if self._h.count else 0.0

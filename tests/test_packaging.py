@@ -5,7 +5,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).parent.parent
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())
-NOT_PACKAGES = {"tests", "bench", "docs", "csrc", "build"}
+NOT_PACKAGES = {"tests", "docs", "csrc", "build"}
 
 
 def folders() -> set[str]:

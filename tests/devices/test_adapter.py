@@ -187,6 +187,17 @@ def test_bytes_behind_the_payload_are_cleared(sockets: Sockets) -> None:
     assert frames.array.tobytes() == b"\x81\x01\0\0\x02\x04\0\0\xee\xee" + bytes(62)
 
 
+def test_what_the_peer_has_not_taken_yet_is_unread(sockets: Sockets) -> None:
+    adapter, peer = sockets
+    assert not adapter.unread
+    frames = Frames()
+    frames.append(1, b"")
+    adapter.send(frames)
+    assert adapter.unread
+    peer.recv(100)
+    assert not adapter.unread
+
+
 def test_a_full_queue_drops_and_counts(sockets: Sockets) -> None:
     adapter, _ = sockets
     frames = Frames()

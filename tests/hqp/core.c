@@ -1,4 +1,5 @@
-/* Plain C test of the solver: rough data, no allocation while solving, the same bits twice. Run by test_core.py. */
+/* Plain C test of the solver: rough data, no allocation while solving, the same bits twice and at any
+ * alignment. Run by test_core.py. */
 #include "hqp.h"
 
 #include <math.h>
@@ -14,9 +15,15 @@ void *__real_malloc(size_t size);
 void *__real_calloc(size_t count, size_t size);
 void *__real_realloc(void *old, size_t size);
 void *__real_aligned_alloc(size_t alignment, size_t size);
-void *__wrap_malloc(size_t size) { return allocations++, __real_malloc(size); }
-void *__wrap_calloc(size_t count, size_t size) { return allocations++, __real_calloc(count, size); }
-void *__wrap_realloc(void *old, size_t size) { return allocations++, __real_realloc(old, size); }
+void *__wrap_malloc(size_t size) {
+    return allocations++, __real_malloc(size);
+}
+void *__wrap_calloc(size_t count, size_t size) {
+    return allocations++, __real_calloc(count, size);
+}
+void *__wrap_realloc(void *old, size_t size) {
+    return allocations++, __real_realloc(old, size);
+}
 void *__wrap_aligned_alloc(size_t alignment, size_t size) {
     return allocations++, __real_aligned_alloc(alignment, size);
 }
@@ -31,13 +38,17 @@ static uint64_t draw(void) { /* xorshift64 */
     return state;
 }
 
-static int below(int limit) { return (int)(draw() % (uint64_t)limit); }
-static double uniform(void) { return (double)(draw() >> 11) * 0x1p-52 - 1.0; }
+static int below(int limit) {
+    return (int)(draw() % (uint64_t)limit);
+}
+static double uniform(void) {
+    return (double)(draw() >> 11) * 0x1p-52 - 1.0;
+}
 
 /* a number that hurts now and then: `roughness` of 1000 draws */
 static double rough(int roughness) {
-    static const double hurting[] = {0.0,    -0.0,   1e-320, -1e-310, 1e-160, 1e-100, 1e-9, 1e9,
-                                     -1e100, 1e101,  1e300,  -1e308,  1.0,    1.0,    1e-6, 2.0};
+    static const double hurting[] = {0.0,    -0.0,  1e-320, -1e-310, 1e-160, 1e-100, 1e-9, 1e9,
+                                     -1e100, 1e101, 1e300,  -1e308,  1.0,    1.0,    1e-6, 2.0};
     if (below(1000) >= roughness) return uniform();
     const int i = below(19);
     return i < 16 ? hurting[i] : i == 16 ? (double)NAN : i == 17 ? (double)INFINITY : -(double)INFINITY;
@@ -66,9 +77,32 @@ static void fill(struct problem *p, int roughness) {
     }
 }
 
+/* the same problem elsewhere in memory, off by `shift` bytes from the alignment of the first */
+static struct problem *copy_shifted(const struct problem *p, size_t shift) {
+    static _Alignas(64) char space[sizeof(struct problem) + 64];
+    struct problem *q = (struct problem *)(void *)(space + shift);
+    memcpy(q, p, sizeof *q);
+    for (int l = 0; l < LEVELS; l++)
+        q->levels[l] = (hqp_level){q->A[l], q->b[l], q->C[l], q->lb[l], q->ub[l]};
+    return q;
+}
+
 static void fail(const char *what) {
     printf("failed: %s\n", what);
     exit(1);
+}
+
+/* after a reset a solver is as good as new; slacks need not be asked for */
+static void check_reset(const hqp_dims *dims, const struct problem *p, hqp_solver *used) {
+    hqp_solver *fresh = hqp_create(dims, NULL);
+    hqp_info info = {0};
+    double x[N], again[N];
+    if (!fresh) fail("create");
+    hqp_reset(used);
+    const hqp_status status = hqp_solve(fresh, p->levels, x, &info);
+    if (hqp_solve(used, p->levels, again, &info) != status) fail("status after a reset");
+    if (memcmp(x, again, (size_t)dims->n * sizeof(double)) != 0) fail("x after a reset");
+    hqp_destroy(fresh);
 }
 
 static void one_shape(struct problem *p, int roughness) {
@@ -85,22 +119,27 @@ static void one_shape(struct problem *p, int roughness) {
     memset(w, 0, sizeof w);
     memset(v, 0, sizeof v);
     memset(active, 0, sizeof active);
-    hqp_info info[2] = {{.w = w[0], .v = v[0], .active = active[0]}, {.w = w[1], .v = v[1], .active = active[1]}};
+    hqp_info info[2] = {{.w = w[0], .v = v[0], .active = active[0]},
+                        {.w = w[1], .v = v[1], .active = active[1]}};
     for (int tick = 0; tick < 6; tick++) {
         const int from = tick % 3 == 2 ? below(count + 2) - 1 : 0;
         fill(p, roughness);
         const long before = allocations;
         const hqp_status status = hqp_resolve(first, p->levels, from, x[0], &info[0]);
         if (allocations != before) fail("a solve allocates");
-        if (hqp_resolve(second, p->levels, from, x[1], &info[1]) != status) fail("status repeats");
+        const struct problem *shifted = copy_shifted(p, 8 * (size_t)below(8));
+        if (hqp_resolve(second, shifted->levels, from, x[1], &info[1]) != status) fail("status repeats");
         if (status != info[0].status || !hqp_status_name(status)) fail("status");
         for (int i = 0; i < n; i++) {
             if (!isfinite(x[0][i])) fail("x is finite");
         }
         if (memcmp(x[0], x[1], (size_t)n * sizeof(double)) != 0) fail("x repeats");
         if (memcmp(active[0], active[1], sizeof active[0]) != 0) fail("active repeats");
+        if (status >= 0 && memcmp(w[0], w[1], sizeof w[0]) != 0) fail("w repeats");
+        if (status >= 0 && memcmp(v[0], v[1], sizeof v[0]) != 0) fail("v repeats");
         if (info[0].iterations > 2 * 8 * N) fail("iterations are bounded");
     }
+    check_reset(&dims, p, first);
     hqp_destroy(first);
     hqp_destroy(second);
 }

@@ -1,0 +1,48 @@
+"""Solves random hierarchies of every nasty kind and judges the answers by their certificates alone."""
+
+from __future__ import annotations
+
+import json
+import sys
+
+import numpy as np
+
+from ..hqp import solve
+from ..hqp.certificate import certificate
+from ..hqp.generate import KINDS, problem
+from .figures import TOLERANCES, Figures, progress
+
+TITLES = {"ended": "ended", "solved": "solved", **{name: name.replace("_", " ") for name in TOLERANCES}}
+
+
+def run(count: int, as_json: bool) -> int:
+    """Solve `count` problems of each kind, from cold, and print what their certificates say.
+
+    Returns:
+        How many were not solved, or are wrong by more than 1e-6.
+    """
+    figures = {kind: sweep(kind, count) for kind in KINDS}
+    if as_json:
+        json.dump(figures, sys.stdout, indent=2)
+        print()
+    else:
+        print(f"{'':22}{'worst':>10}" + "".join(f"{title:>11}" for title in TITLES.values()))
+        for kind, found in figures.items():
+            print(f"{kind:22}{found['worst']:10.1e}" + "".join(f"{found[name]:11.0f}" for name in TITLES))
+    return round(sum(count - found["solved"] + found["wrong_1e6"] for found in figures.values()))
+
+
+def sweep(kind: str, count: int) -> Figures:
+    """Problems of one kind: how many end with a usable x, are solved, and are refuted."""
+    worst, statuses = np.zeros(count), np.zeros(count)
+    for seed in progress(kind, range(count), count):
+        levels = problem(kind, seed)
+        solution = solve(levels)
+        statuses[seed] = solution.status
+        worst[seed] = certificate(levels, solution.x).max()
+    return {
+        "ended": float(np.sum(statuses >= 0)),
+        "solved": float(np.sum(statuses == 0)),
+        "worst": float(worst.max(initial=0.0)),
+        **{name: float(np.sum(~(worst <= tolerance))) for name, tolerance in TOLERANCES.items()},
+    }
