@@ -163,25 +163,31 @@ void hqp_reset(hqp_solver *s) {
     s->warm = s->resumable = 0;
 }
 
-/* Copy one row, find its norm and the window of its nonzeros; 0 where an entry is not usable. */
-static int load_row(hqp_solver *s, int id, const double *from) {
-    double *to = hqp_row(s, s->given, id);
-    double sum = 0.0;
-    int first = (int)s->ld, last = 0;
-    for (int i = 0; i < s->n; i++) {
-        to[i] = from[i];
-        sum += from[i] * from[i];
-        if (from[i] == 0.0) continue;
-        if (first > i) first = i;
-        last = i + 1;
-    }
-    if (!(sum <= LARGEST * LARGEST)) return 0;
+/* Norm of a row of `given` and the window of its nonzeros; 0 where an entry is not usable. */
+static int measure_row(hqp_solver *s, int id) {
+    const double *row = hqp_row(s, s->given, id);
+    const double sum = hqp_dot(row, row, 0, (int)s->ld);
+    int first = 0, last = s->n;
+    while (first < last && row[first] == 0.0) first++;
+    while (first < last && row[last - 1] == 0.0) last--;
     s->norm[id] = sqrt(sum);
     s->given.first[id] = hqp_floor4(first);
     s->given.last[id] = hqp_ceil4(last);
+    return sum <= LARGEST * LARGEST;
+}
+
+/* Copy one row; 0 where an entry is not usable. Rows that are the same in each tick are measured once. */
+static int load_row(hqp_solver *s, int id, const double *from) {
+    double *to = hqp_row(s, s->given, id);
+    const size_t size = (size_t)s->n * sizeof(double);
     s->done[id] = 0;
     s->frozen_at[id] = -1;
-    return 1;
+    if (memcmp(to, from, size) == 0) return 1;
+    memcpy(to, from, size);
+    if (measure_row(s, id)) return 1;
+    memset(to, 0, size); /* forgotten, so that it is looked at again */
+    measure_row(s, id);
+    return 0;
 }
 
 /* Bounds of one row; 0 where they contradict. lb > ub by rounding closes to the point between them. */

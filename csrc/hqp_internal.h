@@ -7,8 +7,9 @@
 
 #include "hqp.h"
 
-/* Four doubles added lane by lane: the order of every sum is fixed by the source, not by the machine. */
-typedef double hqp_quad __attribute__((vector_size(32), may_alias));
+/* Two doubles added lane by lane: the order of every sum is fixed by the source, not by the machine. Two are
+ * what each x86-64 and ARM64 has; wider vectors cost more where the compiler has to split them. */
+typedef double hqp_pair __attribute__((vector_size(16), may_alias));
 
 /* Rows of `ld` doubles, 32-byte aligned, zero outside the window [first, last), whose ends are multiples
  * of 4. */
@@ -95,22 +96,27 @@ static inline double *hqp_row(const hqp_solver *s, hqp_rows rows, int i) {
     return rows.cell + i * s->ld;
 }
 
+static inline hqp_pair hqp_load(const double *a) {
+    return *(const hqp_pair *)a;
+}
+
 /* sum a_i b_i over [from, to), multiples of 4, aligned */
 static inline double hqp_dot(const double *a, const double *b, int from, int to) {
-    hqp_quad even = {0.0, 0.0, 0.0, 0.0}, odd = {0.0, 0.0, 0.0, 0.0};
+    hqp_pair sum[4] = {{0.0, 0.0}, {0.0, 0.0}, {0.0, 0.0}, {0.0, 0.0}};
     int i = from;
     for (; i + 8 <= to; i += 8) {
-        even += *(const hqp_quad *)(a + i) * *(const hqp_quad *)(b + i);
-        odd += *(const hqp_quad *)(a + i + 4) * *(const hqp_quad *)(b + i + 4);
+        for (int k = 0; k < 4; k++) sum[k] += hqp_load(a + i + 2 * k) * hqp_load(b + i + 2 * k);
     }
-    if (i < to) even += *(const hqp_quad *)(a + i) * *(const hqp_quad *)(b + i);
-    even += odd;
-    return (even[0] + even[1]) + (even[2] + even[3]);
+    if (i < to) {
+        for (int k = 0; k < 2; k++) sum[k] += hqp_load(a + i + 2 * k) * hqp_load(b + i + 2 * k);
+    }
+    const hqp_pair low = sum[0] + sum[2], high = sum[1] + sum[3];
+    return (low[0] + low[1]) + (high[0] + high[1]);
 }
 
 /* a += t b over [from, to), multiples of 4, aligned */
 static inline void hqp_axpy(double *a, double t, const double *b, int from, int to) {
-    for (int i = from; i < to; i += 4) *(hqp_quad *)(a + i) += t * *(const hqp_quad *)(b + i);
+    for (int i = from; i < to; i += 2) *(hqp_pair *)(a + i) = hqp_load(a + i) + t * hqp_load(b + i);
 }
 
 static inline double hqp_length(const hqp_solver *s, const double *a) {
