@@ -93,7 +93,7 @@ static size_t lay_out(hqp_solver *s, char *arena) {
     for (size_t i = 0; i < sizeof reals / sizeof *reals; i++) {
         *reals[i].at = slice(arena, &used, reals[i].count * sizeof(double));
     }
-    int **const ints[] = {&s->done,      &s->work,       &s->fit,     &s->work_order,
+    int **const ints[] = {&s->done,      &s->only,       &s->work,    &s->fit,     &s->work_order,
                           &s->fit_order, &s->column_row, &s->held.id, &s->clash.id};
     for (size_t i = 0; i < sizeof ints / sizeof *ints; i++)
         *ints[i] = slice(arena, &used, most * sizeof(int));
@@ -141,6 +141,7 @@ hqp_solver *hqp_create(const hqp_dims *dims, const hqp_settings *settings) {
     hqp_solver *s = (hqp_solver *)(void *)arena;
     *s = shape;
     lay_out(s, arena);
+    for (int i = 0; i < s->total; i++) s->only[i] = -1;
     for (int p = 0; p < s->levels; p++) {
         s->equalities[p] = dims->equalities[p];
         s->row0[p + 1] = s->row0[p] + dims->equalities[p] + dims->inequalities[p];
@@ -163,7 +164,7 @@ void hqp_reset(hqp_solver *s) {
     s->warm = s->resumable = 0;
 }
 
-/* Norm of a row of `given` and the window of its nonzeros; 0 where an entry is not usable. */
+/* Norm of a row of `given` and where its nonzeros are; 0 where an entry is not usable. */
 static int measure_row(hqp_solver *s, int id) {
     const double *row = hqp_row(s, s->given, id);
     const double sum = hqp_dot(row, row, 0, (int)s->ld);
@@ -171,6 +172,7 @@ static int measure_row(hqp_solver *s, int id) {
     while (first < last && row[first] == 0.0) first++;
     while (first < last && row[last - 1] == 0.0) last--;
     s->norm[id] = sqrt(sum);
+    s->only[id] = last - first == 1 ? first : -1;
     s->given.first[id] = hqp_floor4(first);
     s->given.last[id] = hqp_ceil4(last);
     return sum <= LARGEST * LARGEST;

@@ -32,25 +32,28 @@ static void free_directions(hqp_solver *s) {
 }
 
 /* One column of triangularise: a reflector from the left, u = (head, rows[c + 1 .., c]), leaves -+norm at [c,
- * c]. */
+ * c]. Columns before c hold numbers that nobody reads. */
 static void reduce_column(hqp_solver *s, int c, double norm) {
-    const int m = freedom(s);
+    const int from = hqp_floor4(c), to = hqp_ceil4(freedom(s));
     double *pivot = hqp_row(s, s->fit_rows, c), *sum = s->step;
-    const double head = pivot[c] + (pivot[c] < 0.0 ? -norm : norm), factor = 1.0 / (norm * fabs(head));
+    const double sign = pivot[c] < 0.0 ? -1.0 : 1.0, head = pivot[c] + sign * norm;
+    const double factor = 1.0 / (norm * fabs(head));
     double sum_rhs = head * s->rhs[c];
-    for (int k = c + 1; k < m; k++) sum[k] = head * pivot[k];
+    for (int k = from; k < to; k++) sum[k] = head * pivot[k];
     for (int i = c + 1; i < s->fit_count; i++) {
         const double *row = hqp_row(s, s->fit_rows, i);
-        for (int k = c + 1; k < m; k++) sum[k] += row[c] * row[k];
+        if (row[c] == 0.0) continue;
+        hqp_axpy(sum, row[c], row, from, to);
         sum_rhs += row[c] * s->rhs[i];
     }
-    pivot[c] = pivot[c] < 0.0 ? norm : -norm;
-    for (int k = c + 1; k < m; k++) pivot[k] -= factor * head * sum[k];
+    hqp_axpy(pivot, -factor * head, sum, from, to);
+    pivot[c] = -sign * norm;
     s->rhs[c] -= factor * head * sum_rhs;
     for (int i = c + 1; i < s->fit_count; i++) {
         double *row = hqp_row(s, s->fit_rows, i);
         const double u = factor * row[c];
-        for (int k = c + 1; k < m; k++) row[k] -= u * sum[k];
+        if (u == 0.0) continue;
+        hqp_axpy(row, -u, sum, from, to);
         s->rhs[i] -= u * sum_rhs;
     }
 }
@@ -101,6 +104,7 @@ static int free_minimiser(hqp_solver *s, int level) {
     for (int i = s->row0[level]; i < s->row0[level + 1]; i++) {
         if (!s->side[i]) continue;
         double *row = hqp_row(s, s->fit_rows, s->fit_count);
+        memset(row, 0, (size_t)hqp_ceil4(freedom(s)) * sizeof(double));
         for (int j = 0; j < freedom(s); j++) row[j] = hqp_value(s, i, hqp_row(s, s->direction, j));
         s->rhs[s->fit_count] = hqp_bound(s, i, s->side[i]) - hqp_value(s, i, s->x);
         s->fit[s->fit_count++] = i;

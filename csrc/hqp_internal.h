@@ -37,6 +37,7 @@ struct hqp_solver {
     hqp_rows given;              /* the caller's coefficients */
     hqp_rows base;               /* those times H_0 .. H_{done-1} */
     int *done;                   /* 0: base not filled */
+    int *only;                   /* column of its single nonzero, -1 where there are more or none */
     double *norm, *lb, *ub;      /* lb == ub for an equality */
     double *value, *trial_value; /* row . x, row . trial */
     double *strength;        /* of a held row its multiplier times its norm, of a fitted one its violation */
@@ -125,7 +126,9 @@ static inline double hqp_length(const hqp_solver *s, const double *a) {
 
 /* row . x */
 static inline double hqp_value(const hqp_solver *s, int id, const double *x) {
-    return hqp_dot(hqp_row(s, s->given, id), x, s->given.first[id], s->given.last[id]);
+    const double *row = hqp_row(s, s->given, id);
+    if (s->only[id] >= 0) return row[s->only[id]] * x[s->only[id]];
+    return hqp_dot(row, x, s->given.first[id], s->given.last[id]);
 }
 
 static inline double hqp_bound(const hqp_solver *s, int id, int side) {
