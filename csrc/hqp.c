@@ -93,7 +93,7 @@ static size_t lay_out(hqp_solver *s, char *arena) {
     for (size_t i = 0; i < sizeof reals / sizeof *reals; i++) {
         *reals[i].at = slice(arena, &used, reals[i].count * sizeof(double));
     }
-    int **const ints[] = {&s->done,      &s->only,       &s->work,    &s->fit,     &s->work_order,
+    int **const ints[] = {&s->column,    &s->done,      &s->only,       &s->work,    &s->fit,     &s->work_order,
                           &s->fit_order, &s->column_row, &s->held.id, &s->clash.id};
     for (size_t i = 0; i < sizeof ints / sizeof *ints; i++)
         *ints[i] = slice(arena, &used, most * sizeof(int));
@@ -102,6 +102,9 @@ static size_t lay_out(hqp_solver *s, char *arena) {
     for (size_t i = 0; i < sizeof flags / sizeof *flags; i++) *flags[i] = slice(arena, &used, most);
     s->guess_held_at = slice(arena, &used, rows * sizeof(short));
     s->frozen_at = slice(arena, &used, rows * sizeof(short));
+    s->place = slice(arena, &used, (ld + 1) * sizeof(int));
+    s->fixed_column = slice(arena, &used, n);
+    s->fixing = slice(arena, &used, rows);
     s->row0 = slice(arena, &used, (levels + 1) * sizeof(int));
     s->rank_at = slice(arena, &used, (levels + 2) * sizeof(int));
     s->equalities = slice(arena, &used, levels * sizeof(int));
@@ -142,6 +145,7 @@ hqp_solver *hqp_create(const hqp_dims *dims, const hqp_settings *settings) {
     *s = shape;
     lay_out(s, arena);
     for (int i = 0; i < s->total; i++) s->only[i] = -1;
+    hqp_unfix(s);
     for (int p = 0; p < s->levels; p++) {
         s->equalities[p] = dims->equalities[p];
         s->row0[p + 1] = s->row0[p] + dims->equalities[p] + dims->inequalities[p];
@@ -282,12 +286,21 @@ static void start_at(hqp_solver *s, const double *x, int first) {
 }
 
 /*
- * Sweep; if that does not settle, walk. What rounding left while x was far away is then put right by one more
+ * Sweep, at first with fixings taken ahead of their turn; if that does not settle, walk. What rounding left while x was far away is then put right by one more
  * sweep with the sets that the walk found.
  */
 static hqp_status solve_from(hqp_solver *s, int first) {
     s->resumable = s->levels_done = s->levels;
     s->iteration_limit = s->settings.max_iterations;
+    if (first <= s->fixed_through) first = 0;
+    if (first == 0) hqp_fix(s);
+    if (s->fixed_through >= 0) {
+        hqp_rewind(s, first);
+        if (hqp_sweep(s, first, 1)) return HQP_SOLVED;
+        hqp_unfix(s);
+        memcpy(s->x, s->start, (size_t)s->ld * sizeof(double));
+        first = 0;
+    }
     hqp_rewind(s, first);
     if (hqp_sweep(s, first, 1)) return HQP_SOLVED;
     s->iteration_limit = s->iterations + s->settings.max_iterations;
@@ -322,7 +335,7 @@ hqp_status hqp_resolve(hqp_solver *s, const hqp_level *levels, int first, double
     info->status = status;
     info->iterations = s->iterations;
     info->levels_done = s->levels_done;
-    info->rank = s->rank_at[s->levels];
+    info->rank = s->rank_at[s->levels] + s->n - s->width;
     info->bad_level = -1;
     return status;
 }

@@ -12,7 +12,7 @@
 #include <string.h>
 
 static int freedom(const hqp_solver *s) {
-    return s->n - s->rank;
+    return s->width - s->rank;
 }
 static double *line(const hqp_solver *s, double *rows, int i) {
     return rows + i * s->ld;
@@ -29,6 +29,7 @@ static void free_directions(hqp_solver *s) {
         s->work_order[j] = j;
     }
     for (int k = s->rank - 1; k >= 0; k--) hqp_reflect(s, k, s->direction, s->work_order, m);
+    for (int j = 0; j < m; j++) hqp_scatter(s, hqp_row(s, s->direction, j));
 }
 
 /* One column of triangularise: a reflector from the left, u = (head, rows[c + 1 .., c]), leaves -+norm at [c,

@@ -48,7 +48,12 @@ struct hqp_solver {
     signed char *guess_held_side;     /* side it is held at in a later level .. */
     short *guess_held_at, *frozen_at; /* .. namely in this one, or -1; level that froze the row, or -1 */
 
-    /* the shared factorisation */
+    /* the columns in play */
+    int width, *column, *place; /* column[0 .. width); place[c]: how many of them are before column c */
+    signed char *fixed_column, *fixing; /* [n] taken out; per row: it did that */
+    int fixed_through;                  /* last level with such a row, or -1 */
+
+    /* the shared factorisation, in the columns in play */
     hqp_rows reflector; /* [n] v_k */
     int rank, top;
     int *rank_at;    /* [levels + 1] rank at the start of each level */
@@ -156,6 +161,12 @@ static inline int hqp_at_bound(const hqp_solver *s, int id, int side, double val
     const double bound = hqp_bound(s, id, side);
     return side * (bound - value) <= hqp_tolerance(s, id, bound, x_norm);
 }
+
+/* hqp_fix.c: variables fixed ahead of their turn */
+void hqp_fix(hqp_solver *s);
+void hqp_unfix(hqp_solver *s);
+void hqp_gather(const hqp_solver *s, double *to, const double *row);
+void hqp_scatter(const hqp_solver *s, double *row);
 
 /* hqp_lq.c: the factorisation */
 void hqp_bring(hqp_solver *s, const int *ids, int count);

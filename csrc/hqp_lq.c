@@ -68,9 +68,9 @@ void hqp_bring(hqp_solver *s, const int *ids, int count) {
     for (int i = 0; i < count; i++) {
         const int id = ids[i];
         if (s->done[id] == 0) {
-            memcpy(hqp_row(s, s->base, id), hqp_row(s, s->given, id), (size_t)s->ld * sizeof(double));
-            s->base.first[id] = s->given.first[id];
-            s->base.last[id] = s->given.last[id];
+            hqp_gather(s, hqp_row(s, s->base, id), hqp_row(s, s->given, id));
+            s->base.first[id] = hqp_floor4(s->place[s->given.first[id]]);
+            s->base.last[id] = hqp_ceil4(s->place[s->given.last[id]]);
             fresh[fresh_count++] = id;
         } else {
             for (int k = s->done[id]; k < s->rank; k++) hqp_reflect(s, k, s->base, &id, 1);
@@ -125,7 +125,7 @@ int hqp_lq(hqp_solver *s, hqp_rows rows, const int *ids, int *order, int count) 
     int rank = 0;
     for (int i = 0; i < count; i++) order[i] = i;
     for (int pass = 0; pass < 2; pass++) {
-        for (int i = rank; i < count && s->top < s->n; i++) {
+        for (int i = rank; i < count && s->top < s->width; i++) {
             const int r = order[i];
             double *row = hqp_row(s, rows, r);
             if (rows.last[r] <= s->top) continue;
