@@ -143,20 +143,17 @@ static double to_t_space(const hqp_solver *s, int id, int side, double *row) {
  */
 static double orthogonalise(const hqp_solver *s, const double *row, double *rest, double *coefficient) {
     const int m = freedom(s);
-    double sum = 0.0;
     memcpy(rest, row, (size_t)m * sizeof(double));
     for (int i = 0; i < s->held.count; i++) coefficient[i] = 0.0;
     for (int pass = 0; pass < 2; pass++) {
         for (int i = 0; i < s->held.count; i++) {
             const double *basis = line(s, s->held.basis, i);
-            double c = 0.0;
-            for (int j = 0; j < m; j++) c += basis[j] * rest[j];
-            for (int j = 0; j < m; j++) rest[j] -= c * basis[j];
+            const double c = hqp_inner(basis, rest, m);
+            hqp_add(rest, -c, basis, m);
             coefficient[i] += c;
         }
     }
-    for (int j = 0; j < m; j++) sum += rest[j] * rest[j];
-    return sum;
+    return hqp_inner(rest, rest, m);
 }
 
 /* Whether the rest of a row is more than rounding: seen from x it is R^T rest. */
@@ -204,7 +201,7 @@ static void solve_transposed(const hqp_solver *s, double *y) {
     for (int i = s->held.count - 1; i >= 0; i--) {
         const double *triangle = line(s, s->held.triangle, i);
         y[i] /= triangle[i];
-        for (int k = 0; k < i; k++) y[k] -= triangle[k] * y[i];
+        hqp_add(y, -y[i], triangle, i);
     }
 }
 
@@ -215,9 +212,8 @@ static void step_to_bounds(hqp_solver *s, double *gap) {
     memset(t, 0, (size_t)s->ld * sizeof(double));
     for (int i = 0; i < s->held.count; i++) {
         const double *triangle = line(s, s->held.triangle, i), *basis = line(s, s->held.basis, i);
-        for (int k = 0; k < i; k++) q[i] -= triangle[k] * q[k];
-        q[i] /= triangle[i];
-        for (int j = 0; j < freedom(s); j++) t[j] += q[i] * basis[j];
+        q[i] = (q[i] - hqp_inner(triangle, q, i)) / triangle[i];
+        hqp_add(t, q[i], basis, freedom(s));
     }
     for (int j = 0; j < freedom(s); j++) hqp_axpy(s->x, t[j], hqp_row(s, s->direction, j), 0, (int)s->ld);
 }

@@ -125,6 +125,28 @@ static inline void hqp_axpy(double *a, double t, const double *b, int from, int 
     for (int i = from; i < to; i += 2) *(hqp_pair *)(a + i) = hqp_load(a + i) + t * hqp_load(b + i);
 }
 
+typedef double hqp_loose __attribute__((vector_size(16), aligned(8), may_alias));
+
+/* sum a_i b_i over [0, count), anywhere in memory */
+static inline double hqp_inner(const double *a, const double *b, int count) {
+    hqp_loose low = {0.0, 0.0}, high = {0.0, 0.0};
+    double rest = 0.0;
+    int i = 0;
+    for (; i + 4 <= count; i += 4) {
+        low += *(const hqp_loose *)(a + i) * *(const hqp_loose *)(b + i);
+        high += *(const hqp_loose *)(a + i + 2) * *(const hqp_loose *)(b + i + 2);
+    }
+    for (; i < count; i++) rest += a[i] * b[i];
+    return (low[0] + low[1]) + (high[0] + high[1]) + rest;
+}
+
+/* a += t b over [0, count), anywhere in memory */
+static inline void hqp_add(double *a, double t, const double *b, int count) {
+    int i = 0;
+    for (; i + 2 <= count; i += 2) *(hqp_loose *)(a + i) += t * *(const hqp_loose *)(b + i);
+    if (i < count) a[i] += t * b[i];
+}
+
 static inline double hqp_length(const hqp_solver *s, const double *a) {
     return sqrt(hqp_dot(a, a, 0, (int)s->ld));
 }
