@@ -93,8 +93,8 @@ static size_t lay_out(hqp_solver *s, char *arena) {
     for (size_t i = 0; i < sizeof reals / sizeof *reals; i++) {
         *reals[i].at = slice(arena, &used, reals[i].count * sizeof(double));
     }
-    int **const ints[] = {&s->column,    &s->done,      &s->only,       &s->work,    &s->fit,     &s->work_order,
-                          &s->fit_order, &s->column_row, &s->held.id, &s->clash.id};
+    int **const ints[] = {&s->column,     &s->done,      &s->only,       &s->work,    &s->fit,
+                          &s->work_order, &s->fit_order, &s->column_row, &s->held.id, &s->clash.id};
     for (size_t i = 0; i < sizeof ints / sizeof *ints; i++)
         *ints[i] = slice(arena, &used, most * sizeof(int));
     signed char **const flags[] = {&s->kind,      &s->side, &s->forced, &s->guess_side, &s->guess_held_side,
@@ -286,12 +286,12 @@ static void start_at(hqp_solver *s, const double *x, int first) {
 }
 
 /*
- * Sweep, at first with fixings taken ahead of their turn; if that does not settle, walk. What rounding left while x was far away is then put right by one more
- * sweep with the sets that the walk found.
+ * Sweep, at first with fixings taken ahead of their turn; if that does not settle, walk. What rounding left
+ * while x was far away is then put right by one more sweep with the sets that the walk found.
  */
 static hqp_status solve_from(hqp_solver *s, int first) {
     s->resumable = s->levels_done = s->levels;
-    s->iteration_limit = s->settings.max_iterations;
+    s->iteration_limit = s->settings.max_iterations / 2;
     if (first <= s->fixed_through) first = 0;
     if (first == 0) hqp_fix(s);
     if (s->fixed_through >= 0) {
@@ -301,6 +301,7 @@ static hqp_status solve_from(hqp_solver *s, int first) {
         memcpy(s->x, s->start, (size_t)s->ld * sizeof(double));
         first = 0;
     }
+    s->iteration_limit = s->settings.max_iterations;
     hqp_rewind(s, first);
     if (hqp_sweep(s, first, 1)) return HQP_SOLVED;
     s->iteration_limit = s->iterations + s->settings.max_iterations;

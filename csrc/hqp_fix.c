@@ -1,6 +1,6 @@
 /*
- * Variables fixed ahead of their turn: an equality with a single nonzero, a x_c = b, takes column c out of the
- * problem.
+ * Variables fixed ahead of their turn: an equality with a single nonzero, a x_c = b, takes column c out of
+ * the problem.
  *
  * Levels that can all be met exactly need no order among them: whoever meets all of them is minimal. So the
  * fixings of the levels up to `fixed_through` are taken first, and the sweep goes on in the other columns; it
