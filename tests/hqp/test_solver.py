@@ -212,6 +212,18 @@ def test_fixings_of_variables_yield_to_what_stands_above_them():
     assert 20 < sum(kept) < 100  # both happen
 
 
+def test_a_level_that_fixings_below_it_would_spoil_is_met():
+    rng = np.random.default_rng(5)
+    levels = [
+        equalities(rng.normal(size=(3, 4)), rng.normal(size=3)),
+        equalities(np.eye(4)[:2], rng.normal(size=2)),
+        equalities(np.eye(4), np.zeros(4)),
+    ]
+    solution = solve(levels)
+    assert np.allclose(solution.w[0], 0.0, atol=1e-12) and np.linalg.norm(solution.w[1]) > 0.1
+    assert certificate(levels, solution.x).max() < 1e-12
+
+
 def test_fixings_that_exclude_each_other_share_the_slack():
     levels = [
         equalities([[1.0, 1.0, 0.0, 0.0]], [2.0]),
