@@ -292,8 +292,7 @@ static void start_at(hqp_solver *s, const double *x, int first) {
 static hqp_status solve_from(hqp_solver *s, int first) {
     s->resumable = s->levels_done = s->levels;
     s->iteration_limit = s->settings.max_iterations / 2;
-    if (first <= s->fixed_through) first = 0;
-    if (first == 0) hqp_fix(s);
+    first = hqp_fix(s, first);
     if (s->fixed_through >= 0) {
         hqp_rewind(s, first);
         if (hqp_sweep(s, first, 1)) return HQP_SOLVED;

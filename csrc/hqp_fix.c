@@ -31,8 +31,8 @@ void hqp_unfix(hqp_solver *s) {
     number_columns(s);
 }
 
-/* Fix what the levels but the last allow, and put x there; nothing, where that is not worthwhile. */
-void hqp_fix(hqp_solver *s) {
+/* Choose the fixings, among all levels but the last; none, where that is not worthwhile. */
+static void choose(hqp_solver *s) {
     int count = 0;
     hqp_unfix(s);
     for (int level = 0; level < s->levels - 1; level++) {
@@ -48,10 +48,24 @@ void hqp_fix(hqp_solver *s) {
         hqp_unfix(s);
         return;
     }
+    number_columns(s);
+}
+
+/*
+ * Decide about fixings where the levels from `first` on have changed, and put x there. Returns the level to
+ * begin at: 0 where the columns in play are no longer those of the last solve.
+ */
+int hqp_fix(hqp_solver *s, int first) {
+    const int before = s->fixed_through;
+    if (before < 0 || before >= first) {
+        choose(s);
+        if (before < 0 && s->fixed_through < first) hqp_unfix(s); /* these are known not to do */
+        if (before >= 0 || s->fixed_through >= 0) first = 0;
+    }
     for (int i = 0; i < s->row0[s->fixed_through + 1]; i++) {
         if (s->fixing[i]) s->x[s->only[i]] = s->ub[i] / hqp_row(s, s->given, i)[s->only[i]];
     }
-    number_columns(s);
+    return first;
 }
 
 /* to = a row of `given` in the columns in play */

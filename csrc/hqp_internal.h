@@ -185,7 +185,7 @@ static inline int hqp_at_bound(const hqp_solver *s, int id, int side, double val
 }
 
 /* hqp_fix.c: variables fixed ahead of their turn */
-void hqp_fix(hqp_solver *s);
+int hqp_fix(hqp_solver *s, int first);
 void hqp_unfix(hqp_solver *s);
 void hqp_gather(const hqp_solver *s, double *to, const double *row);
 void hqp_scatter(const hqp_solver *s, double *row);

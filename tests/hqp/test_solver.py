@@ -247,6 +247,22 @@ def test_a_fixing_is_kept_when_later_levels_change():
             assert certificate(levels, solution.x).max() < 1e-9, (seed, first)
 
 
+def test_fixings_open_and_close_as_later_levels_change():
+    rng = np.random.default_rng(8)
+    for seed in range(20):
+        levels = chain(seed)
+        fixed = np.zeros(8)
+        levels[2] = ranges(np.eye(12)[3:11], fixed, fixed.copy())
+        solver = fresh(levels)
+        solver.solve(levels)
+        for share in (0.0, 1.0, 0.5, 0.1):
+            is_open = rng.random(8) >= share
+            levels[2].lb[:] = np.where(is_open & (rng.random(8) < 0.5), -np.inf, 0.0)
+            levels[2].ub[:] = np.where(is_open, np.inf, 0.0)
+            solution = solver.resolve(levels, 2)
+            assert certificate(levels, solution.x).max() < 1e-9, (seed, share)
+
+
 @pytest.mark.parametrize("kind", KINDS)
 def test_resolving_later_levels_is_solving_all(kind):
     for seed in range(8):
