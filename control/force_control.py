@@ -19,7 +19,7 @@ from .twin import Twin
 MAX_REDETECTIONS = 5
 """Solves a tick under the re-detecting rule; it is monotone, and 5 were the most ever seen."""
 MAX_ITERATIONS = 64
-"""Of one solve: the bound on its time. Recorded sessions needed 39 at most."""
+"""Of one solve: the bound on its time. Recorded sessions needed 49 at most."""
 SAFE_LEVELS = 8
 """Levels that keep the machine inside its limits; those after them shape what the operator feels."""
 

@@ -93,8 +93,8 @@ static size_t lay_out(hqp_solver *s, char *arena) {
     for (size_t i = 0; i < sizeof reals / sizeof *reals; i++) {
         *reals[i].at = slice(arena, &used, reals[i].count * sizeof(double));
     }
-    int **const ints[] = {&s->done,      &s->work,       &s->fit,     &s->work_order,
-                          &s->fit_order, &s->column_row, &s->held.id, &s->clash.id};
+    int **const ints[] = {&s->column,     &s->done,      &s->only,       &s->work,    &s->fit,
+                          &s->work_order, &s->fit_order, &s->column_row, &s->held.id, &s->clash.id};
     for (size_t i = 0; i < sizeof ints / sizeof *ints; i++)
         *ints[i] = slice(arena, &used, most * sizeof(int));
     signed char **const flags[] = {&s->kind,      &s->side, &s->forced, &s->guess_side, &s->guess_held_side,
@@ -102,6 +102,9 @@ static size_t lay_out(hqp_solver *s, char *arena) {
     for (size_t i = 0; i < sizeof flags / sizeof *flags; i++) *flags[i] = slice(arena, &used, most);
     s->guess_held_at = slice(arena, &used, rows * sizeof(short));
     s->frozen_at = slice(arena, &used, rows * sizeof(short));
+    s->place = slice(arena, &used, (ld + 1) * sizeof(int));
+    s->fixed_column = slice(arena, &used, n);
+    s->fixing = slice(arena, &used, rows);
     s->row0 = slice(arena, &used, (levels + 1) * sizeof(int));
     s->rank_at = slice(arena, &used, (levels + 2) * sizeof(int));
     s->equalities = slice(arena, &used, levels * sizeof(int));
@@ -141,6 +144,8 @@ hqp_solver *hqp_create(const hqp_dims *dims, const hqp_settings *settings) {
     hqp_solver *s = (hqp_solver *)(void *)arena;
     *s = shape;
     lay_out(s, arena);
+    for (int i = 0; i < s->total; i++) s->only[i] = -1;
+    hqp_unfix(s);
     for (int p = 0; p < s->levels; p++) {
         s->equalities[p] = dims->equalities[p];
         s->row0[p + 1] = s->row0[p] + dims->equalities[p] + dims->inequalities[p];
@@ -163,25 +168,32 @@ void hqp_reset(hqp_solver *s) {
     s->warm = s->resumable = 0;
 }
 
-/* Copy one row, find its norm and the window of its nonzeros; 0 where an entry is not usable. */
-static int load_row(hqp_solver *s, int id, const double *from) {
-    double *to = hqp_row(s, s->given, id);
-    double sum = 0.0;
-    int first = (int)s->ld, last = 0;
-    for (int i = 0; i < s->n; i++) {
-        to[i] = from[i];
-        sum += from[i] * from[i];
-        if (from[i] == 0.0) continue;
-        if (first > i) first = i;
-        last = i + 1;
-    }
-    if (!(sum <= LARGEST * LARGEST)) return 0;
+/* Norm of a row of `given` and where its nonzeros are; 0 where an entry is not usable. */
+static int measure_row(hqp_solver *s, int id) {
+    const double *row = hqp_row(s, s->given, id);
+    const double sum = hqp_dot(row, row, 0, (int)s->ld);
+    int first = 0, last = s->n;
+    while (first < last && row[first] == 0.0) first++;
+    while (first < last && row[last - 1] == 0.0) last--;
     s->norm[id] = sqrt(sum);
+    s->only[id] = last - first == 1 ? first : -1;
     s->given.first[id] = hqp_floor4(first);
     s->given.last[id] = hqp_ceil4(last);
+    return sum <= LARGEST * LARGEST;
+}
+
+/* Copy one row; 0 where an entry is not usable. Rows that are the same in each tick are measured once. */
+static int load_row(hqp_solver *s, int id, const double *from) {
+    double *to = hqp_row(s, s->given, id);
+    const size_t size = (size_t)s->n * sizeof(double);
     s->done[id] = 0;
     s->frozen_at[id] = -1;
-    return 1;
+    if (memcmp(to, from, size) == 0) return 1;
+    memcpy(to, from, size);
+    if (measure_row(s, id)) return 1;
+    memset(to, 0, size); /* forgotten, so that it is looked at again */
+    measure_row(s, id);
+    return 0;
 }
 
 /* Bounds of one row; 0 where they contradict. lb > ub by rounding closes to the point between them. */
@@ -274,11 +286,20 @@ static void start_at(hqp_solver *s, const double *x, int first) {
 }
 
 /*
- * Sweep; if that does not settle, walk. What rounding left while x was far away is then put right by one more
- * sweep with the sets that the walk found.
+ * Sweep, at first with fixings taken ahead of their turn; if that does not settle, walk. What rounding left
+ * while x was far away is then put right by one more sweep with the sets that the walk found.
  */
 static hqp_status solve_from(hqp_solver *s, int first) {
     s->resumable = s->levels_done = s->levels;
+    s->iteration_limit = s->settings.max_iterations / 2;
+    first = hqp_fix(s, first);
+    if (s->fixed_through >= 0) {
+        hqp_rewind(s, first);
+        if (hqp_sweep(s, first, 1)) return HQP_SOLVED;
+        hqp_unfix(s);
+        memcpy(s->x, s->start, (size_t)s->ld * sizeof(double));
+        first = 0;
+    }
     s->iteration_limit = s->settings.max_iterations;
     hqp_rewind(s, first);
     if (hqp_sweep(s, first, 1)) return HQP_SOLVED;
@@ -314,7 +335,7 @@ hqp_status hqp_resolve(hqp_solver *s, const hqp_level *levels, int first, double
     info->status = status;
     info->iterations = s->iterations;
     info->levels_done = s->levels_done;
-    info->rank = s->rank_at[s->levels];
+    info->rank = s->rank_at[s->levels] + s->n - s->width;
     info->bad_level = -1;
     return status;
 }

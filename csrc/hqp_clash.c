@@ -16,7 +16,7 @@ static const double TOUCH = 1e-9; /* part of the clash's size below which a row 
 
 /* reduced = row Q, in the columns of the frozen rows */
 static const double *in_frozen_columns(hqp_solver *s, int id) {
-    memcpy(s->reduced, hqp_row(s, s->given, id), (size_t)s->ld * sizeof(double));
+    hqp_gather(s, s->reduced, hqp_row(s, s->given, id));
     for (int k = 0; k < s->rank; k++) hqp_reflect_row(s, k, s->reduced);
     return s->reduced;
 }
@@ -89,6 +89,18 @@ static double take_over(hqp_solver *s, double *sum, int from, int to) {
 }
 
 /*
+ * The fixings that were taken ahead of their turn are what gives way, as far as one can tell in the columns
+ * in play: the sweep with all columns shall hold this clash there, and nothing that was held there before.
+ */
+static void expect_at_fixings(hqp_solver *s) {
+    const int level = s->fixed_through;
+    for (int i = 0; i < s->row0[level]; i++) {
+        if (s->guess_held_at[i] == level) s->guess_held_at[i] = -1;
+    }
+    seat(s, level, 0.0);
+}
+
+/*
  * Row `id` cannot be met at `side`: row = sum pull_k held_k, with no held row to release. Returns the level
  * to go back to, its guess changed, or HQP_LOST.
  */
@@ -104,7 +116,7 @@ int hqp_give_way(hqp_solver *s, int level, int id, int side, const double *pull)
         hqp_axpy(sum, -pull[k] * s->side[held], in_frozen_columns(s, held), 0, (int)s->ld);
         if (pull[k] * s->norm[held] < -TOUCH * s->norm[id]) join(s, held, s->side[held], -pull[k]);
     }
-    for (int q = level - 1; q >= 0; q--) {
+    for (int q = level - 1; q > s->fixed_through; q--) {
         const int from = s->rank_at[q], to = s->rank_at[q + 1];
         int fitted = from, own = 0;
         while (fitted < to && s->column_row[fitted] >= 0) fitted++;
@@ -114,5 +126,6 @@ int hqp_give_way(hqp_solver *s, int level, int id, int side, const double *pull)
         const double length = take_over(s, sum, from, fitted);
         if (length >= 0.0) return seat(s, q, length);
     }
+    if (s->fixed_through >= 0) expect_at_fixings(s);
     return HQP_LOST;
 }

@@ -12,7 +12,7 @@
 #include <string.h>
 
 static int freedom(const hqp_solver *s) {
-    return s->n - s->rank;
+    return s->width - s->rank;
 }
 static double *line(const hqp_solver *s, double *rows, int i) {
     return rows + i * s->ld;
@@ -29,28 +29,32 @@ static void free_directions(hqp_solver *s) {
         s->work_order[j] = j;
     }
     for (int k = s->rank - 1; k >= 0; k--) hqp_reflect(s, k, s->direction, s->work_order, m);
+    for (int j = 0; j < m; j++) hqp_scatter(s, hqp_row(s, s->direction, j));
 }
 
 /* One column of triangularise: a reflector from the left, u = (head, rows[c + 1 .., c]), leaves -+norm at [c,
- * c]. */
+ * c]. Columns before c hold numbers that nobody reads. */
 static void reduce_column(hqp_solver *s, int c, double norm) {
-    const int m = freedom(s);
+    const int from = hqp_floor4(c), to = hqp_ceil4(freedom(s));
     double *pivot = hqp_row(s, s->fit_rows, c), *sum = s->step;
-    const double head = pivot[c] + (pivot[c] < 0.0 ? -norm : norm), factor = 1.0 / (norm * fabs(head));
+    const double sign = pivot[c] < 0.0 ? -1.0 : 1.0, head = pivot[c] + sign * norm;
+    const double factor = 1.0 / (norm * fabs(head));
     double sum_rhs = head * s->rhs[c];
-    for (int k = c + 1; k < m; k++) sum[k] = head * pivot[k];
+    for (int k = from; k < to; k++) sum[k] = head * pivot[k];
     for (int i = c + 1; i < s->fit_count; i++) {
         const double *row = hqp_row(s, s->fit_rows, i);
-        for (int k = c + 1; k < m; k++) sum[k] += row[c] * row[k];
+        if (row[c] == 0.0) continue;
+        hqp_axpy(sum, row[c], row, from, to);
         sum_rhs += row[c] * s->rhs[i];
     }
-    pivot[c] = pivot[c] < 0.0 ? norm : -norm;
-    for (int k = c + 1; k < m; k++) pivot[k] -= factor * head * sum[k];
+    hqp_axpy(pivot, -factor * head, sum, from, to);
+    pivot[c] = -sign * norm;
     s->rhs[c] -= factor * head * sum_rhs;
     for (int i = c + 1; i < s->fit_count; i++) {
         double *row = hqp_row(s, s->fit_rows, i);
         const double u = factor * row[c];
-        for (int k = c + 1; k < m; k++) row[k] -= u * sum[k];
+        if (u == 0.0) continue;
+        hqp_axpy(row, -u, sum, from, to);
         s->rhs[i] -= u * sum_rhs;
     }
 }
@@ -101,6 +105,7 @@ static int free_minimiser(hqp_solver *s, int level) {
     for (int i = s->row0[level]; i < s->row0[level + 1]; i++) {
         if (!s->side[i]) continue;
         double *row = hqp_row(s, s->fit_rows, s->fit_count);
+        memset(row, 0, (size_t)hqp_ceil4(freedom(s)) * sizeof(double));
         for (int j = 0; j < freedom(s); j++) row[j] = hqp_value(s, i, hqp_row(s, s->direction, j));
         s->rhs[s->fit_count] = hqp_bound(s, i, s->side[i]) - hqp_value(s, i, s->x);
         s->fit[s->fit_count++] = i;
@@ -138,20 +143,17 @@ static double to_t_space(const hqp_solver *s, int id, int side, double *row) {
  */
 static double orthogonalise(const hqp_solver *s, const double *row, double *rest, double *coefficient) {
     const int m = freedom(s);
-    double sum = 0.0;
     memcpy(rest, row, (size_t)m * sizeof(double));
     for (int i = 0; i < s->held.count; i++) coefficient[i] = 0.0;
     for (int pass = 0; pass < 2; pass++) {
         for (int i = 0; i < s->held.count; i++) {
             const double *basis = line(s, s->held.basis, i);
-            double c = 0.0;
-            for (int j = 0; j < m; j++) c += basis[j] * rest[j];
-            for (int j = 0; j < m; j++) rest[j] -= c * basis[j];
+            const double c = hqp_inner(basis, rest, m);
+            hqp_add(rest, -c, basis, m);
             coefficient[i] += c;
         }
     }
-    for (int j = 0; j < m; j++) sum += rest[j] * rest[j];
-    return sum;
+    return hqp_inner(rest, rest, m);
 }
 
 /* Whether the rest of a row is more than rounding: seen from x it is R^T rest. */
@@ -199,7 +201,7 @@ static void solve_transposed(const hqp_solver *s, double *y) {
     for (int i = s->held.count - 1; i >= 0; i--) {
         const double *triangle = line(s, s->held.triangle, i);
         y[i] /= triangle[i];
-        for (int k = 0; k < i; k++) y[k] -= triangle[k] * y[i];
+        hqp_add(y, -y[i], triangle, i);
     }
 }
 
@@ -210,9 +212,8 @@ static void step_to_bounds(hqp_solver *s, double *gap) {
     memset(t, 0, (size_t)s->ld * sizeof(double));
     for (int i = 0; i < s->held.count; i++) {
         const double *triangle = line(s, s->held.triangle, i), *basis = line(s, s->held.basis, i);
-        for (int k = 0; k < i; k++) q[i] -= triangle[k] * q[k];
-        q[i] /= triangle[i];
-        for (int j = 0; j < freedom(s); j++) t[j] += q[i] * basis[j];
+        q[i] = (q[i] - hqp_inner(triangle, q, i)) / triangle[i];
+        hqp_add(t, q[i], basis, freedom(s));
     }
     for (int j = 0; j < freedom(s); j++) hqp_axpy(s->x, t[j], hqp_row(s, s->direction, j), 0, (int)s->ld);
 }

@@ -7,8 +7,9 @@
 
 #include "hqp.h"
 
-/* Four doubles added lane by lane: the order of every sum is fixed by the source, not by the machine. */
-typedef double hqp_quad __attribute__((vector_size(32), may_alias));
+/* Two doubles added lane by lane: the order of every sum is fixed by the source, not by the machine. Two are
+ * what each x86-64 and ARM64 has; wider vectors cost more where the compiler has to split them. */
+typedef double hqp_pair __attribute__((vector_size(16), may_alias));
 
 /* Rows of `ld` doubles, 32-byte aligned, zero outside the window [first, last), whose ends are multiples
  * of 4. */
@@ -36,6 +37,7 @@ struct hqp_solver {
     hqp_rows given;              /* the caller's coefficients */
     hqp_rows base;               /* those times H_0 .. H_{done-1} */
     int *done;                   /* 0: base not filled */
+    int *only;                   /* column of its single nonzero, -1 where there are more or none */
     double *norm, *lb, *ub;      /* lb == ub for an equality */
     double *value, *trial_value; /* row . x, row . trial */
     double *strength;        /* of a held row its multiplier times its norm, of a fitted one its violation */
@@ -46,7 +48,12 @@ struct hqp_solver {
     signed char *guess_held_side;     /* side it is held at in a later level .. */
     short *guess_held_at, *frozen_at; /* .. namely in this one, or -1; level that froze the row, or -1 */
 
-    /* the shared factorisation */
+    /* the columns in play */
+    int width, *column, *place; /* column[0 .. width); place[c]: how many of them are before column c */
+    signed char *fixed_column, *fixing; /* [n] taken out; per row: it did that */
+    int fixed_through;                  /* last level with such a row, or -1 */
+
+    /* the shared factorisation, in the columns in play */
     hqp_rows reflector; /* [n] v_k */
     int rank, top;
     int *rank_at;    /* [levels + 1] rank at the start of each level */
@@ -95,22 +102,49 @@ static inline double *hqp_row(const hqp_solver *s, hqp_rows rows, int i) {
     return rows.cell + i * s->ld;
 }
 
+static inline hqp_pair hqp_load(const double *a) {
+    return *(const hqp_pair *)a;
+}
+
 /* sum a_i b_i over [from, to), multiples of 4, aligned */
 static inline double hqp_dot(const double *a, const double *b, int from, int to) {
-    hqp_quad even = {0.0, 0.0, 0.0, 0.0}, odd = {0.0, 0.0, 0.0, 0.0};
+    hqp_pair sum[4] = {{0.0, 0.0}, {0.0, 0.0}, {0.0, 0.0}, {0.0, 0.0}};
     int i = from;
     for (; i + 8 <= to; i += 8) {
-        even += *(const hqp_quad *)(a + i) * *(const hqp_quad *)(b + i);
-        odd += *(const hqp_quad *)(a + i + 4) * *(const hqp_quad *)(b + i + 4);
+        for (int k = 0; k < 4; k++) sum[k] += hqp_load(a + i + 2 * k) * hqp_load(b + i + 2 * k);
     }
-    if (i < to) even += *(const hqp_quad *)(a + i) * *(const hqp_quad *)(b + i);
-    even += odd;
-    return (even[0] + even[1]) + (even[2] + even[3]);
+    if (i < to) {
+        for (int k = 0; k < 2; k++) sum[k] += hqp_load(a + i + 2 * k) * hqp_load(b + i + 2 * k);
+    }
+    const hqp_pair low = sum[0] + sum[2], high = sum[1] + sum[3];
+    return (low[0] + low[1]) + (high[0] + high[1]);
 }
 
 /* a += t b over [from, to), multiples of 4, aligned */
 static inline void hqp_axpy(double *a, double t, const double *b, int from, int to) {
-    for (int i = from; i < to; i += 4) *(hqp_quad *)(a + i) += t * *(const hqp_quad *)(b + i);
+    for (int i = from; i < to; i += 2) *(hqp_pair *)(a + i) = hqp_load(a + i) + t * hqp_load(b + i);
+}
+
+typedef double hqp_loose __attribute__((vector_size(16), aligned(8), may_alias));
+
+/* sum a_i b_i over [0, count), anywhere in memory */
+static inline double hqp_inner(const double *a, const double *b, int count) {
+    hqp_loose low = {0.0, 0.0}, high = {0.0, 0.0};
+    double rest = 0.0;
+    int i = 0;
+    for (; i + 4 <= count; i += 4) {
+        low += *(const hqp_loose *)(a + i) * *(const hqp_loose *)(b + i);
+        high += *(const hqp_loose *)(a + i + 2) * *(const hqp_loose *)(b + i + 2);
+    }
+    for (; i < count; i++) rest += a[i] * b[i];
+    return (low[0] + low[1]) + (high[0] + high[1]) + rest;
+}
+
+/* a += t b over [0, count), anywhere in memory */
+static inline void hqp_add(double *a, double t, const double *b, int count) {
+    int i = 0;
+    for (; i + 2 <= count; i += 2) *(hqp_loose *)(a + i) += t * *(const hqp_loose *)(b + i);
+    if (i < count) a[i] += t * b[i];
 }
 
 static inline double hqp_length(const hqp_solver *s, const double *a) {
@@ -119,7 +153,9 @@ static inline double hqp_length(const hqp_solver *s, const double *a) {
 
 /* row . x */
 static inline double hqp_value(const hqp_solver *s, int id, const double *x) {
-    return hqp_dot(hqp_row(s, s->given, id), x, s->given.first[id], s->given.last[id]);
+    const double *row = hqp_row(s, s->given, id);
+    if (s->only[id] >= 0) return row[s->only[id]] * x[s->only[id]];
+    return hqp_dot(row, x, s->given.first[id], s->given.last[id]);
 }
 
 static inline double hqp_bound(const hqp_solver *s, int id, int side) {
@@ -147,6 +183,12 @@ static inline int hqp_at_bound(const hqp_solver *s, int id, int side, double val
     const double bound = hqp_bound(s, id, side);
     return side * (bound - value) <= hqp_tolerance(s, id, bound, x_norm);
 }
+
+/* hqp_fix.c: variables fixed ahead of their turn */
+int hqp_fix(hqp_solver *s, int first);
+void hqp_unfix(hqp_solver *s);
+void hqp_gather(const hqp_solver *s, double *to, const double *row);
+void hqp_scatter(const hqp_solver *s, double *row);
 
 /* hqp_lq.c: the factorisation */
 void hqp_bring(hqp_solver *s, const int *ids, int count);

@@ -15,18 +15,32 @@ void hqp_reflect_row(const hqp_solver *s, int k, double *row) {
     hqp_axpy(row, -hqp_dot(row, v, from, to), v, from, to);
 }
 
+static double sum_of(hqp_pair low, hqp_pair high) {
+    return (low[0] + low[1]) + (high[0] + high[1]);
+}
+
 /* the same for four rows at once: the loads of v are shared and the sums do not wait for each other */
-static void reflect_four(double *const a[4], const double *v, int from, int to) {
-    hqp_quad sum[4] = {{0.0, 0.0, 0.0, 0.0}};
-    double t[4];
+static void reflect_four(double *const rows[4], const double *v, int from, int to) {
+    double *const a = rows[0], *const b = rows[1], *const c = rows[2], *const d = rows[3];
+    hqp_pair a0 = {0.0, 0.0}, a2 = a0, b0 = a0, b2 = a0, c0 = a0, c2 = a0, d0 = a0, d2 = a0;
     for (int i = from; i < to; i += 4) {
-        const hqp_quad vi = *(const hqp_quad *)(v + i);
-        for (int r = 0; r < 4; r++) sum[r] += *(const hqp_quad *)(a[r] + i) * vi;
+        const hqp_pair v0 = hqp_load(v + i), v2 = hqp_load(v + i + 2);
+        a0 += hqp_load(a + i) * v0;
+        a2 += hqp_load(a + i + 2) * v2;
+        b0 += hqp_load(b + i) * v0;
+        b2 += hqp_load(b + i + 2) * v2;
+        c0 += hqp_load(c + i) * v0;
+        c2 += hqp_load(c + i + 2) * v2;
+        d0 += hqp_load(d + i) * v0;
+        d2 += hqp_load(d + i + 2) * v2;
     }
-    for (int r = 0; r < 4; r++) t[r] = (sum[r][0] + sum[r][1]) + (sum[r][2] + sum[r][3]);
-    for (int i = from; i < to; i += 4) {
-        const hqp_quad vi = *(const hqp_quad *)(v + i);
-        for (int r = 0; r < 4; r++) *(hqp_quad *)(a[r] + i) -= t[r] * vi;
+    const double ta = sum_of(a0, a2), tb = sum_of(b0, b2), tc = sum_of(c0, c2), td = sum_of(d0, d2);
+    for (int i = from; i < to; i += 2) {
+        const hqp_pair vi = hqp_load(v + i);
+        *(hqp_pair *)(a + i) -= ta * vi;
+        *(hqp_pair *)(b + i) -= tb * vi;
+        *(hqp_pair *)(c + i) -= tc * vi;
+        *(hqp_pair *)(d + i) -= td * vi;
     }
 }
 
@@ -54,9 +68,9 @@ void hqp_bring(hqp_solver *s, const int *ids, int count) {
     for (int i = 0; i < count; i++) {
         const int id = ids[i];
         if (s->done[id] == 0) {
-            memcpy(hqp_row(s, s->base, id), hqp_row(s, s->given, id), (size_t)s->ld * sizeof(double));
-            s->base.first[id] = s->given.first[id];
-            s->base.last[id] = s->given.last[id];
+            hqp_gather(s, hqp_row(s, s->base, id), hqp_row(s, s->given, id));
+            s->base.first[id] = hqp_floor4(s->place[s->given.first[id]]);
+            s->base.last[id] = hqp_ceil4(s->place[s->given.last[id]]);
             fresh[fresh_count++] = id;
         } else {
             for (int k = s->done[id]; k < s->rank; k++) hqp_reflect(s, k, s->base, &id, 1);
@@ -111,7 +125,7 @@ int hqp_lq(hqp_solver *s, hqp_rows rows, const int *ids, int *order, int count) 
     int rank = 0;
     for (int i = 0; i < count; i++) order[i] = i;
     for (int pass = 0; pass < 2; pass++) {
-        for (int i = rank; i < count && s->top < s->n; i++) {
+        for (int i = rank; i < count && s->top < s->width; i++) {
             const int r = order[i];
             double *row = hqp_row(s, rows, r);
             if (rows.last[r] <= s->top) continue;

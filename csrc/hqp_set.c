@@ -65,6 +65,7 @@ void hqp_find_step(hqp_solver *s, int keep) {
     hqp_least_squares(s, s->rank + s->work_rank);
     memcpy(s->step, s->reduced, (size_t)s->ld * sizeof(double));
     for (int k = s->top - 1; k >= 0; k--) hqp_reflect_row(s, k, s->step);
+    hqp_scatter(s, s->step);
 }
 
 static const double *work_triangle(const hqp_solver *s, int i) {
@@ -183,7 +184,8 @@ void hqp_freeze(hqp_solver *s, int level) {
 int hqp_seat_guess(hqp_solver *s, int level) {
     int fitted = 0;
     for (int i = s->row0[level]; i < s->row0[level + 1]; i++) {
-        const int side = s->kind[i] == HQP_EQUALITY ? 1 : s->kind[i] == HQP_RANGE ? s->guess_side[i] : 0;
+        const int range = s->kind[i] == HQP_RANGE, equality = s->kind[i] == HQP_EQUALITY && !s->fixing[i];
+        const int side = range ? s->guess_side[i] : equality;
         s->side[i] = isfinite(hqp_bound(s, i, side)) ? (signed char)side : 0;
         fitted += s->side[i] != 0;
     }

@@ -70,6 +70,7 @@ static int fit_level(hqp_solver *s, int level, int repair, int one_by_one) {
     set_values(s, level);
     for (;;) {
         hqp_factorise(s, level);
+        if (level <= s->fixed_through && s->fit_rank < s->fit_count) return 0;
         hqp_find_step(s, 0);
         for (int i = 0; i < s->ld; i++) s->trial[i] = s->x[i] + s->step[i];
         s->trial_norm = hqp_length(s, s->trial);
@@ -89,21 +90,21 @@ static int may_be_last(const hqp_solver *s, int level, int fitted) {
     for (int i = s->row0[level]; i < s->row0[level + 1]; i++) {
         if (s->kind[i] == HQP_RANGE && s->side[i]) return 0;
     }
-    return fitted >= s->n - s->rank;
+    return level > s->fixed_through && fitted >= s->width - s->rank;
 }
 
 /* Solve one level with the guessed sets. Returns as hqp_finish. */
 static int sweep_level(hqp_solver *s, int level, int repair, int one_by_one) {
-    if (s->rank == s->n) {
-        hqp_seat_violated(s, level);
+    if (s->rank == s->width) {
+        const int missed = hqp_seat_violated(s, level);
         hqp_close_level(s, level);
-        return HQP_DONE;
+        return missed && level <= s->fixed_through ? HQP_LOST : HQP_DONE;
     }
     const int fitted = hqp_seat_guess(s, level);
     if (may_be_last(s, level, fitted)) {
         const int result = hqp_finish(s, level);
         if (result == HQP_DONE) {
-            s->rank = s->n;
+            s->rank = s->width;
             hqp_close_level(s, level);
         }
         if (result != HQP_NOT_LAST) return result;
@@ -112,7 +113,7 @@ static int sweep_level(hqp_solver *s, int level, int repair, int one_by_one) {
     if (fitted && !fit_level(s, level, repair, one_by_one)) return HQP_LOST;
     hqp_close_level(s, level);
     s->rank_at[level + 1] = s->rank;
-    return s->rank < s->n ? HQP_DONE : hqp_finish(s, level + 1);
+    return s->rank < s->width ? HQP_DONE : hqp_finish(s, level + 1);
 }
 
 /*
@@ -125,7 +126,7 @@ int hqp_sweep(hqp_solver *s, int first, int repair) {
     for (int level = first; level <= s->levels; level++) {
         s->rank_at[level] = s->rank;
         memcpy(s->path + level * s->ld, s->x, (size_t)s->ld * sizeof(double));
-        if (level == s->levels && s->rank == s->n) break;
+        if (level == s->levels && s->rank == s->width) break;
         const int result =
             level < s->levels ? sweep_level(s, level, repair, level == back) : hqp_finish(s, level);
         if (result == HQP_DONE) continue;

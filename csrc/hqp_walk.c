@@ -226,7 +226,7 @@ static hqp_status descend(hqp_solver *s, int level) {
 hqp_status hqp_walk(hqp_solver *s, int level) {
     hqp_status status = HQP_SOLVED;
     const int violated = hqp_seat_violated(s, level);
-    if (s->rank < s->n) {
+    if (s->rank < s->width) {
         if (violated && s->warm) hqp_seat_guess(s, level);
         if (violated && !settle_by_trial(s, level)) status = descend(s, level);
         if (!violated) hqp_factorise(s, level);

@@ -62,12 +62,21 @@ struct problem {
     hqp_level levels[LEVELS];
 };
 
-static void fill(struct problem *p, int roughness) {
+/* now and then only one entry of a row: what fixes a variable */
+static void keep_one(double *row, int n) {
+    const int kept = below(2) ? below(n) : -1;
+    for (int i = 0; i < n && kept >= 0; i++) {
+        if (i != kept) row[i] = 0.0;
+    }
+}
+
+static void fill(struct problem *p, int n, int roughness) {
     for (int l = 0; l < LEVELS; l++) {
         for (int i = 0; i < ROWS * N; i++) {
             p->A[l][i] = below(3) ? rough(roughness) : 0.0;
             p->C[l][i] = below(3) ? rough(roughness) : 0.0;
         }
+        for (int i = 0; i < ROWS; i++) keep_one((below(4) ? p->A[l] : p->C[l]) + i * n, n);
         for (int i = 0; i < ROWS; i++) {
             p->b[l][i] = rough(roughness);
             p->lb[l][i] = below(4) ? rough(roughness) : -(double)INFINITY;
@@ -123,7 +132,7 @@ static void one_shape(struct problem *p, int roughness) {
                         {.w = w[1], .v = v[1], .active = active[1]}};
     for (int tick = 0; tick < 6; tick++) {
         const int from = tick % 3 == 2 ? below(count + 2) - 1 : 0;
-        fill(p, roughness);
+        fill(p, n, roughness);
         const long before = allocations;
         const hqp_status status = hqp_resolve(first, p->levels, from, x[0], &info[0]);
         if (allocations != before) fail("a solve allocates");

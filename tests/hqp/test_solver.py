@@ -185,6 +185,84 @@ def test_warm_and_cold_agree_while_the_data_drift(kind):
                 level.C[:] *= 1.0 + 1e-3 * rng.normal(size=(len(level.C), 1))
 
 
+def chain(seed):
+    """An equality level, ranges, fixings that leave one freedom, and a wish."""
+    rng = np.random.default_rng(seed)
+    C = rng.normal(size=(2, 12))
+    reach = rng.choice([0.1, 5.0])
+    return [
+        equalities(rng.normal(size=(3, 12)), rng.normal(size=3)),
+        ranges(C, [reach, -np.inf], [np.inf, -reach]),
+        equalities(2.0 * np.eye(12)[3:11], rng.normal(size=8)),
+        equalities(np.eye(12), rng.normal(size=12)),
+    ]
+
+
+def test_fixings_of_variables_yield_to_what_stands_above_them():
+    kept = []
+    for seed in range(40):
+        levels = chain(seed)
+        solver = fresh(levels)
+        for tick in range(3):
+            solution = solver.solve(levels)
+            assert solution.status is Status.SOLVED and solution.unique
+            assert certificate(levels, solution.x).max() < 1e-9, (seed, tick)
+            kept.append(np.linalg.norm(solution.w[2]) < 1e-9)
+            levels[1].lb[0] += 0.2
+    assert 20 < sum(kept) < 100  # both happen
+
+
+def test_a_level_that_fixings_below_it_would_spoil_is_met():
+    rng = np.random.default_rng(5)
+    levels = [
+        equalities(rng.normal(size=(3, 4)), rng.normal(size=3)),
+        equalities(np.eye(4)[:2], rng.normal(size=2)),
+        equalities(np.eye(4), np.zeros(4)),
+    ]
+    solution = solve(levels)
+    assert np.allclose(solution.w[0], 0.0, atol=1e-12) and np.linalg.norm(solution.w[1]) > 0.1
+    assert certificate(levels, solution.x).max() < 1e-12
+
+
+def test_fixings_that_exclude_each_other_share_the_slack():
+    levels = [
+        equalities([[1.0, 1.0, 0.0, 0.0]], [2.0]),
+        equalities([[1.0, 0.0, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]], [0.0, 1.0, 5.0]),
+        equalities(np.eye(4), np.zeros(4)),
+    ]
+    solution = solve(levels)
+    assert np.allclose(solution.x, [0.5, 1.5, 5.0, 0.0], atol=1e-12)
+
+
+def test_a_fixing_is_kept_when_later_levels_change():
+    for seed in range(20):
+        levels = chain(seed)
+        solver = fresh(levels)
+        solver.solve(levels)
+        for first in (3, 2, 3, 1, 4, 3):
+            for level in levels[first:]:
+                level.b[:] += np.random.default_rng(first).normal(size=len(level.b))
+                level.lb[:] += 0.5
+            solution = solver.resolve(levels, first)
+            assert certificate(levels, solution.x).max() < 1e-9, (seed, first)
+
+
+def test_fixings_open_and_close_as_later_levels_change():
+    rng = np.random.default_rng(8)
+    for seed in range(20):
+        levels = chain(seed)
+        fixed = np.zeros(8)
+        levels[2] = ranges(np.eye(12)[3:11], fixed, fixed.copy())
+        solver = fresh(levels)
+        solver.solve(levels)
+        for share in (0.0, 1.0, 0.5, 0.1):
+            is_open = rng.random(8) >= share
+            levels[2].lb[:] = np.where(is_open & (rng.random(8) < 0.5), -np.inf, 0.0)
+            levels[2].ub[:] = np.where(is_open, np.inf, 0.0)
+            solution = solver.resolve(levels, 2)
+            assert certificate(levels, solution.x).max() < 1e-9, (seed, share)
+
+
 @pytest.mark.parametrize("kind", KINDS)
 def test_resolving_later_levels_is_solving_all(kind):
     for seed in range(8):

@@ -1,0 +1,85 @@
+/*
+ * Variables fixed ahead of their turn: an equality with a single nonzero, a x_c = b, takes column c out of
+ * the problem.
+ *
+ * Levels that can all be met exactly need no order among them: whoever meets all of them is minimal. So the
+ * fixings of the levels up to `fixed_through` are taken first, and the sweep goes on in the other columns; it
+ * has to meet each of these levels exactly, with independent rows and no clash. Where it cannot, this was a
+ * wrong guess, and the same sweep runs again with all columns.
+ */
+#include "hqp_internal.h"
+
+#include <string.h>
+
+enum { WORTHWHILE = 4 }; /* at least every fourth variable */
+
+/* place[c], column[place]: columns in play, in their order; fixed columns have fixed_column[c] set */
+static void number_columns(hqp_solver *s) {
+    s->width = 0;
+    for (int c = 0; c < s->n; c++) {
+        s->place[c] = s->width;
+        if (!s->fixed_column[c]) s->column[s->width++] = c;
+    }
+    for (int c = s->n; c <= s->ld; c++) s->place[c] = s->width;
+}
+
+/* All columns are in play. */
+void hqp_unfix(hqp_solver *s) {
+    memset(s->fixed_column, 0, (size_t)s->n);
+    memset(s->fixing, 0, (size_t)s->total);
+    s->fixed_through = -1;
+    number_columns(s);
+}
+
+/* Choose the fixings, among all levels but the last; none, where that is not worthwhile. */
+static void choose(hqp_solver *s) {
+    int count = 0;
+    hqp_unfix(s);
+    for (int level = 0; level < s->levels - 1; level++) {
+        for (int i = s->row0[level]; i < s->row0[level + 1]; i++) {
+            const int c = s->only[i];
+            if (c < 0 || s->kind[i] != HQP_EQUALITY || s->fixed_column[c]) continue;
+            s->fixing[i] = s->fixed_column[c] = 1;
+            s->fixed_through = level;
+            count++;
+        }
+    }
+    if (WORTHWHILE * count < s->n) {
+        hqp_unfix(s);
+        return;
+    }
+    number_columns(s);
+}
+
+/*
+ * Decide about fixings where the levels from `first` on have changed, and put x there. Returns the level to
+ * begin at: 0 where the columns in play are no longer those of the last solve.
+ */
+int hqp_fix(hqp_solver *s, int first) {
+    const int before = s->fixed_through;
+    if (before < 0 || before >= first) {
+        choose(s);
+        if (before < 0 && s->fixed_through < first) hqp_unfix(s); /* these are known not to do */
+        if (before >= 0 || s->fixed_through >= 0) first = 0;
+    }
+    for (int i = 0; i < s->row0[s->fixed_through + 1]; i++) {
+        if (s->fixing[i]) s->x[s->only[i]] = s->ub[i] / hqp_row(s, s->given, i)[s->only[i]];
+    }
+    return first;
+}
+
+/* to = a row of `given` in the columns in play */
+void hqp_gather(const hqp_solver *s, double *to, const double *row) {
+    if (s->width == s->n) {
+        memcpy(to, row, (size_t)s->ld * sizeof(double));
+        return;
+    }
+    for (int j = 0; j < s->width; j++) to[j] = row[s->column[j]];
+    for (int j = s->width; j < s->ld; j++) to[j] = 0.0;
+}
+
+/* The way back, in place, with 0 in the fixed columns. */
+void hqp_scatter(const hqp_solver *s, double *row) {
+    if (s->width == s->n) return;
+    for (int c = s->n - 1; c >= 0; c--) row[c] = s->fixed_column[c] ? 0.0 : row[s->place[c]];
+}
