@@ -22,13 +22,14 @@ int64_t rt_now(void) {
 int rt_timer_open(int64_t first_ns, int64_t period_ns) {
     const int fd = timerfd_create(CLOCK_MONOTONIC, TFD_NONBLOCK | TFD_CLOEXEC);
     if (fd < 0) return -errno;
+    const int error = rt_timer_set(fd, first_ns, period_ns);
+    if (error) close(fd);
+    return error ? error : fd;
+}
+
+int rt_timer_set(int fd, int64_t first_ns, int64_t period_ns) {
     const struct itimerspec grid = {.it_interval = to_timespec(period_ns), .it_value = to_timespec(first_ns)};
-    if (timerfd_settime(fd, TFD_TIMER_ABSTIME, &grid, NULL) < 0) {
-        const int error = errno;
-        close(fd);
-        return -error;
-    }
-    return fd;
+    return timerfd_settime(fd, TFD_TIMER_ABSTIME, &grid, NULL) < 0 ? -errno : 0;
 }
 
 int64_t rt_timer_read(int fd) {

@@ -10,6 +10,9 @@ int64_t rt_now(void);
 /* A non-blocking timerfd on the grid first_ns + k period_ns; returns the descriptor or -errno. */
 int rt_timer_open(int64_t first_ns, int64_t period_ns);
 
+/* Puts an open timer on another grid; 0 or -errno. */
+int rt_timer_set(int fd, int64_t first_ns, int64_t period_ns);
+
 /* Expirations since the last read, 0 where there was none, or -errno. */
 int64_t rt_timer_read(int fd);
 

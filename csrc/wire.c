@@ -5,20 +5,47 @@
 #include <string.h>
 #include <sys/socket.h>
 #include <sys/uio.h>
+#include <time.h>
 
 enum { BATCH = 64, CLASSIC_SIZE = 16, CLASSIC_DATA = 8, FD_SIZE = 72, PACKED_HEADER = 6 };
 
 static_assert(sizeof(wire_frame) == FD_SIZE, "a frame is laid out like struct canfd_frame");
 static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "the wire is little endian, and so is this host");
 
+/* Room for the arrival time that the kernel may add to a packet. */
+typedef union {
+    struct cmsghdr header;
+    char room[CMSG_SPACE(sizeof(struct timespec))];
+} control;
+
+static int64_t clock_ns(clockid_t clock) {
+    struct timespec now;
+    clock_gettime(clock, &now);
+    return (int64_t)now.tv_sec * 1000000000 + now.tv_nsec;
+}
+
+/* Notes when a TIME object arrived. */
+static void note_time(wire_link *link, const wire_frame *frame, struct msghdr *message) {
+    if (frame->id != WIRE_TIME) return;
+    for (struct cmsghdr *c = CMSG_FIRSTHDR(message); c; c = CMSG_NXTHDR(message, c)) {
+        if (c->cmsg_level != SOL_SOCKET || c->cmsg_type != SCM_TIMESTAMPNS) continue;
+        struct timespec at;
+        memcpy(&at, CMSG_DATA(c), sizeof(at));
+        const int64_t ago = clock_ns(CLOCK_REALTIME) - ((int64_t)at.tv_sec * 1000000000 + at.tv_nsec);
+        link->time_ns = clock_ns(CLOCK_MONOTONIC) - ago;
+    }
+}
+
 /* One system call: up to `room` datagrams into frames[0..room). */
-static int receive_batch(int fd, wire_frame *frames, int room, struct mmsghdr *messages) {
+static int receive_batch(int fd, wire_frame *frames, int room, struct mmsghdr *messages, control *controls) {
     struct iovec vectors[BATCH];
     memset(messages, 0, sizeof(*messages) * (size_t)room);
     for (int i = 0; i < room; i++) {
         vectors[i] = (struct iovec){.iov_base = &frames[i], .iov_len = FD_SIZE};
         messages[i].msg_hdr.msg_iov = &vectors[i];
         messages[i].msg_hdr.msg_iovlen = 1;
+        messages[i].msg_hdr.msg_control = &controls[i];
+        messages[i].msg_hdr.msg_controllen = sizeof(controls[i]);
     }
     int got;
     do {
@@ -49,12 +76,13 @@ static void note_failure(wire_link *link, int error) {
 /* Packets of a frame each. */
 static void receive_single(int fd, wire_frames *frames, wire_link *link) {
     struct mmsghdr messages[BATCH];
+    control controls[BATCH];
     int taken = 0; /* datagrams, frames or not: a flood of others must not hold us here */
     while (!link->closed && taken < frames->capacity) {
         const int room = frames->capacity - taken;
         const int asked = room < BATCH ? room : BATCH;
         wire_frame *const batch = &frames->frame[frames->count];
-        const int got = receive_batch(fd, batch, asked, messages);
+        const int got = receive_batch(fd, batch, asked, messages, controls);
         if (got < 0) {
             note_failure(link, errno);
             break;
@@ -65,7 +93,7 @@ static void receive_single(int fd, wire_frames *frames, wire_link *link) {
                 link->closed = 1;
             } else if (is_frame(&batch[i], messages[i].msg_len, messages[i].msg_hdr.msg_flags)) {
                 if (kept != i) batch[kept] = batch[i];
-                kept++;
+                note_time(link, &batch[kept++], &messages[i].msg_hdr);
             } else {
                 link->malformed++;
             }
@@ -86,7 +114,13 @@ static void receive_batches(int fd, wire_frames *frames, wire_link *link) {
             if (next < 0) note_failure(link, errno);
             if (next < 0 || (size_t)next > room) return;
         }
-        const ssize_t size = recv(fd, batch, room, MSG_DONTWAIT | MSG_TRUNC);
+        struct iovec vector = {.iov_base = batch, .iov_len = room};
+        control arrival;
+        struct msghdr message = {.msg_iov = &vector,
+                                 .msg_iovlen = 1,
+                                 .msg_control = &arrival,
+                                 .msg_controllen = sizeof(arrival)};
+        const ssize_t size = recvmsg(fd, &message, MSG_DONTWAIT | MSG_TRUNC);
         if (size < 0) {
             if (errno == EINTR) continue;
             note_failure(link, errno);
@@ -109,7 +143,7 @@ static void receive_batches(int fd, wire_frames *frames, wire_link *link) {
                 continue;
             }
             if (kept != i) batch[kept] = batch[i];
-            kept++;
+            note_time(link, &batch[kept++], &message);
         }
         frames->count += kept;
     }
@@ -117,6 +151,7 @@ static void receive_batches(int fd, wire_frames *frames, wire_link *link) {
 
 int32_t wire_receive(int32_t fd, wire_frames *frames, wire_link *link) {
     frames->count = 0;
+    link->time_ns = 0;
     if (link->batched) {
         receive_batches(fd, frames, link);
     } else {

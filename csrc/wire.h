@@ -12,6 +12,7 @@
 
 enum {
     WIRE_DATA = 64,       /* payload of the longest frame, bytes */
+    WIRE_TIME = 0x100,    /* identifier of the TIME object of CiA 301 */
     WIRE_FLAG_BRS = 0x01, /* canfd_frame.flags: payload at the fast bit rate */
     WIRE_CLOSED = -1,     /* results below zero: the peer is gone, ... */
     WIRE_TRUNCATED = -2,  /* ... packed bytes end inside a frame, ... */
@@ -39,9 +40,11 @@ typedef struct {
     int32_t error;     /* errno of the last failure other than "try again", 0 = none */
     int32_t closed;    /* 1 once the peer is gone */
     int32_t batched;   /* 1 where one packet carries a batch */
+    int64_t time_ns;   /* when the last TIME object of a call arrived, CLOCK_MONOTONIC; 0 = none, see below */
 } wire_link;
 
-/* Replaces the contents of `frames` by what waits in `fd`, without blocking.
+/* Replaces the contents of `frames` by what waits in `fd`, without blocking. Arrival times need the option
+   SO_TIMESTAMPNS on the socket: the kernel takes them, so they do not depend on when this is called.
    Returns the number of frames, or WIRE_CLOSED when the peer is gone and nothing is left. */
 int32_t wire_receive(int32_t fd, wire_frames *frames, wire_link *link);
 

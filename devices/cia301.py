@@ -13,6 +13,7 @@ from typing import Final
 NMT: Final = 0x000
 SYNC: Final = 0x080
 EMCY: Final = 0x080
+TIME: Final = 0x100
 OUTPUT: Final = 0x100  # 0x101, 0x102, ...: output frames that do not fit into SYNC
 TPDO: Final = 0x180
 SDO_RESPONSE: Final = 0x580

@@ -31,6 +31,7 @@ _CAN_RAW_FD_FRAMES: Final = 5
 _CAN_EFF_FLAG: Final = 0x80000000
 _CAN_RTR_FLAG: Final = 0x40000000
 _CAN_ERR_MASK: Final = 0x1FFFFFFF
+_SO_TIMESTAMPNS: Final = 35  # linux/socket.h
 
 
 class SocketAdapter:
@@ -61,6 +62,15 @@ class SocketAdapter:
     def error(self) -> str:
         """The last failure of the socket, "" where there was none."""
         return os.strerror(self._link.error) if self._link.error else ""
+
+    def stamp_arrivals(self) -> None:
+        """Ask the kernel for arrival times; without, `time_ns` stays 0."""
+        self._socket.setsockopt(socket.SOL_SOCKET, _SO_TIMESTAMPNS, 1)
+
+    @property
+    def time_ns(self) -> int:
+        """When the last TIME object of the last `receive` arrived, CLOCK_MONOTONIC [ns]; 0 for none."""
+        return int(self._link.time_ns)
 
     @property
     def unread(self) -> bool:

@@ -67,13 +67,15 @@ Count = Annotated[int, Meta(ge=1)]
 class Loop(Strict, frozen=True):
     """Pace of the daemon and its reaction to ticks that come too late.
 
-    ``spin`` is how early it wakes to wait busily for the deadline; without it, the daemon decides. ``cpu``
-    binds it to a processor.
+    With ``sync = "bus"`` it follows the TIME objects (CiA 301) that a device sends once a period. ``spin`` is
+    how early it wakes to wait busily for the deadline; without it, the daemon decides. ``cpu`` binds it to a
+    processor.
     """
 
     rate: Frequency
     on_overrun: Literal["record", "stop"] = "stop"
     duration: Duration | None = None
+    sync: Literal["free", "bus"] = "free"
     spin: Instant | None = None
     cpu: Annotated[int, Meta(ge=0)] | None = None
 

@@ -11,7 +11,7 @@ from ..devices.bringup import Bringup, BringupState
 from ..devices.cia301 import AlState
 from ..devices.cia402 import PowerStage, State
 from ..devices.errors import DeviceError
-from ..devices.frames import Frames
+from ..devices.frames import CAPACITY, Frames
 from ..devices.image import ProcessImage
 from ..devices.safety_plc import SafetyRequest, SafetySignals
 from ..safety import (
@@ -54,7 +54,7 @@ class Inputs:
         commands: given by a person since the last tick.
     """
 
-    frames: Frames = field(default_factory=Frames)
+    frames: Frames = field(default_factory=lambda: Frames(2 * CAPACITY))
     tick: int = 0
     skipped: int = 0
     commands: Command = Command.NONE

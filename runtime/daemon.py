@@ -12,11 +12,12 @@ import sys
 from dataclasses import dataclass
 from pathlib import Path
 from time import time_ns
+from typing import Any
 
 import msgspec
 
 from ..devices.adapter import Adapter
-from ..devices.frames import Frames
+from ..devices.frames import CAPACITY, Frames
 from ..devices.python_can import python_can
 from ..devices.socket_adapter import SocketAdapter, socketcan
 from ..safety import Trip, describe
@@ -27,6 +28,7 @@ from .errors import HapticdError
 from .forensics import Forensics
 from .loop import FixedRate
 from .modes import Command, Mode
+from .phase_lock import PhaseLock
 from .realtime import DAEMON_PRIORITY, automatic_spin_ns, become_realtime, leave_cpu, settle_memory
 from .record import RecordWriter
 from .recorder import EVENT, FINISH, LATE, OVERSTAY, TICK, VITALS
@@ -88,11 +90,13 @@ class Daemon:
         self._stalled = 0
         self._unserved = 0
         self._trip: Trip | None = None
+        self._crash: BaseException | None = None
         self._ring = Ring.create()
         self._writer = RecordWriter(self._session.memory)
         self._watch = Watch(self._overstayed)
         slack = Slack(self._watch, lambda text: self._event(self._rhythm.tick, f"warning: {text}"))
         self._rhythm = FixedRate(round(1e9 / self._rate), self._tick, slack=slack)
+        self._lock = PhaseLock(self._rhythm.period_ns) if loaded.config.loop.sync == "bus" else None
         self._forensics, self._vitals = Forensics(self._rhythm.period_ns), VitalSigns()
         self._plant: subprocess.Popen[bytes] | None = None
         self._done = asyncio.Event()
@@ -102,6 +106,8 @@ class Daemon:
         loop = asyncio.get_running_loop()
         assert isinstance(loop, WatchedLoop)
         self._bus = self._open_bus()
+        if self._lock and isinstance(self._bus, SocketAdapter):
+            self._bus.stamp_arrivals()
         self._start_recorder()
         await _until_ready("recorder", self._recorder)
         if self._plant:
@@ -114,12 +120,15 @@ class Daemon:
             self._rhythm.slack.add(self._forensics.watch_host())
             self._rhythm.slack.add(self._vitals.watch(), LOOK_NS)
             loop.watch = self._watch
+            loop.set_exception_handler(self._crashed)
             self._rhythm.start(loop.add_tick, START_DELAY_NS)
             await self._done.wait()
         finally:
             self._rhythm.stop(loop.remove_reader)
             self._rhythm.slack.close()
             self._bus.close()
+        if self._crash:
+            raise self._crash  # nothing more is sent: the watchdogs of the drives stop the machine
         self._vitals.look()
         self._ring.push(VITALS + msgspec.json.encode(self._vitals.found))
         return self._conclude()
@@ -141,6 +150,8 @@ class Daemon:
         rhythm, inputs, outputs, memory = self._rhythm, self._inputs, self._outputs, self._session.memory
         self._bus.receive(self._received)
         inputs.frames.extend(self._received)
+        if self._lock:
+            self._follow(self._lock)
         self._stages.mark(Stage.RECEIVE)
         if self._waits_for_plant():
             self._unserved += 1 + rhythm.skipped
@@ -161,6 +172,17 @@ class Daemon:
         inputs.frames.clear()
         self._watch_end(inputs.tick)
 
+    def _follow(self, lock: PhaseLock) -> None:
+        """Keep the grid in phase with the bus clock."""
+        assert isinstance(self._bus, SocketAdapter)
+        was = lock.locked
+        self._rhythm.shift(lock.update(self._rhythm.deadline_ns, self._bus.time_ns))
+        if lock.locked != was:
+            state = (
+                "ticks follow the clock of the bus" if lock.locked else "no clock on the bus: running free"
+            )
+            self._event(self._rhythm.tick, state)
+
     def _look_back(self, waited: int, lateness_ns: int) -> None:
         """At the end of a tick: was it punctual, and is the machine armed?"""
         tick, skipped = self._inputs.tick, self._inputs.skipped
@@ -178,7 +200,7 @@ class Daemon:
             silent = self._bus.unread  # nobody has to answer yet
         else:
             silent = not self._inputs.frames.answers
-        if not silent:
+        if not silent or len(self._inputs.frames) > CAPACITY:
             self._stalled = 0
             return False
         self._stalled += 1 + self._rhythm.skipped
@@ -253,6 +275,11 @@ class Daemon:
     def _overstayed(self, overstay: Overstay) -> None:
         tick = max(0, self._rhythm.tick)
         self._ring.push(OVERSTAY + tick.to_bytes(8, "little") + msgspec.json.encode(overstay))
+
+    def _crashed(self, _: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
+        """An error that nobody expected ends the session at once."""
+        self._crash = self._crash or context.get("exception") or RuntimeError(context["message"])
+        self._done.set()
 
     def _event(self, tick: int, text: str) -> None:
         self._ring.push(EVENT + tick.to_bytes(8, "little") + text.encode())

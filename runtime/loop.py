@@ -67,6 +67,12 @@ class FixedRate:
         add_reader(fd, self._expired)
         return self._start_ns
 
+    def shift(self, by_ns: int) -> None:
+        """Move the grid; the present tick stays, the next one comes that much later."""
+        self._start_ns += by_ns
+        following = self._start_ns + (self.tick + 1) * self.period_ns
+        lib.rt_timer_set(self._fd, following - self.spin_ns, self.period_ns)
+
     def stop(self, remove_reader: Callable[[int], Any]) -> None:
         """No callback comes after this."""
         if self._fd >= 0:

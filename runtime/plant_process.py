@@ -15,10 +15,12 @@ import signal
 import socket
 import sys
 from collections.abc import Callable
+from time import monotonic
 
 from ..devices.frames import Frames
 from ..devices.socket_adapter import SocketAdapter
 from . import config
+from .bus_clock import BusClock
 from .errors import HapticdError
 from .realtime import PLANT_PRIORITY, become_realtime, settle_memory
 from .session import Plant, build
@@ -37,22 +39,39 @@ class PlantServer:
     """
 
     def __init__(
-        self, plant: Plant, bus: SocketAdapter, period: float, starved: Callable[[], bool] = lambda: False
+        self,
+        plant: Plant,
+        bus: SocketAdapter,
+        period: float,
+        starved: Callable[[], bool] = lambda: False,
+        clock: BusClock | None = None,
     ) -> None:
-        """``starved`` tells whether the daemon wanted the processor and did not get it."""
+        """Take over the plant's end of the bus.
+
+        Args:
+            plant: what is simulated.
+            bus: to the daemon.
+            period: plant time that a frame pays for [s].
+            starved: whether the daemon wanted the processor and did not get it.
+            clock: of the bus, where it has one of its own.
+        """
         self._plant, self._bus, self._period = plant, bus, period
-        self._starved = starved
+        self._starved, self._clock = starved, clock
+        self._sources: list[SocketAdapter | int] = [bus, clock.fd] if clock else [bus]
         self._requests, self._answers = Frames(), Frames()
         self.unsafe = 0.0
-        self._silent = False
+        self._until = monotonic()
         self._met = False
 
     def serve(self) -> bool:
         """Wait for frames, but no longer than until the next slice; False once the daemon is gone."""
-        # the period that an output frame pays for passes before silence begins to count
-        patience = SLICE_S if self._silent else self._period + SLICE_S
-        ready, _, _ = select.select([self._bus], [], [], patience)
-        if not ready:
+        ready, _, _ = select.select(self._sources, [], [], max(0.0, self._until - monotonic()))
+        if self._clock and self._clock.fd in ready:
+            self._clock.send()
+        if self._bus not in ready:
+            if monotonic() < self._until:
+                return True
+            self._until = monotonic() + SLICE_S
             if self._met and not self._starved():  # plant time begins with the daemon's first frame
                 self._advance(SLICE_S)
             return True
@@ -62,8 +81,10 @@ class PlantServer:
             self._answers.clear()
             self._plant.exchange(self._requests, self._answers)
             self._bus.send(self._answers)
-            self.unsafe, self._silent = 0.0, False
+            self.unsafe = 0.0
             self._plant.step(self._period)
+        # the period that an output frame pays for passes before silence begins to count
+        self._until = monotonic() + self._period + SLICE_S
         return not self._bus.closed
 
     def outlive(self) -> bool:
@@ -73,7 +94,6 @@ class PlantServer:
         return self._plant.safe
 
     def _advance(self, dt: float) -> None:
-        self._silent = True
         if not self._plant.safe:
             self.unsafe += dt
         self._plant.step(dt)
@@ -86,7 +106,10 @@ def main(arguments: list[str]) -> int:
     session = build(config.load(name))
     bus = SocketAdapter(socket.socket(fileno=int(fd)))
     daemon = Starvation(os.getppid())
-    server = PlantServer(session.plant(), bus, 1.0 / session.config.loop.rate, daemon.now)
+    loop = session.config.loop
+    period = 1.0 / loop.rate
+    clock = BusClock(bus, period) if loop.sync == "bus" else None
+    server = PlantServer(session.plant(), bus, period, daemon.now, clock)
     settle_memory()
     become_realtime(PLANT_PRIORITY)
     os.write(1, b"\n")  # ready

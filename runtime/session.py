@@ -156,6 +156,8 @@ def _check_bus(config: Config) -> list[tuple[str, str, str]]:
         found.append(("loop.on_overrun", "a real bus must stop on overruns", 'write "stop"'))
     if not simulated and config.arming.by != "command":
         found.append(("arming.by", "a real machine must not arm by itself", 'write "command"'))
+    if config.loop.sync == "bus" and isinstance(config.bus, c.PythonCanBus):
+        found.append(("loop.sync", "python-can gives no arrival times", 'write "free", or use socketcan'))
     if config.arming.fade < 3.0:
         found.append(("arming.fade", f"{config.arming.fade:g} s is too sudden", 'write at least "3 s"'))
     return found

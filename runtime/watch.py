@@ -88,29 +88,32 @@ class WatchedLoop(uvloop.Loop):
 
     def add_reader(self, fd: Any, callback: Callable[[*Ts], object], *args: *Ts) -> None:
         """See ``asyncio``."""
-        return super().add_reader(fd, self.watch.time, callback, *args)
+        return super().add_reader(fd, self._timed, callback, *args)
 
     def add_signal_handler(self, sig: int, callback: Callable[[*Ts], object], *args: *Ts) -> None:
         """See ``asyncio``."""
-        return super().add_signal_handler(sig, self.watch.time, callback, *args)
+        return super().add_signal_handler(sig, self._timed, callback, *args)
 
     def call_soon(
         self, callback: Callable[[*Ts], object], *args: *Ts, context: Context | None = None
     ) -> asyncio.Handle:
         """See ``asyncio``."""
-        return super().call_soon(self.watch.time, callback, *args, context=context)
+        return super().call_soon(self._timed, callback, *args, context=context)
 
     def call_soon_threadsafe(
         self, callback: Callable[[*Ts], object], *args: *Ts, context: Context | None = None
     ) -> asyncio.Handle:
         """See ``asyncio``."""
-        return super().call_soon_threadsafe(self.watch.time, callback, *args, context=context)
+        return super().call_soon_threadsafe(self._timed, callback, *args, context=context)
 
     def call_later(
         self, delay: float, callback: Callable[[*Ts], object], *args: *Ts, context: Context | None = None
     ) -> asyncio.TimerHandle:
         """See ``asyncio``; ``call_at`` comes through here, too."""
-        return super().call_later(delay, self.watch.time, callback, *args, context=context)
+        return super().call_later(delay, self._timed, callback, *args, context=context)
+
+    def _timed(self, callback: Callable[..., Any], *arguments: Any) -> None:
+        self.watch.time(callback, *arguments)
 
 
 def source(callback: object, line: int = 0) -> str:

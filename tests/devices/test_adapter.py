@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import socket
 import struct
+import time
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -196,6 +197,25 @@ def test_what_the_peer_has_not_taken_yet_is_unread(sockets: Sockets) -> None:
     assert adapter.unread
     peer.recv(100)
     assert not adapter.unread
+
+
+def test_arrival_times_of_time_objects_are_the_kernel_s(sockets: Sockets) -> None:
+    adapter, peer = sockets
+    stamp = CLASSIC.pack(0x100, 6, 0, 0, 0, bytes(8))
+    peer.send(stamp)
+    frames = Frames()
+    adapter.receive(frames)
+    assert adapter.time_ns == 0  # not asked for
+    adapter.stamp_arrivals()
+    before = time.monotonic_ns()
+    peer.send(stamp)
+    after = time.monotonic_ns()
+    time.sleep(0.02)  # a late look does not make it arrive later
+    peer.send(CLASSIC.pack(0x181, 0, 0, 0, 0, bytes(8)))
+    assert adapter.receive(frames) == 2
+    assert before - 1_000_000 <= adapter.time_ns <= after + 1_000_000
+    adapter.receive(frames)
+    assert adapter.time_ns == 0
 
 
 def test_a_full_queue_drops_and_counts(sockets: Sockets) -> None:

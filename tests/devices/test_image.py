@@ -139,7 +139,12 @@ def test_a_tpdo_of_the_wrong_length_is_dropped_and_counted(image: ProcessImage, 
     assert only(image, "length")
 
 
-@pytest.mark.parametrize("can_id", [0x100, 0x140, 0x1FF, 0x18D, 0x201, 0x281, 0x58D, 0x7FF, 0x80000181])
+def test_the_clock_of_the_bus_is_nobody_s_fault(image: ProcessImage) -> None:
+    image.latch(frames_of((0x100, bytes(6))), COUNTER)
+    assert image.counters.sum() == image.counters[COUNTERS.index("frames")] == 1
+
+
+@pytest.mark.parametrize("can_id", [0x140, 0x1FF, 0x18D, 0x201, 0x281, 0x58D, 0x7FF, 0x80000181])
 def test_identifiers_that_nobody_owns_are_counted(image: ProcessImage, can_id: int) -> None:
     assert image.latch(frames_of((can_id, joint_tpdo())), COUNTER) == 0
     assert only(image, "unknown")

@@ -194,3 +194,62 @@ def test_a_plant_that_hangs_counts_as_lost(start: Callable[..., Live]) -> None:
         os.kill(plant, signal.SIGCONT)
     live.type("q\n")
     assert live.end() == 3
+
+
+def test_ticks_follow_the_clock_of_the_bus(
+    start: Callable[..., Live], write_config: Callable[..., Path]
+) -> None:
+    config = str(write_config(('rate = "1 kHz"', 'rate = "1 kHz"\nsync = "bus"')))
+    live = start(config, "--duration", "3", "--json")
+    assert live.end() == 0, live.errors
+    assert "ticks follow the clock of the bus" in live.errors
+    verify = [sys.executable, "-m", "hapticd.runtime", "replay", str(live.log), "--verify"]
+    assert subprocess.run(verify, capture_output=True, check=False).returncode == 0
+
+
+DISTURBED = """
+import asyncio, sys, time
+from hapticd.runtime import cli, daemon
+
+def disturb():
+    {disturbance}
+
+become = daemon.Daemon._become_realtime
+def become_and_disturb(self):
+    become(self)
+    asyncio.get_running_loop().call_later(1.0, disturb)
+daemon.Daemon._become_realtime = become_and_disturb
+sys.exit(cli.main(["run", "giant", "--duration", "3", "--log", sys.argv[1], "--json"]))
+"""
+
+
+def disturbed(folder: Path, disturbance: str) -> subprocess.CompletedProcess[str]:
+    """A session in which something happens on the event loop after a second."""
+    script = folder / "disturbed.py"
+    script.write_text(DISTURBED.format(disturbance=disturbance))
+    command = [sys.executable, str(script), str(folder / "session.mcap")]
+    return subprocess.run(command, capture_output=True, text=True, cwd=folder, check=False)
+
+
+def test_a_blocking_callback_is_named_with_its_source_line_in_the_log_and_in_the_summary(
+    tmp_path: Path,
+) -> None:
+    done = disturbed(tmp_path, "time.sleep(2e-3)")
+    assert done.returncode == 0, done.stderr
+    where = f"{tmp_path.name}/disturbed.py:5 disturb"
+    report = msgspec.json.decode(done.stdout)
+    (overstay,) = [o for o in report["overstays"] if "disturb" in o["where"]]
+    assert overstay["where"] == where
+    assert overstay["count"] == 1 and overstay["worst_us"] >= 2000.0
+    events = [text for _, text in open_log(str(tmp_path / "session.mcap")).events()]
+    assert any(where in text for text in events)
+    assert any(where == late["cause"] for late in report["late_ticks"])
+
+
+def test_an_unexpected_error_on_the_loop_ends_the_session_and_every_drive_is_safe(tmp_path: Path) -> None:
+    done = disturbed(tmp_path, "raise ZeroDivisionError('on purpose')")
+    assert done.returncode == 1
+    assert "ZeroDivisionError: on purpose" in done.stderr
+    found = re.search(r"every simulated drive is safe after (\d+) ms of plant time", done.stderr)
+    assert found and int(found[1]) <= 20
+    assert open_log(str(tmp_path / "session.mcap")).events()

@@ -61,6 +61,26 @@ async def test_a_spinning_loop_never_calls_before_the_deadline() -> None:
     assert not any(early)
 
 
+async def test_a_shifted_grid_moves_the_next_deadline_and_counts_as_before() -> None:
+    loop = asyncio.get_running_loop()
+    done, seen = asyncio.Event(), []
+
+    def callback() -> None:
+        seen.append((rhythm.tick, rhythm.skipped, rhythm.deadline_ns, now_ns()))
+        rhythm.shift(100_000)
+        if len(seen) == 20:
+            rhythm.stop(loop.remove_reader)
+            done.set()
+
+    rhythm = FixedRate(PERIOD, callback)
+    rhythm.start(loop.add_reader, 5_000_000)
+    await done.wait()
+    for before, after in pairwise(seen):
+        assert after[0] == before[0] + 1 + after[1]
+        assert after[2] - before[2] == (after[0] - before[0]) * PERIOD + 100_000
+        assert after[3] >= after[2]
+
+
 async def test_slack_work_runs_between_the_ticks() -> None:
     loop = asyncio.get_running_loop()
     done, order = asyncio.Event(), []

@@ -6,8 +6,10 @@ import time
 from collections.abc import Iterator
 
 import pytest
+from hapticd.devices.cia301 import TIME
 from hapticd.devices.frames import Frames
 from hapticd.devices.socket_adapter import SocketAdapter, unix_pair
+from hapticd.runtime.bus_clock import BusClock
 from hapticd.runtime.plant_process import SLICE_S, PlantServer
 
 PERIOD = 1e-3
@@ -102,6 +104,24 @@ def test_no_slice_counts_while_the_daemon_waits_for_a_processor(served: Served) 
     while starved:
         server.serve()
     assert plant.time == pytest.approx(PERIOD + 2 * SLICE_S)
+
+
+def test_the_clock_of_the_bus_ticks_whatever_the_daemon_does_and_costs_no_plant_time(served: Served) -> None:
+    plant, _, daemon = served
+    bus = served[1]._bus
+    server = PlantServer(plant, bus, PERIOD, clock=BusClock(bus, PERIOD))
+    frames, stamps = Frames(), 0
+    end = time.monotonic() + 0.1
+    while time.monotonic() < end:
+        assert server.serve()
+        daemon.receive(frames)
+        stamps += sum(can_id == TIME for can_id, _ in frames)
+    assert 20 <= stamps <= 100  # fewer where the host stalls
+    assert plant.time == 0.0
+    send(daemon)
+    while plant.time < 0.011:
+        server.serve()
+    assert time.monotonic() - end >= 0.009  # silence is counted as without the clock
 
 
 def test_a_stalled_host_counts_one_slice_and_not_its_length(
