@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import IntFlag
+from operator import le
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,8 +25,14 @@ class SensorStatus(IntFlag):
 
 @dataclass(frozen=True, kw_only=True)
 class ForceTorque(Device):
-    """Reports the wrench in its own frame, in SI units; what it cannot measure it reports as NaN."""
+    """Reports the wrench in its own frame, in SI units; what it cannot measure it reports as NaN.
 
+    Attributes:
+        force, torque: full scale of each component [N, N m].
+    """
+
+    force: float
+    torque: float
     group: str = "force_torque"
     eds: str = "force_torque.eds"
 
@@ -48,3 +55,10 @@ class ForceTorques:
     def __init__(self, image: ProcessImage, group: str = "force_torque") -> None:
         self.wrench: NDArray[np.float64] = image[f"{group}.wrench"]
         self.status: NDArray[np.uint32] = image.word(f"{group}.status")
+        devices = [image.network.devices[i] for i in image.network.groups[group]]
+        self._scales = [[d.force] * 3 + [d.torque] * 3 for d in devices if isinstance(d, ForceTorque)]
+
+    def valid(self, i: int) -> bool:
+        """Whether a sensor is ready and every component lies within its full scale; NaN does not."""
+        ready = int(self.status[i]) == SensorStatus.READY
+        return ready and all(map(le, map(abs, self.wrench[i].tolist()), self._scales[i]))

@@ -10,13 +10,19 @@ from numpy.typing import NDArray
 
 from .cia301 import Address
 from .device import Device, Field, Quantity, Word
+from .force_torque import SensorStatus
 from .image import ProcessImage
 
 
 @dataclass(frozen=True, kw_only=True)
 class Imu(Device):
-    """Three accelerometers and three gyroscopes; the device reports SI units."""
+    """Three accelerometers and three gyroscopes; the device reports SI units.
 
+    Attributes:
+        acceleration: full scale of each component [m/s^2].
+    """
+
+    acceleration: float
     group: str = "imus"
     eds: str = "imu.eds"
 
@@ -42,3 +48,10 @@ class Imus:
         self.acceleration: NDArray[np.float64] = image[f"{group}.acceleration"]
         self.angular_velocity: NDArray[np.float64] = image[f"{group}.angular_velocity"]
         self.status: NDArray[np.uint32] = image.word(f"{group}.status")
+        devices = [image.network.devices[i] for i in image.network.groups[group]]
+        self._scales = [device.acceleration for device in devices if isinstance(device, Imu)]
+
+    def valid(self, i: int) -> bool:
+        """Whether a sensor is ready and its acceleration lies within its full scale; NaN does not."""
+        ready = int(self.status[i]) == SensorStatus.READY
+        return ready and all(map(self._scales[i].__ge__, map(abs, self.acceleration[i].tolist())))

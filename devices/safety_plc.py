@@ -68,12 +68,13 @@ class SafetySignals:
         self._inputs: NDArray[np.uint32] = image.word(f"{group}.inputs")
         self._request: NDArray[np.uint32] = image.word(f"{group}.request")
 
-    def state(self) -> tuple[bool, bool, bool]:
-        """`dead_man`, `emergency_stop` and `sto`, read once."""
+    def state(self) -> tuple[bool, bool, bool, bool]:
+        """`dead_man`, `emergency_stop`, `scanner_clear` and `sto`, read once."""
         bits = self._common()
         return (
             bits & DEAD_MAN == DEAD_MAN,
             bits & EMERGENCY_STOP != EMERGENCY_STOP,
+            bits & SCANNER_CLEAR != 0,
             bits & TORQUE_PERMITTED != TORQUE_PERMITTED,
         )
 

@@ -130,15 +130,18 @@ class AxisDrive(Strict, frozen=True, tag_field="type", tag="axis_drive"):
 
 
 class ForceTorque(Strict, frozen=True, tag_field="type", tag="force_torque"):
-    """A six-axis force-torque sensor."""
+    """A six-axis force-torque sensor with its full scale."""
 
     node: Node
+    force: Force
+    torque: Torque
 
 
 class Imu(Strict, frozen=True, tag_field="type", tag="imu"):
-    """Accelerometer and gyroscope."""
+    """Accelerometer, with its full scale, and gyroscope."""
 
     node: Node
+    acceleration: Acceleration
 
 
 class SafetyPlc(Strict, frozen=True, tag_field="type", tag="safety_plc"):

@@ -35,6 +35,8 @@ TRANSITION_DEADLINE_S = 0.2
 """Each transition of a drive's CiA 402 state machine."""
 RESET_DEADLINE_S = 0.5
 """From a reset command until faults and causes must be gone."""
+BRAKING_MARGIN = 1.5
+"""How much longer than planned a controlled stop may take before it becomes a ramp."""
 DETECTION_SHARE = 0.2
 """Share of the declared stop time that detection may take; the ramp gets the rest."""
 
@@ -109,6 +111,7 @@ class Memory:
         self.fade = 1.0 / (config.arming.fade * rate)
         self.gain, self.trust = 0.0, 1.0
         self.ramp_limit = round((1.0 - DETECTION_SHARE) * config.safety.stop_time * rate)
+        self.hold_limit = round(BRAKING_MARGIN * machine.braking * rate)
         self.ramp = 0
         self.reset_limit = round(RESET_DEADLINE_S * rate)
         self.resetting = 0
@@ -211,8 +214,8 @@ def _observe(inputs: Inputs, m: Memory) -> Observation:
         seen.lost = np.logical_or(image.lost, image.al_state != OPERATING).tolist()
     seen.position, seen.velocity = machine.position, machine.velocity
     seen.armed = m.mode.powered
-    seen.dead_man, seen.e_stop, seen.sto = m.signals.state()
-    seen.wrench = machine.raw_wrench
+    seen.dead_man, seen.e_stop, seen.field_clear, seen.sto = m.signals.state()
+    seen.wrench, seen.inertial = machine.raw_wrench, machine.inertial
     seen.solved = machine.solved
     return seen
 
@@ -220,7 +223,8 @@ def _observe(inputs: Inputs, m: Memory) -> Observation:
 def _latch(verdict: Verdict, tick: int, m: Memory, outputs: Outputs) -> None:
     """A stop while drives have power is latched; the strongest stands."""
     if m.mode.powered and m.latch.take(verdict, tick):
-        m.ramp = 0
+        if m.mode is not Mode.STOPPING:  # a stronger reason gives a stop no more time
+            m.ramp = 0
         _enter(m, Mode.STOPPING, outputs, describe(m.latch.trip))
 
 
@@ -273,9 +277,10 @@ def _refusals(verdict: Verdict, m: Memory) -> list[str]:
         faults=sum(map(bool, seen.faults)),
         latched=m.latch.trip is not None,
         e_stop=seen.e_stop,
+        field_clear=seen.field_clear,
         sto=seen.sto,
         permitted=m.permitted,
-        wrench_valid=m.trust == 1.0,
+        sensors_valid=m.trust == 1.0 and seen.inertial,
         inside_limits=m.machine.inside_limits,
     )
     return found or ([verdict.detail] if verdict.reaction.stops else [])
@@ -295,7 +300,7 @@ def _control(tick: int, m: Memory, outputs: Outputs) -> None:
         return
     if not m.mode.powered:
         return
-    at_rest = machine.brake(m.trust)
+    at_rest = machine.brake()
     if m.mode is not Mode.STOPPING:
         return
     m.ramp += 1
@@ -303,6 +308,9 @@ def _control(tick: int, m: Memory, outputs: Outputs) -> None:
     if reaction is Reaction.HOLD:
         if at_rest:
             _enter(m, Mode.HOLDING, outputs, "at rest, held under power")
+        elif m.ramp >= m.hold_limit:
+            late = "the controlled stop did not come to rest in time"
+            _latch(Verdict(Reaction.RAMP, "stop_timeout", late), tick, m, outputs)
     elif reaction is Reaction.OFF or at_rest or m.ramp >= m.ramp_limit:
         if reaction is Reaction.OFF:
             m.signals.request(SafetyRequest.STO)

@@ -36,8 +36,10 @@ class Machine(Protocol):
         axes: what the gate checks, one entry an axis.
         thresholds: what the monitor compares with.
         state: numpy structure of what the log keeps of a tick.
+        braking: longest time that ``brake`` takes from full speed [s].
         position, velocity: measured, one an axis.
-        raw_wrench: as the sensor reports it, None where the sensor reports an error.
+        raw_wrench: as the sensor reports it, None where a sensor it needs gives nothing valid.
+        inertial: whether the other accelerometers give valid values.
         commands: for the gate, one an axis.
         solved: whether the last ``update`` ended with an answer to stand by.
     """
@@ -51,6 +53,8 @@ class Machine(Protocol):
     position: list[float]
     velocity: list[float]
     raw_wrench: list[float] | None
+    inertial: bool
+    braking: float
 
     @property
     def inside_limits(self) -> bool:
@@ -70,8 +74,11 @@ class Machine(Protocol):
             trust: 0 to 1, how far the measured wrench is believed.
         """
 
-    def brake(self, trust: float) -> bool:
-        """Compute commands that bring the machine to rest and hold it; whether it is at rest."""
+    def brake(self) -> bool:
+        """Compute commands that bring the machine to rest and hold it; whether it is at rest.
+
+        A stop trusts no force sensor: what the last wrench contributed fades out.
+        """
 
     def write(self, admitted: Sequence[float]) -> None:
         """Put the admitted commands into the process image."""

@@ -177,8 +177,10 @@ def _device(name: str, device: c.Device) -> Device:
         case c.AxisDrive():
             return drive.AxisDrive(name=name, node=device.node, counts_per_metre=device.counts_per_metre)
         case c.ForceTorque():
-            return force_torque.ForceTorque(name=name, node=device.node)
+            return force_torque.ForceTorque(
+                name=name, node=device.node, force=float(device.force), torque=float(device.torque)
+            )
         case c.Imu():
-            return imu.Imu(name=name, node=device.node)
+            return imu.Imu(name=name, node=device.node, acceleration=float(device.acceleration))
         case c.SafetyPlc():
             return safety_plc.SafetyPlc(name=name, node=device.node)

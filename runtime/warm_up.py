@@ -24,7 +24,7 @@ def warm_up(loaded: Loaded) -> None:
         machine.estimate()
         memory.monitor.judge(memory.seen)
         machine.update(1.0, 1.0)
-        machine.brake(1.0)
+        machine.brake()
         gate.admit(machine.commands, machine.position, machine.velocity, True, tick, tick)
         machine.write(gate.admitted)
         writer.write(inputs, outputs, NO_TIMING)

@@ -26,9 +26,10 @@ def refusals(
     faults: int,
     latched: bool,
     e_stop: bool,
+    field_clear: bool,
     sto: bool,
     permitted: bool,
-    wrench_valid: bool,
+    sensors_valid: bool,
     inside_limits: bool,
 ) -> list[str]:
     """Everything that forbids arming now, for people; empty where nothing does."""
@@ -41,12 +42,14 @@ def refusals(
         found.append("a stop is latched; reset it first")
     if e_stop:
         found.append("the emergency stop is pressed")
+    if not field_clear:
+        found.append("somebody stands in the scanned field")
     if sto:
         found.append("the safety PLC holds the torque off; reset")
     if not permitted:
         found.append("arming was not commanded; give the command, then press")
-    if not wrench_valid:
-        found.append("the force-torque sensor gives no valid wrench")
+    if not sensors_valid:
+        found.append("the force-torque sensor or an inertial unit gives nothing valid")
     if not inside_limits:
         found.append("an axis stands outside its limits")
     return found

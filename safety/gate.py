@@ -12,10 +12,11 @@ from math import isfinite
 
 from .verdict import PASS, Reaction, Verdict, strongest
 
-CLAMPS_BEFORE_STOP = 10
-"""Commands beyond a limit in a row before the machine stops (fault matrix, row 24)."""
-LOST_BEFORE_STOP = 3
-"""Commands that are not numbers, in a row, before the machine stops."""
+CLAMPS = ((150, Reaction.OFF), (100, Reaction.RAMP), (10, Reaction.HOLD))
+"""Ticks in a row with commands beyond a limit, and what they lead to (fault matrix, row 24). Braking as hard
+as the torque allows is such a command, too, for some 50 ticks; a stop that goes on like that is none."""
+LOST_BEFORE_OFF = 3
+"""Ticks in a row with commands that are no numbers before the torque goes off: there is no ramp without."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,7 +96,9 @@ class Gate:
         for i, axis in enumerate(self._axes):
             command = commands[i]
             if not isfinite(command):
-                lost = True  # the last admitted command stands
+                lost = True  # the last admitted command stands, but not for long
+                if self._lost_ticks + 1 >= LOST_BEFORE_OFF:
+                    self.admitted[i] = 0.0
                 verdict = strongest(verdict, _sanitised(axis, "is not a number"))
                 continue
             safe, why = _clamp(axis, command, self.admitted[i], position[i], velocity[i])
@@ -111,16 +114,13 @@ class Gate:
         self.clamps += 1
         self._clamped_ticks += 1
         self._lost_ticks = self._lost_ticks + 1 if lost else 0
-        if self._lost_ticks >= LOST_BEFORE_STOP:
-            return Verdict(
-                Reaction.RAMP, "output_not_finite", f"{verdict.detail}, {self._lost_ticks} ticks in a row"
-            )
-        if self._clamped_ticks >= CLAMPS_BEFORE_STOP:
-            return Verdict(
-                Reaction.HOLD,
-                "output_beyond_limit",
-                f"{verdict.detail}, {self._clamped_ticks} ticks in a row",
-            )
+        if self._lost_ticks >= LOST_BEFORE_OFF:
+            detail = f"{verdict.detail}, {self._lost_ticks} ticks in a row"
+            return Verdict(Reaction.OFF, "output_not_finite", detail)
+        for ticks, reaction in CLAMPS:
+            if self._clamped_ticks >= ticks:
+                detail = f"{verdict.detail}, {self._clamped_ticks} ticks in a row"
+                return Verdict(reaction, "output_beyond_limit", detail)
         return verdict
 
 

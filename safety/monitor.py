@@ -22,8 +22,8 @@ STALL_TICKS = 20
 """A gap after which every drive's watchdog has acted (row 20)."""
 SOLVE_HOLD, SOLVE_RAMP = 3, 10
 """Failed solves in a row (row 17)."""
-WRENCH_FADE_TICKS = 20
-"""Ticks without a valid wrench, faded out meanwhile, before the machine stops (row 12)."""
+FADE_TICKS = 20
+"""Ticks without a valid wrench, faded out meanwhile, or acceleration before the machine stops (row 12)."""
 LIMIT_TICKS = 3
 """Ticks past a hard limit before the machine stops (row 25)."""
 
@@ -62,8 +62,10 @@ class Observation:
         position, velocity: measured, one an axis.
         armed: whether the drives are meant to run.
         dead_man, e_stop: state of the two-channel inputs; ``dead_man`` False where channels disagree.
+        field_clear: whether the scanned field is free of people.
         sto: whether the safety PLC reports that torque is off.
-        wrench: of the operator as measured (6), None where the sensor reports an error.
+        wrench: of the operator as measured (6), None where a sensor it needs reports an error.
+        inertial: whether the accelerometers that move the machine give valid values.
         solved: whether the solver gave an answer it stands by.
     """
 
@@ -78,8 +80,10 @@ class Observation:
     armed: bool = False
     dead_man: bool = False
     e_stop: bool = True
+    field_clear: bool = False
     sto: bool = True
     wrench: Sequence[float] | None = None
+    inertial: bool = False
     solved: bool = True
 
 
@@ -102,14 +106,14 @@ class Monitor:
     """Judges one observation a tick; total, never raises.
 
     Attributes:
-        wrench_gain: 1 with a valid wrench, fading to 0 within WRENCH_FADE_TICKS without (row 12).
+        wrench_gain: 1 with a valid wrench, fading to 0 within FADE_TICKS without (row 12).
     """
 
     def __init__(self, thresholds: Thresholds) -> None:
         self._t = thresholds
         self._discards, self._skips = _Window(), _Window()
         self._unsolved = 0
-        self._wrench_lost = 0
+        self._wrench_lost = self._inertial_lost = 0
         self._beyond = 0
         self.wrench_gain = 1.0
 
@@ -122,6 +126,7 @@ class Monitor:
             self._frames,
             self._limits,
             self._wrench,
+            self._inertial,
             self._solver,
             self._punctuality,
         ):
@@ -135,6 +140,8 @@ class Monitor:
             return Verdict(Reaction.OFF, "sto", "the safety PLC switched the torque off")
         if seen.armed and not seen.dead_man:
             return Verdict(Reaction.RAMP, "dead_man", "the dead-man switch is open")
+        if seen.armed and not seen.field_clear:
+            return Verdict(Reaction.RAMP, "scanner", "somebody entered the scanned field")
         return PASS
 
     def _devices(self, seen: Observation) -> Verdict:
@@ -204,11 +211,15 @@ class Monitor:
             self.wrench_gain = 1.0
             return PASS
         self._wrench_lost += 1
-        self.wrench_gain = max(0.0, 1.0 - self._wrench_lost / WRENCH_FADE_TICKS)
-        detail = f"no valid wrench for {self._wrench_lost} ticks"
-        if self._wrench_lost > WRENCH_FADE_TICKS and seen.armed:
-            return Verdict(Reaction.HOLD, "wrench_lost", detail)
-        return Verdict(Reaction.SANITISE, "wrench_invalid", detail)
+        self.wrench_gain = max(0.0, 1.0 - self._wrench_lost / FADE_TICKS)
+        return _lost("wrench", self._wrench_lost, seen.armed)
+
+    def _inertial(self, seen: Observation) -> Verdict:
+        if seen.inertial:
+            self._inertial_lost = 0
+            return PASS
+        self._inertial_lost += 1
+        return _lost("acceleration", self._inertial_lost, seen.armed)
 
     def _solver(self, seen: Observation) -> Verdict:
         if seen.solved:
@@ -234,3 +245,10 @@ class Monitor:
         if seen.skipped >= SKIPPED_IN_A_ROW or total > SPORADIC:
             return Verdict(Reaction.HOLD, "overrun", detail)
         return Verdict(Reaction.RECORD, "overrun", detail)
+
+
+def _lost(what: str, ticks: int, armed: bool) -> Verdict:
+    detail = f"no valid {what} for {ticks} ticks"
+    if ticks > FADE_TICKS and armed:
+        return Verdict(Reaction.HOLD, f"{what}_lost", detail)
+    return Verdict(Reaction.SANITISE, f"{what}_invalid", detail)

@@ -37,9 +37,9 @@ def giant_devices() -> list[Device]:
         *joints,
         AxisDrive(name="ppu_x", node=7, counts_per_metre=1_000_000),
         AxisDrive(name="ppu_y", node=8, counts_per_metre=1_000_000),
-        ForceTorque(name="ft", node=9),
-        Imu(name="imu_carriage", node=10),
-        Imu(name="imu_handle", node=11),
+        ForceTorque(name="ft", node=9, force=500.0, torque=40.0),
+        Imu(name="imu_carriage", node=10, acceleration=40.0),
+        Imu(name="imu_handle", node=11, acceleration=80.0),
         SafetyPlc(name="plc", node=12),
     ]
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import inf, isfinite
+from math import inf
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +16,7 @@ from ...control.prepositioning import PpuLimits, Prepositioning
 from ...control.tracking import SeriesElasticity, Tracking
 from ...control.twin import CartesianTwin
 from ...devices.drive import AxisDrives, JointDrives
-from ...devices.force_torque import ForceTorques, SensorStatus
+from ...devices.force_torque import ForceTorques
 from ...devices.image import ProcessImage
 from ...devices.imu import Imus
 from ...models import Array, Robot
@@ -27,6 +27,10 @@ from .names import JOINTS, PPU_JOINTS
 
 AT_REST = 1e-6
 """Commanded speeds below this are standstill [rad/s]."""
+WRENCH_FADE = 0.8
+"""Of the operator's wrench in the feedforward, per tick of a stop: gone within 20 ticks."""
+CARRIAGE, HANDLE = 0, 1
+"""The inertial units."""
 GATE_SHARE = 0.5
 """Where between a joint's limit and the monitor's margin the gate neutralises commands further out."""
 SPEED_MARGIN = 1.1
@@ -67,7 +71,8 @@ class Giant:
         self._force_torque, self._imus = ForceTorques(image), Imus(image)
         manipulator = robot.without(PPU_JOINTS)
         self._limits = _joint_limits(config)
-        self._observer = PpuObserver(dt, self._axes.position, self._imus.acceleration[0, :2])
+        self._acceleration = np.zeros(2)
+        self._observer = PpuObserver(dt, self._axes.position, self._acceleration)
         self.force_control = control = _force_control(config, manipulator, self._limits, self._observer, dt)
         self._wrench, self._felt = np.zeros(6), np.zeros(6)
         self._estimator = WrenchEstimator(
@@ -75,7 +80,7 @@ class Giant:
             np.array(giant.handle.centre),
             _sensor_pose(robot),
             self._force_torque.wrench[0],
-            self._imus.acceleration[1],
+            self._imus.acceleration[HANDLE],
             control.handle.rotation,
         )
         self._prepositioning = Prepositioning(
@@ -101,6 +106,8 @@ class Giant:
         self.position: list[float] = [0.0] * len(self.axes)
         self.velocity: list[float] = [0.0] * len(self.axes)
         self.raw_wrench: list[float] | None = None
+        self.inertial = False
+        self.braking = _braking(config)
         self.commands: list[float] = [0.0] * len(self.axes)
         self.solved = True
         self._started = False
@@ -112,20 +119,21 @@ class Giant:
 
     def estimate(self) -> None:
         """Measured axes, PPU observer and the operator's wrench."""
-        joints, axes = self._joints, self._axes
+        joints, axes, imus = self._joints, self._axes, self._imus
         self.position = joints.link_position.tolist() + axes.position.tolist()
         self.velocity = joints.velocity.tolist() + axes.velocity.tolist()
+        self.inertial = imus.valid(CARRIAGE)
+        if self.inertial:  # otherwise the last sample stands
+            self._acceleration[:] = imus.acceleration[CARRIAGE, :2]
         if not self._started:
             self._observer.reset()
             self._started = True
         self._observer.update()
-        measured = self._force_torque.wrench[0]
-        ready = int(self._force_torque.status[0]) == SensorStatus.READY
-        self.raw_wrench = measured.tolist() if ready else None
-        if ready and all(
-            map(isfinite, self.raw_wrench or ())
-        ):  # otherwise the last estimate stands, and is faded out
+        if self._force_torque.valid(0) and imus.valid(HANDLE):
+            self.raw_wrench = self._force_torque.wrench[0].tolist()
             self._estimator.update()
+        else:  # the last estimate stands, and is faded out
+            self.raw_wrench = None
 
     def engage(self) -> None:
         """Commanded state = measured link side, twin on the handle, everything at rest."""
@@ -154,10 +162,10 @@ class Giant:
         self._command(gain)
         control.advance()
 
-    def brake(self, trust: float) -> bool:
+    def brake(self) -> bool:
         """Joints to rest at their rated accelerations, the PPU at its own; then hold."""
         control = self.force_control
-        np.multiply(self._estimator.wrench, trust, out=self._wrench)
+        np.multiply(self._wrench, WRENCH_FADE, out=self._wrench)
         control.arm.update()
         control.brake()
         self._prepositioning.stop()
@@ -197,6 +205,12 @@ class Giant:
         torque = self._tracking.update(self._observer.qdd)
         x, y = self._prepositioning.velocity.tolist()
         self.commands = [*torque.tolist(), gain * x, gain * y]
+
+
+def _braking(config: Config) -> float:
+    m, ppu = config.giant.manipulator, config.giant.ppu
+    joints = max(v / a for v, a in zip(m.velocity, m.acceleration, strict=True))
+    return max(joints, ppu.velocity / ppu.acceleration)
 
 
 def _joint_limits(config: Config) -> Limits:
@@ -249,7 +263,7 @@ def _axis_limits(config: Config, robot: Robot, dt: float) -> tuple[AxisLimits, .
         AxisLimits(
             name=name,
             command=effort[name],
-            step=inf,
+            step=inf,  # meeting a limit may take the whole torque at once; the drive limits the slew
             power=effort[name] * manipulator.velocity[i],
             lower=manipulator.lower[i] - near,
             upper=manipulator.upper[i] + near,

@@ -105,7 +105,7 @@ def test_an_empty_list_is_refused() -> None:
 
 def test_a_group_holds_devices_with_the_same_fields() -> None:
     with pytest.raises(NetworkError, match="put it into a group of its own"):
-        Network([joint(1), Imu(name="imu", node=2, group="joints")])
+        Network([joint(1), Imu(name="imu", node=2, group="joints", acceleration=40.0)])
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -22,7 +22,7 @@ def test_a_controller_that_was_never_heard_reads_as_stop(rig: Rig) -> None:
     assert signals.emergency_stop
     assert signals.sto
     assert not signals.scanner_clear
-    assert signals.state() == (False, True, True)
+    assert signals.state() == (False, True, False, True)
 
 
 def test_the_dead_man_counts_only_on_both_channels(ready: Rig, plc: SimSafetyPlc) -> None:
@@ -36,7 +36,12 @@ def test_the_dead_man_counts_only_on_both_channels(ready: Rig, plc: SimSafetyPlc
         plc.dead_man = channels
         ready.run(2)
         assert signals.dead_man is pressed
-        assert signals.state() == (signals.dead_man, signals.emergency_stop, signals.sto)
+        assert signals.state() == (
+            signals.dead_man,
+            signals.emergency_stop,
+            signals.scanner_clear,
+            signals.sto,
+        )
         assert signals.disagreement is disagreement
 
 

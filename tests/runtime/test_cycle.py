@@ -1,6 +1,7 @@
 """The cycle in closed loop with the simulated machine: starting, stopping, resetting, every reaction."""
 
 from collections.abc import Callable
+from math import inf, nan
 
 import numpy as np
 import pytest
@@ -87,18 +88,41 @@ STOPS: dict[str, tuple[Callable[[Bench], object], str, bool, int]] = {
         9,
     ),
     "device restarts": (lambda b: b.nodes["joint_1"].reset(), "device_state", True, 3),
-    "wrench is NaN": (lambda b: _break_wrench(b), "wrench_lost", False, 25),
+    "scanner": (lambda b: setattr(b.plc, "scanner_clear", False), "scanner", True, 2),
+    "wrench is NaN": (lambda b: _break(b, "force_torque", "wrench", [nan] * 6), "wrench_lost", False, 25),
+    "handle IMU is NaN": (
+        lambda b: _break(b, "imu_handle", "acceleration", [nan] * 3),
+        "wrench_lost",
+        False,
+        25,
+    ),
+    "handle IMU is absurd": (
+        lambda b: _break(b, "imu_handle", "acceleration", [1e30] * 3),
+        "wrench_lost",
+        False,
+        25,
+    ),
+    "carriage IMU is NaN": (
+        lambda b: _break(b, "imu_carriage", "acceleration", [nan] * 3),
+        "acceleration_lost",
+        False,
+        25,
+    ),
     "commanded stop": (lambda b: b.run(1, Command.STOP), "operator", True, 1),
 }
 
 
-def _break_wrench(bench: Bench) -> None:
-    sensor = bench.nodes["force_torque"]
+def _break(bench: Bench, node: str, field: str, value: object, samples: int = 1 << 30) -> None:
+    """A sensor reports a value instead of what it measures, for some samples."""
     sense = bench.plant._sense
+    left = samples
 
     def broken() -> None:
+        nonlocal left
         sense()
-        sensor.wrench = [float("nan")] * 6
+        if left > 0:
+            left -= 1
+            setattr(bench.nodes[node], field, value)
 
     bench.plant._sense = broken
 
@@ -173,7 +197,60 @@ def test_a_failed_solve_brakes_at_once_and_stops_on_the_third(
     engaging.until(Mode.HOLDING, limit=RAMP_TICKS)
 
 
-@pytest.mark.parametrize("command", [float("nan"), float("inf")])
+@pytest.fixture
+def moving() -> Bench:
+    """The hand walks, and the machine follows."""
+    bench = Bench()
+    bench.until(Mode.ACTIVE, limit=5000)
+    bench.run(1500)
+    assert np.abs(bench.plant.arm.qd).max() > 0.3
+    return bench
+
+
+@pytest.mark.parametrize("node", ["imu_carriage", "imu_handle"])
+@pytest.mark.parametrize("value", [nan, inf, -1e30, 90.0])
+def test_one_bad_sample_of_an_accelerometer_changes_nothing_for_good(
+    moving: Bench, node: str, value: float
+) -> None:
+    before = moving.torques
+    _break(moving, node, "acceleration", [value] * 3, samples=1)
+    for _ in range(5):
+        moving.run(1)
+        assert np.abs(np.subtract(moving.torques, before)).max() < 10.0
+    moving.run(100)
+    assert moving.mode is Mode.ACTIVE
+    assert all(np.isfinite(moving.torques))
+
+
+@pytest.mark.parametrize("node", ["imu_carriage", "imu_handle", "force_torque"])
+def test_a_sensor_that_stays_broken_stops_the_moving_machine_without_a_lurch(
+    moving: Bench, node: str
+) -> None:
+    field = "wrench" if node == "force_torque" else "acceleration"
+    fastest = np.abs(moving.plant.arm.qd).max()
+    _break(moving, node, field, [1e30] * (6 if node == "force_torque" else 3))
+    moving.run(25)
+    assert moving.mode is Mode.STOPPING
+    for _ in range(600):  # the gantry takes 0.4 s from full speed
+        moving.run(1)
+        assert np.abs(moving.plant.arm.qd).max() < 1.2 * fastest
+    assert moving.mode is Mode.HOLDING
+    assert np.abs(moving.plant.arm.qd).max() < 0.15  # the hand goes on pulling at the springs
+
+
+def test_a_controlled_stop_that_does_not_come_to_rest_becomes_a_ramp_with_no_time_left(
+    moving: Bench, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    machine = moving.memory.machine
+    monkeypatch.setattr(machine, "brake", lambda: False)  # never at rest
+    _break(moving, "force_torque", "wrench", [nan] * 6)
+    moving.run(24)
+    assert moving.reason == "wrench_lost"
+    assert 400 < moving.until(Mode.STOPPED, limit=700) <= 600
+    assert moving.reason == "stop_timeout"
+
+
+@pytest.mark.parametrize("command", [nan, inf])
 def test_a_command_that_is_no_number_never_reaches_a_drive(engaging: Bench, command: float) -> None:
     machine = engaging.memory.machine
     update = machine.update
@@ -187,7 +264,9 @@ def test_a_command_that_is_no_number_never_reaches_a_drive(engaging: Bench, comm
         engaging.run(1)
         assert all(np.isfinite(engaging.torques))
     assert engaging.reason == "output_not_finite"
-    assert engaging.until(Mode.STOPPED, limit=RAMP_TICKS) <= RAMP_TICKS
+    engaging.run(2)  # there is nothing to ramp with
+    assert engaging.mode is Mode.STOPPED
+    assert engaging.safe
 
 
 def test_commands_beyond_the_limit_are_clamped_and_stop_after_ten(engaging: Bench) -> None:

@@ -10,7 +10,8 @@ READY = {
     "e_stop": False,
     "sto": False,
     "permitted": True,
-    "wrench_valid": True,
+    "sensors_valid": True,
+    "field_clear": True,
     "inside_limits": True,
 }
 
@@ -31,7 +32,8 @@ def test_a_switch_that_is_held_from_the_start_is_no_press() -> None:
         ({"e_stop": True}, "emergency"),
         ({"sto": True}, "PLC"),
         ({"permitted": False}, "commanded"),
-        ({"wrench_valid": False}, "wrench"),
+        ({"sensors_valid": False}, "force-torque"),
+        ({"field_clear": False}, "scanned field"),
         ({"inside_limits": False}, "outside"),
     ],
 )
@@ -43,4 +45,4 @@ def test_every_missing_condition_refuses_and_says_so(change: dict[str, object], 
 
 def test_all_refusals_are_named_at_once() -> None:
     nothing = dict.fromkeys(READY, False) | {"faults": 1, "latched": True, "e_stop": True, "sto": True}
-    assert len(refusals(**nothing)) == 8
+    assert len(refusals(**nothing)) == 9

@@ -83,26 +83,30 @@ def test_a_velocity_axis_may_not_jump(gate: Gate) -> None:
 
 
 @pytest.mark.parametrize("bad", [nan, inf, -inf])
-def test_what_is_no_number_leaves_the_last_admitted_command_and_stops_on_the_third(
+def test_what_is_no_number_holds_the_last_command_twice_and_then_takes_the_torque_off(
     gate: Gate, bad: float
 ) -> None:
     admit(gate, [50.0, 0.005])
     reactions = []
-    for _ in range(3):
+    for held in (50.0, 50.0, 0.0):
         reactions.append(admit(gate, [bad, 0.005]).reaction)
-        assert gate.admitted == [50.0, 0.005]
-    assert reactions == [Reaction.SANITISE, Reaction.SANITISE, Reaction.RAMP]
+        assert gate.admitted == [held, 0.005]
+    assert reactions == [Reaction.SANITISE, Reaction.SANITISE, Reaction.OFF]
 
 
-def test_ten_clamped_ticks_in_a_row_stop_and_one_good_tick_forgives(gate: Gate) -> None:
+def test_clamped_ticks_in_a_row_stop_ever_more_strongly_and_one_good_tick_forgives(gate: Gate) -> None:
     for _ in range(9):
         assert admit(gate, [150.0, 0.0]).reaction is Reaction.SANITISE
     assert admit(gate, [50.0, 0.0]).reaction is Reaction.PASS
-    for _ in range(9):
-        assert admit(gate, [150.0, 0.0]).reaction is Reaction.SANITISE
-    verdict = admit(gate, [150.0, 0.0])
-    assert (verdict.reaction, verdict.reason) == (Reaction.HOLD, "output_beyond_limit")
-    assert gate.clamps == 19
+    found = [admit(gate, [150.0, 0.0]) for _ in range(155)]
+    assert [verdict.reaction for verdict in found] == [
+        *[Reaction.SANITISE] * 9,
+        *[Reaction.HOLD] * 90,
+        *[Reaction.RAMP] * 50,
+        *[Reaction.OFF] * 6,
+    ]
+    assert {verdict.reason for verdict in found[9:]} == {"output_beyond_limit"}
+    assert gate.clamps == 164
 
 
 def test_a_gap_in_what_is_no_number_starts_its_count_anew(gate: Gate) -> None:

@@ -26,8 +26,10 @@ def good(**changes: object) -> Observation:
         armed=True,
         dead_man=True,
         e_stop=False,
+        field_clear=True,
         sto=False,
         wrench=[0.0] * 6,
+        inertial=True,
     )
     return replace(seen, **changes)
 
@@ -53,6 +55,9 @@ def test_a_healthy_machine_passes(monitor: Monitor) -> None:
         ({"sto": True}, Reaction.OFF, "sto"),
         ({"sto": True, "armed": False}, Reaction.PASS, ""),
         ({"dead_man": False}, Reaction.RAMP, "dead_man"),
+        ({"field_clear": False}, Reaction.RAMP, "scanner"),
+        ({"field_clear": False, "armed": False}, Reaction.PASS, ""),
+        ({"inertial": False}, Reaction.SANITISE, "acceleration_invalid"),
         ({"dead_man": False, "armed": False}, Reaction.PASS, ""),
         ({"faults": [0, 0x8130, 0]}, Reaction.RAMP, "device_fault"),
         ({"lost": [False, False, True]}, Reaction.RAMP, "device_state"),
@@ -118,6 +123,16 @@ def test_an_invalid_wrench_fades_out_and_then_stops(monitor: Monitor, wrench: li
     assert monitor.judge(good(wrench=wrench)).reaction is Reaction.HOLD
     assert monitor.judge(good()).reaction is Reaction.PASS
     assert monitor.wrench_gain == 1.0
+
+
+def test_accelerometers_without_valid_values_stop_after_a_while(monitor: Monitor) -> None:
+    assert reactions(monitor, 20, inertial=False) == [Reaction.SANITISE] * 20
+    verdict = monitor.judge(good(inertial=False))
+    assert (verdict.reaction, verdict.reason) == (Reaction.HOLD, "acceleration_lost")
+    assert monitor.wrench_gain == 1.0
+    assert reactions(monitor, 1) == [Reaction.PASS]
+    assert reactions(monitor, 20, inertial=False) == [Reaction.SANITISE] * 20
+    assert reactions(monitor, 30, inertial=False, armed=False) == [Reaction.SANITISE] * 30
 
 
 def test_without_power_an_invalid_wrench_does_not_stop(monitor: Monitor) -> None:
