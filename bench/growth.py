@@ -31,7 +31,7 @@ def growth(rounds: int) -> Growth:
     """Figures of {"n=8": {solver: ...}, ..., "levels=2": ...}.
 
     The problems of n=... are dense ones of FIXED_LEVELS levels, those of levels=... have FIXED_N variables.
-    `exponent` is that of the power law fitted to all medians, `exponent_upper_half` to the larger half's.
+    `exponent` is that of the power law fitted to all medians, `exponent_upper_half` to the larger half.
     Wrong is what its certificate refutes.
     """
     cases = {f"n={n}": (n, FIXED_LEVELS) for n in SIZES}
