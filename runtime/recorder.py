@@ -85,7 +85,9 @@ class Recorder:
         s, last = self.summary, self.summary.last
         if last is None:
             return "waiting for the first tick"
-        late, compute, solve = s.lateness.summary(), s.compute.summary(), s.stages[Stage.SOLVE].summary()
+        late, compute = s.lateness.summary(), s.compute.summary()
+        costs = sorted(((s.stages[stage].quantile(0.5), stage.name.lower()) for stage in Stage), reverse=True)
+        dearest = ", ".join(f"{name} {us:.0f}" for us, name in costs[:3])
         touching = [
             extent.spec.name
             for extent, value in zip(s.extents, s.limits.values(last["state"]), strict=True)
@@ -95,8 +97,8 @@ class Recorder:
         return (
             f"{int(last['tick']) / s.rate:6.1f} s {Mode(int(last['mode'])).name:9}"
             f" late {late['p50']:.0f}/{late['p99']:.0f} us"
-            f"  compute {compute['p50']:.0f}/{compute['p99']:.0f} us"
-            f"  solve {solve['p50']:.0f} us  skipped {s.skipped}  force {force:4.0f} N"
+            f"  compute {compute['p50']:.0f}/{compute['p99']:.0f} us ({dearest})"
+            f"  skipped {s.skipped}  force {force:4.0f} N"
             f"  {'at ' + ', '.join(touching) if touching else ''}"
         )
 
