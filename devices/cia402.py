@@ -10,7 +10,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from .errors import DriveFaultError, LeftStateError, TransitionError
+from .cia301 import Address
+from .errors import DriveFaultError, DriveModeError, LeftStateError, TransitionError
 from .image import ProcessImage
 
 
@@ -44,6 +45,9 @@ STATUS: Final[dict[State, tuple[int, int]]] = {
 }
 STATUS_MASK: Final = 0x6F
 VOLTAGE_ENABLED: Final = 0x0010
+
+MODE: Final[Address] = (0x6060, 0)
+"""Mode of operation."""
 
 # Commands in the controlword (6040h)
 DISABLE_VOLTAGE: Final = 0x0000
@@ -130,7 +134,8 @@ class _Walk:
 class PowerStage:
     """Takes the drives of some groups together to a state and holds them there, one step per tick.
 
-    A drive that leaves the state it was told to hold is never brought back silently: that is an error.
+    A drive that leaves the state it was told to hold is never brought back silently: that is an error, and
+    so is one that is enabled in another mode of operation than its own.
 
     Attributes:
         target: the state that was requested last.
@@ -142,7 +147,7 @@ class PowerStage:
 
         Args:
             image: the process image.
-            groups: groups of drives, with the words statusword, error_code and controlword.
+            groups: groups of drives, with the words statusword, error_code, controlword and mode.
             deadline: ticks that each transition may take.
 
         Raises:
@@ -153,7 +158,9 @@ class PowerStage:
             tuple(image.word(f"{group}.{name}") for name in ("statusword", "error_code", "controlword"))
             for group in groups
         ]
+        self._modes = [image.word(f"{group}.mode") for group in groups]
         self._devices = [[image.network.devices[i] for i in image.network.groups[group]] for group in groups]
+        self._own_modes = [[int(d.settings()[MODE]) for d in devices] for devices in self._devices]
         self.request(State.SWITCH_ON_DISABLED)
 
     def request(self, target: State, reset_faults: bool = False) -> None:
@@ -187,6 +194,7 @@ class PowerStage:
             DriveFaultError: a drive is in fault.
             TransitionError: a transition took too long, or led elsewhere.
             LeftStateError: a drive left the target state by itself.
+            DriveModeError: a drive is enabled in another mode of operation than its own.
         """
         if self.ready and self._all_there():
             return True
@@ -199,7 +207,12 @@ class PowerStage:
 
     def _all_there(self) -> bool:
         mask, wanted = STATUS[self.target]
+        if self.target is State.OPERATION_ENABLED and not self._in_own_modes():
+            return False
         return all(word & mask == wanted for words in self._words for word in words[0].tolist())
+
+    def _in_own_modes(self) -> bool:
+        return all(modes.tolist() == own for modes, own in zip(self._modes, self._own_modes, strict=True))
 
     def _step_drive(self, g: int, i: int, walk: _Walk) -> None:
         statusword, error_code, controlword = (int(words[i]) for words in self._words[g])
@@ -213,6 +226,9 @@ class PowerStage:
             if switching_off and not self._reset_faults:
                 walk.arrived = True  # a drive in fault gives no torque
                 return
+        mode, own = int(self._modes[g][i]), self._own_modes[g][i]
+        if state is State.OPERATION_ENABLED and mode != own and not switching_off:
+            raise DriveModeError(*where, mode, own)
         if state is self.target:
             walk.arrived = True
             controlword = TARGETS[self.target]

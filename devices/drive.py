@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .cia301 import Address
+from .cia402 import MODE
 from .device import Device, Field, Quantity, Word
 from .dictionary import Value
 from .errors import NetworkError
@@ -19,7 +20,6 @@ from .image import ProcessImage
 ERROR_CODE: Final = (0x603F, 0)
 CONTROLWORD: Final = (0x6040, 0)
 STATUSWORD: Final = (0x6041, 0)
-MODE: Final = (0x6060, 0)
 MODE_DISPLAY: Final = (0x6061, 0)
 POSITION: Final = (0x6064, 0)
 VELOCITY: Final = (0x606C, 0)

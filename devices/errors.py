@@ -253,5 +253,17 @@ class DriveFaultError(DriveError):
         self.error_code = error_code
 
 
+class DriveModeError(DriveError):
+    """A drive that is enabled in another mode of operation than its own.
+
+    Attributes:
+        mode: 6061h.
+    """
+
+    def __init__(self, device: str, node: int, state: str, statusword: int, mode: int, own: int) -> None:
+        super().__init__(device, node, state, statusword, f"runs in mode {mode} (6061h) instead of {own}")
+        self.mode = mode
+
+
 def _shown(value: object) -> str:
     return f"{value} (0x{value:X})" if isinstance(value, int) and value >= 0 else repr(value)

@@ -230,8 +230,10 @@ def _latch(verdict: Verdict, tick: int, m: Memory, outputs: Outputs) -> None:
 
 def _reset(verdict: Verdict, m: Memory, outputs: Outputs) -> None:
     """Faults are acknowledged on every tick of the deadline until the latch lets go."""
-    if m.mode.powered and m.mode is not Mode.HOLDING:
-        outputs.events.append("reset refused: the machine is not at rest yet")
+    if m.mode.powered:
+        held = m.mode is Mode.HOLDING
+        why = "release the dead-man switch first" if held else "the machine is not at rest yet"
+        outputs.events.append(f"reset refused: {why}")
         m.resetting = 0
         return
     if m.resetting == m.reset_limit:

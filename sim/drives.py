@@ -6,12 +6,11 @@ from collections import deque
 from typing import Final, Protocol
 
 from ..devices.cia301 import EMCY_RPDO_TIMEOUT, AlState
-from ..devices.cia402 import STATUS, VOLTAGE_ENABLED, State
+from ..devices.cia402 import MODE, STATUS, VOLTAGE_ENABLED, State
 from ..devices.device import Device
 from ..devices.drive import (
     CYCLIC_SYNCHRONOUS_TORQUE,
     CYCLIC_SYNCHRONOUS_VELOCITY,
-    MODE,
     AxisDrive,
     JointDrive,
 )

@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 from hapticd.devices.cia402 import TARGETS, TRANSITIONS, State, decode, next_transition
-from hapticd.devices.errors import DriveFaultError, LeftStateError, TransitionError
+from hapticd.devices.errors import DriveFaultError, DriveModeError, LeftStateError, TransitionError
 from hapticd.sim.drives import SimDrive
 
 if TYPE_CHECKING:
@@ -179,6 +179,20 @@ def test_a_request_to_switch_off_takes_all_voltage_off_at_once(enabled: Rig) -> 
     enabled.power.request(State.SWITCH_ON_DISABLED)
     assert not enabled.image.word("joints.controlword").any()
     assert not enabled.image.word("axes.controlword").any()
+
+
+def test_a_drive_in_another_mode_is_an_error_on_the_way_and_while_holding(ready: Rig) -> None:
+    drive = ready.nodes["joint2"]
+    own, drive.mode = drive.mode, 8
+    with pytest.raises(DriveModeError, match=r"mode 8 .* instead of 10"):
+        ready.walk(State.OPERATION_ENABLED)
+    drive.mode = own
+    ready.walk(State.SWITCH_ON_DISABLED)
+    ready.walk(State.OPERATION_ENABLED)
+    drive.mode = 8
+    with pytest.raises(DriveModeError):
+        for _ in range(3):
+            ready.tick(ready.power.step, operational=True)
 
 
 def test_a_drive_that_leaves_the_state_is_not_brought_back(enabled: Rig) -> None:

@@ -88,6 +88,7 @@ STOPS: dict[str, tuple[Callable[[Bench], object], str, bool, int]] = {
         9,
     ),
     "device restarts": (lambda b: b.nodes["joint_1"].reset(), "device_state", True, 3),
+    "drive in another mode": (lambda b: setattr(b.nodes["joint_3"], "mode", 8), "drive_state", True, 3),
     "scanner": (lambda b: setattr(b.plc, "scanner_clear", False), "scanner", True, 2),
     "wrench is NaN": (lambda b: _break(b, "force_torque", "wrench", [nan] * 6), "wrench_lost", False, 25),
     "handle IMU is NaN": (
@@ -356,6 +357,17 @@ def test_a_held_machine_switches_off_when_the_dead_man_opens(engaging: Bench) ->
     engaging.run(2)
     assert engaging.safe
     assert engaging.reason == "dead_man"
+
+
+def test_a_reset_of_a_held_machine_is_refused_and_changes_nothing(engaging: Bench) -> None:
+    engaging.nodes["ppu_x"].tamper = faults.drop(6)
+    engaging.until(Mode.HOLDING)
+    engaging.run(50, Command.RESET)
+    assert engaging.mode is Mode.HOLDING
+    assert engaging.reason == "device_silent"
+    assert not engaging.safe
+    assert engaging.plc.request == 0
+    assert any("release the dead-man switch first" in event for event in engaging.events)
 
 
 @pytest.mark.parametrize(("policy", "mode"), [("record", Mode.ENGAGING), ("stop", Mode.HOLDING)])
