@@ -64,6 +64,11 @@ class Deadlines:
     configuration: int = 20000
     start: int = 500
 
+    @classmethod
+    def at(cls, rate: float) -> Deadlines:
+        """The same times, by default those at 1 kHz, in ticks at another rate [Hz]."""
+        return cls(*(max(1, round(1e-3 * getattr(cls(), name) * rate)) for name in cls.__slots__))
+
 
 class _Client:
     """The SDO client of one device, running its script.

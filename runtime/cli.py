@@ -207,12 +207,10 @@ def _run(options: argparse.Namespace) -> int:
         outcome = lockstep_run.run(loaded, log, duration, live)
     else:
         outcome = daemon.run(loaded, log, duration, live)
-    if outcome.report is None:
-        print("hapticd: the recorder was lost; there is no summary", file=sys.stderr)
-    elif options.json:
+    if outcome.report and options.json:
         speed = {} if outcome.speed_x is None else {"speed_x": outcome.speed_x}
         print(as_json(outcome.report, status=outcome.status, message=outcome.message, **speed))
-    else:
+    elif outcome.report:
         print(table(outcome.report))
         if outcome.speed_x is not None:
             print(f"lockstep: {outcome.speed_x:g} times real time")

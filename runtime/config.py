@@ -61,7 +61,7 @@ class Strict(Struct, frozen=True, forbid_unknown_fields=True):
 
 
 Node = Annotated[int, Meta(ge=1, le=127)]
-Count = Annotated[int, Meta(ge=1)]
+Count = Annotated[int, Meta(ge=1, le=2**32 - 1)]
 
 
 class Loop(Strict, frozen=True):
@@ -77,7 +77,7 @@ class Loop(Strict, frozen=True):
     duration: Duration | None = None
     sync: Literal["free", "bus"] = "free"
     spin: Instant | None = None
-    cpu: Annotated[int, Meta(ge=0)] | None = None
+    cpu: Annotated[int, Meta(ge=0, le=4095)] | None = None
 
 
 class SimulatedBus(Strict, frozen=True, tag_field="kind", tag="simulated"):

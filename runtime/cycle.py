@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..devices.bringup import Bringup, BringupState
+from ..devices.bringup import Bringup, BringupState, Deadlines
 from ..devices.cia301 import AlState
 from ..devices.cia402 import PowerStage, State
 from ..devices.errors import DeviceError
@@ -22,6 +22,7 @@ from ..safety import (
     Observation,
     Reaction,
     StopLatch,
+    Trip,
     Verdict,
     describe,
     refusals,
@@ -83,6 +84,7 @@ class Memory:
     Attributes:
         mode: of the machine.
         latch: the stop that stands.
+        stopped_by: the last stop that was more than the end of the session, None after a reset.
         image, machine, gate, monitor, power, signals, bringup: the parts.
         counter: of the last SYNC; commanded: tick of the last commands.
         gain: how far the operator's wrench has faded in.
@@ -96,11 +98,12 @@ class Memory:
         self.image, self.machine, self.mark = image, machine, mark
         self.mode = Mode.BRINGUP
         self.latch = StopLatch()
-        self.gate = Gate(machine.axes)
+        self.stopped_by: Trip | None = None
+        self.gate = Gate(machine.axes, rate)
         self.monitor = Monitor(machine.thresholds)
         self.dead_man = DeadMan()
         self.signals = SafetySignals(image)
-        self.bringup = Bringup(image)
+        self.bringup = Bringup(image, Deadlines.at(rate))
         self.power = PowerStage(image, machine.drive_groups, round(TRANSITION_DEADLINE_S * rate))
         self.seen = Observation()
         self.calm = [False] * image.expected
@@ -115,6 +118,7 @@ class Memory:
         self.ramp = 0
         self.reset_limit = round(RESET_DEADLINE_S * rate)
         self.resetting = 0
+        self.recorded = True
         self.progress = ""
         self.packed = b""
         self.digest = 0
@@ -201,6 +205,8 @@ def _obey(inputs: Inputs, m: Memory, outputs: Outputs) -> None:
         _latch(Verdict(Reaction.RAMP, END, "the session ends"), inputs.tick, m, outputs)
     if inputs.commands & Command.RESET:
         m.resetting = m.reset_limit
+    if inputs.commands & Command.UNRECORDED:
+        m.recorded = False
 
 
 def _observe(inputs: Inputs, m: Memory) -> Observation:
@@ -225,6 +231,8 @@ def _latch(verdict: Verdict, tick: int, m: Memory, outputs: Outputs) -> None:
     if m.mode.powered and m.latch.take(verdict, tick):
         if m.mode is not Mode.STOPPING:  # a stronger reason gives a stop no more time
             m.ramp = 0
+        if verdict.reason != END:
+            m.stopped_by = m.latch.trip
         _enter(m, Mode.STOPPING, outputs, describe(m.latch.trip))
 
 
@@ -253,6 +261,7 @@ def _reset(verdict: Verdict, m: Memory, outputs: Outputs) -> None:
         m.power.request(State.SWITCH_ON_DISABLED)
         if not why:
             m.permitted = not m.needs_command
+            m.stopped_by = None
             _enter(m, Mode.READY, outputs, "reset; press the dead-man switch to start")
 
 
@@ -284,6 +293,7 @@ def _refusals(verdict: Verdict, m: Memory) -> list[str]:
         permitted=m.permitted,
         sensors_valid=m.trust == 1.0 and seen.inertial,
         inside_limits=m.machine.inside_limits,
+        recorded=m.recorded,
     )
     return found or ([verdict.detail] if verdict.reaction.stops else [])
 

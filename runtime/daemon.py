@@ -20,10 +20,10 @@ from ..devices.adapter import Adapter
 from ..devices.frames import CAPACITY, Frames
 from ..devices.python_can import python_can
 from ..devices.socket_adapter import SocketAdapter, socketcan
-from ..safety import Trip, describe
+from ..safety import describe
 from . import config as c
 from .config import Loaded
-from .cycle import Inputs, Outputs, cycle
+from .cycle import Inputs, Memory, Outputs, cycle
 from .errors import HapticdError
 from .forensics import Forensics
 from .loop import FixedRate
@@ -34,7 +34,7 @@ from .record import RecordWriter
 from .recorder import EVENT, FINISH, LATE, OVERSTAY, TICK, VITALS
 from .ring import Ring
 from .session import Session, build
-from .slack import Slack
+from .slack import Slack, pause
 from .stages import Stage, Stages
 from .summary import Report
 from .vitals import LOOK_NS, VitalSigns
@@ -46,6 +46,8 @@ STALL_LIMIT_S = 1.0
 """How long a simulated plant may stall with its socket open before it counts as lost."""
 END_LIMIT_S = 2.0
 """How long the machine may take to come to rest at the end of a session."""
+RECORDER_S = 0.2
+"""Between two looks at the recorder."""
 CHILD_LIMIT_S = 30.0
 """How long a child process may take to start or to finish."""
 KEYS = {"s": Command.STOP, "r": Command.RESET, "a": Command.ARM}
@@ -74,6 +76,22 @@ class Outcome:
     speed_x: float | None = None
 
 
+def outcome(memory: Memory, report: Report | None, speed_x: float | None = None, lost: str = "") -> Outcome:
+    """What became of a session that is over; ``lost`` says whether the bus is gone."""
+    if memory.mode is Mode.FAILED:
+        return Outcome(report, 1, "the devices did not come up", speed_x)
+    if memory.stopped_by:
+        return Outcome(report, 3, f"stopped by safety: {describe(memory.stopped_by)}", speed_x)
+    if memory.mode.powered:
+        why = f"not at rest within {END_LIMIT_S:g} s; the watchdogs of the drives take over"
+        return Outcome(report, 3, why, speed_x)
+    if lost:
+        return Outcome(report, 3, lost, speed_x)
+    if report is None:
+        return Outcome(None, 1, "the recorder was lost; there is no summary", speed_x)
+    return Outcome(report, 0, "", speed_x)
+
+
 class Daemon:
     """One live session."""
 
@@ -89,7 +107,6 @@ class Daemon:
         self._ending_since = -1
         self._stalled = 0
         self._unserved = 0
-        self._trip: Trip | None = None
         self._crash: BaseException | None = None
         self._ring = Ring.create()
         self._writer = RecordWriter(self._session.memory)
@@ -119,6 +136,7 @@ class Daemon:
             self._become_realtime()
             self._rhythm.slack.add(self._forensics.watch_host())
             self._rhythm.slack.add(self._vitals.watch(), LOOK_NS)
+            self._rhythm.slack.add(self._watch_recorder())
             loop.watch = self._watch
             loop.set_exception_handler(self._crashed)
             self._rhythm.start(loop.add_tick, START_DELAY_NS)
@@ -126,6 +144,7 @@ class Daemon:
         finally:
             self._rhythm.stop(loop.remove_reader)
             self._rhythm.slack.close()
+            self._lost = "the bus is gone: its interface or the plant died" if self._bus.closed else ""
             self._bus.close()
         if self._crash:
             raise self._crash  # nothing more is sent: the watchdogs of the drives stop the machine
@@ -210,7 +229,7 @@ class Daemon:
         mode = self._session.memory.mode
         if self._ending_since < 0:
             over = self._duration_ticks is not None and tick + 1 >= self._duration_ticks
-            dead = mode is Mode.STOPPED and self._bus.closed
+            dead = self._bus.closed and not mode.powered  # while it is, the monitor stops the machine first
             if not (over or dead or mode is Mode.FAILED):
                 return
             self.end()
@@ -221,7 +240,6 @@ class Daemon:
         """Stop the machine, then the session."""
         if self._ending_since < 0:
             self._ending_since = max(0, self._rhythm.tick)
-            self._trip = self._session.memory.latch.trip
             self._pending |= Command.END
 
     # ------------------------------------------------------------------------------- around it
@@ -281,6 +299,13 @@ class Daemon:
         self._crash = self._crash or context.get("exception") or RuntimeError(context["message"])
         self._done.set()
 
+    async def _watch_recorder(self) -> None:
+        """Supervisory work: a session whose recorder died says so at once and is not armed again."""
+        while self._recorder.poll() is None:
+            await pause(RECORDER_S)
+        self._pending |= Command.UNRECORDED
+        print("hapticd: the recorder died; this session is not recorded any more", file=sys.stderr)
+
     def _event(self, tick: int, text: str) -> None:
         self._ring.push(EVENT + tick.to_bytes(8, "little") + text.encode())
 
@@ -288,12 +313,7 @@ class Daemon:
         report = self._collect()
         if self._plant:
             _reap(self._plant)
-        memory = self._session.memory
-        if memory.mode is Mode.FAILED:
-            return Outcome(report, 1, "the devices did not come up")
-        if self._trip:
-            return Outcome(report, 3, f"stopped by safety: {describe(self._trip)}")
-        return Outcome(report, 0, "")
+        return outcome(self._session.memory, report, lost=self._lost)
 
     def _collect(self) -> Report | None:
         """The summary that the recorder gives once it is told to finish."""

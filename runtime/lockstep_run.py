@@ -7,9 +7,8 @@ from io import FileIO
 from pathlib import Path
 from time import perf_counter
 
-from ..safety import describe
 from .config import Loaded
-from .daemon import Outcome
+from .daemon import END_LIMIT_S, Outcome, outcome
 from .lockstep import Lockstep
 from .log import LogWriter
 from .modes import Command, Mode
@@ -18,7 +17,6 @@ from .session import build, fingerprint
 from .summary import Summary, as_json
 
 DEFAULT_S = 30.0
-END_LIMIT_S = 2.0
 
 
 def run(loaded: Loaded, log: Path, duration: float | None, live: bool) -> Outcome:
@@ -47,7 +45,6 @@ def run(loaded: Loaded, log: Path, duration: float | None, live: bool) -> Outcom
         while lockstep.inputs.tick + 1 < ticks and memory.mode is not Mode.FAILED:
             lockstep.tick()
             keep()
-        trip = memory.latch.trip
         lockstep.tick(Command.END)
         keep()
         while memory.mode.powered and lockstep.inputs.tick < ticks + END_LIMIT_S * rate:
@@ -56,8 +53,4 @@ def run(loaded: Loaded, log: Path, duration: float | None, live: bool) -> Outcom
         report = summary.report(0, str(log))
         recording.finish(as_json(report))
     speed_x = round((lockstep.inputs.tick + 1) / rate / (perf_counter() - begin), 2)
-    if memory.mode is Mode.FAILED:
-        return Outcome(report, 1, "the devices did not come up", speed_x)
-    if trip:
-        return Outcome(report, 3, f"stopped by safety: {describe(trip)}", speed_x)
-    return Outcome(report, 0, "", speed_x)
+    return outcome(memory, report, speed_x)

@@ -42,3 +42,5 @@ class Command(IntFlag):
     ARM = 4
     END = 8
     """The session ends: come to rest, brakes closed."""
+    UNRECORDED = 16
+    """Nobody writes the log any more: the machine is not armed again."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Protocol
 
 from ..devices import drive, force_torque, imu, safety_plc
@@ -111,7 +112,7 @@ def build(loaded: Loaded, mark: Mark = no_mark) -> Session:
     config = loaded.config
     robot = Robot.from_urdf(loaded.model_text, loaded.model_source)
     system = SYSTEMS[config.system]
-    _require(loaded, _check_bus(config) + system.check(config, robot))
+    _require(loaded, _check_loop(config) + _check_hand(config) + system.check(config, robot))
     try:
         network = Network([_device(name, device) for name, device in config.devices.items()])
         image = ProcessImage(network)
@@ -149,8 +150,28 @@ def _require(loaded: Loaded, found: list[tuple[str, str, str]]) -> None:
         )
 
 
-def _check_bus(config: Config) -> list[tuple[str, str, str]]:
+RATES = (200.0, 8000.0)
+"""Slower, the walls of a haptic interface feel like rubber; faster, no bus and no solver follows [Hz]."""
+LONGEST_STOP_S = 1.0
+LARGEST_MARGIN = 0.2
+"""Of a hard limit behind the controller's [rad or m]: more would be no limit."""
+
+
+def _check_loop(config: Config) -> list[tuple[str, str, str]]:
+    """What the parts of a configuration that every machine has must fulfil together."""
     found = []
+    loop, safety = config.loop, config.safety
+    if not RATES[0] <= loop.rate <= RATES[1]:
+        found.append(("loop.rate", f"{loop.rate:g} Hz", f"give {RATES[0]:g} to {RATES[1]:g} Hz"))
+    if loop.spin is not None and loop.spin > 0.5 / loop.rate:
+        found.append(("loop.spin", f"{loop.spin:g} s is more than half a period", 'write e.g. "60 us"'))
+    if safety.stop_time > LONGEST_STOP_S:
+        found.append(("safety.stop_time", f"{safety.stop_time:g} s", f"give at most {LONGEST_STOP_S:g} s"))
+    for name in ("position_margin", "ppu_margin"):
+        margin = getattr(safety, name)
+        if not 0.0 < margin <= LARGEST_MARGIN:
+            fix = f"give more than 0 and at most {LARGEST_MARGIN:g}"
+            found.append((f"safety.{name}", f"{margin:g} is no margin", fix))
     simulated = isinstance(config.bus, c.SimulatedBus)
     if not simulated and config.loop.on_overrun != "stop":
         found.append(("loop.on_overrun", "a real bus must stop on overruns", 'write "stop"'))
@@ -160,6 +181,19 @@ def _check_bus(config: Config) -> list[tuple[str, str, str]]:
         found.append(("loop.sync", "python-can gives no arrival times", 'write "free", or use socketcan'))
     if config.arming.fade < 3.0:
         found.append(("arming.fade", f"{config.arming.fade:g} s is too sudden", 'write at least "3 s"'))
+    return found
+
+
+def _check_hand(config: Config) -> list[tuple[str, str, str]]:
+    if config.simulation is None:
+        return []
+    hand = config.simulation.hand
+    found = []
+    for name, entries in (("path", hand.path), ("dead_man", hand.dead_man)):
+        times = [float(entry.at) for entry in entries]
+        if any(after <= before for before, after in pairwise(times)):
+            problem = "its times do not rise"
+            found.append((f"simulation.hand.{name}", problem, "order the entries by their time"))
     return found
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import isfinite, isinf, isnan, pi
+from math import inf, isfinite, isinf, isnan, pi
 from typing import ClassVar
 
 DIMENSIONS: dict[str, dict[str, float]] = {
@@ -25,6 +25,28 @@ DIMENSIONS: dict[str, dict[str, float]] = {
     "rate": {"1/s": 1.0},
     "rate squared": {"1/s^2": 1.0},
 }
+
+LARGEST: dict[str, float] = {
+    "time": 1e6,
+    "frequency": 1e4,
+    "length": 100.0,
+    "angle": 100.0,
+    "speed": 20.0,
+    "angular speed": 100.0,
+    "acceleration": 1e3,
+    "angular acceleration": 1e4,
+    "mass": 1e3,
+    "inertia": 1e4,
+    "force": 1e5,
+    "torque": 1e4,
+    "stiffness": 1e7,
+    "damping": 1e5,
+    "angular stiffness": 1e7,
+    "angular damping": 1e5,
+    "rate": 1e4,
+    "rate squared": 1e8,
+}
+"""What no machine that a person holds on to goes beyond: more is a slip of the pen or of the unit."""
 
 
 class UnitError(ValueError):
@@ -64,7 +86,11 @@ def parse(text: object, dimension: str) -> tuple[float, ...]:
         raise UnitError(f'"{unit}" is no unit of {dimension}; use one of {", ".join(units)}')
     if any(map(isnan, numbers)):
         raise UnitError(f'"{text}" contains a NaN; {example}')
-    return tuple(number * units[unit] for number in numbers)
+    values = tuple(number * units[unit] for number in numbers)
+    if any(LARGEST[dimension] < abs(value) < inf for value in values):
+        first = next(iter(units))
+        raise UnitError(f'"{text}" is out of range; give at most {LARGEST[dimension]:g} {first}')
+    return values
 
 
 class Quantity(float):

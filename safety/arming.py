@@ -31,6 +31,7 @@ def refusals(
     permitted: bool,
     sensors_valid: bool,
     inside_limits: bool,
+    recorded: bool,
 ) -> list[str]:
     """Everything that forbids arming now, for people; empty where nothing does."""
     found = []
@@ -52,4 +53,6 @@ def refusals(
         found.append("the force-torque sensor or an inertial unit gives nothing valid")
     if not inside_limits:
         found.append("an axis stands outside its limits")
+    if not recorded:
+        found.append("the recorder is gone; end this session and start another")
     return found

@@ -12,9 +12,11 @@ from math import isfinite
 
 from .verdict import PASS, Reaction, Verdict, strongest
 
-CLAMPS = ((150, Reaction.OFF), (100, Reaction.RAMP), (10, Reaction.HOLD))
-"""Ticks in a row with commands beyond a limit, and what they lead to (fault matrix, row 24). Braking as hard
-as the torque allows is such a command, too, for some 50 ticks; a stop that goes on like that is none."""
+CLAMPS_BEFORE_HOLD = 10
+"""Ticks in a row with commands beyond a limit before the machine stops (fault matrix, row 24)."""
+CLAMPED_RAMP_S, CLAMPED_OFF_S = 0.1, 0.15
+"""Commands beyond a limit for so long lead to more. Braking as hard as the torque allows is such a command,
+too, for some 50 ms; a stop that goes on like that is none."""
 LOST_BEFORE_OFF = 3
 """Ticks in a row with commands that are no numbers before the torque goes off: there is no ramp without."""
 
@@ -48,8 +50,14 @@ class Gate:
         clamps: how many commands were ever replaced.
     """
 
-    def __init__(self, axes: Sequence[AxisLimits]) -> None:
+    def __init__(self, axes: Sequence[AxisLimits], rate: float) -> None:
+        """The rate in ticks a second."""
         self._axes = tuple(axes)
+        self._clamps = (
+            (round(CLAMPED_OFF_S * rate), Reaction.OFF),
+            (round(CLAMPED_RAMP_S * rate), Reaction.RAMP),
+            (CLAMPS_BEFORE_HOLD, Reaction.HOLD),
+        )
         self.admitted = [0.0] * len(self._axes)
         self.enable = False
         self.clamps = 0
@@ -117,7 +125,7 @@ class Gate:
         if self._lost_ticks >= LOST_BEFORE_OFF:
             detail = f"{verdict.detail}, {self._lost_ticks} ticks in a row"
             return Verdict(Reaction.OFF, "output_not_finite", detail)
-        for ticks, reaction in CLAMPS:
+        for ticks, reaction in self._clamps:
             if self._clamped_ticks >= ticks:
                 detail = f"{verdict.detail}, {self._clamped_ticks} ticks in a row"
                 return Verdict(reaction, "output_beyond_limit", detail)

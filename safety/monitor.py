@@ -14,16 +14,18 @@ WINDOW = 100
 """Ticks over which sporadic faults are counted."""
 SPORADIC = 5
 """Sporadic faults in a window that stop the machine (rows 4 and 19)."""
-MISSED_HOLD, MISSED_RAMP = 5, 20
-"""Consecutive frames of one device missing (rows 2 and 3)."""
+MISSED_HOLD = 5
+"""Consecutive frames of one device missing (row 2)."""
+SILENCE_S = 20e-3
+"""Silence of one device, its dead-man signal included, that counts as its loss (rows 3 and 15)."""
 SKIPPED_IN_A_ROW = 3
 """Skipped ticks at once that stop the machine where overruns stop it (row 19)."""
-STALL_TICKS = 20
+STALL_S = 20e-3
 """A gap after which every drive's watchdog has acted (row 20)."""
 SOLVE_HOLD, SOLVE_RAMP = 3, 10
 """Failed solves in a row (row 17)."""
-FADE_TICKS = 20
-"""Ticks without a valid wrench, faded out meanwhile, or acceleration before the machine stops (row 12)."""
+FADE_S = 20e-3
+"""Without a valid wrench, faded out meanwhile, or acceleration before the machine stops (row 12)."""
 LIMIT_TICKS = 3
 """Ticks past a hard limit before the machine stops (row 25)."""
 
@@ -37,6 +39,7 @@ class Thresholds:
         lower, upper: hard position limits, infinite where there is none [rad or m].
         speed: largest measured speeds [rad/s or m/s].
         devices: names of the devices, in the order of ``Observation.missed``.
+        rate: ticks a second.
         overruns_stop: whether skipped ticks stop the machine (a real bus) or are only recorded.
     """
 
@@ -45,7 +48,12 @@ class Thresholds:
     upper: tuple[float, ...]
     speed: tuple[float, ...]
     devices: tuple[str, ...]
+    rate: float
     overruns_stop: bool
+
+    def ticks(self, seconds: float) -> int:
+        """How many ticks a time takes, at least one."""
+        return max(1, round(seconds * self.rate))
 
 
 @dataclass(slots=True)
@@ -106,11 +114,13 @@ class Monitor:
     """Judges one observation a tick; total, never raises.
 
     Attributes:
-        wrench_gain: 1 with a valid wrench, fading to 0 within FADE_TICKS without (row 12).
+        wrench_gain: 1 with a valid wrench, fading to 0 within FADE_S without (row 12).
     """
 
     def __init__(self, thresholds: Thresholds) -> None:
         self._t = thresholds
+        self._silence, self._stall = thresholds.ticks(SILENCE_S), thresholds.ticks(STALL_S)
+        self._fade = thresholds.ticks(FADE_S)
         self._discards, self._skips = _Window(), _Window()
         self._unsolved = 0
         self._wrench_lost = self._inertial_lost = 0
@@ -159,7 +169,7 @@ class Monitor:
         if worst:
             name = self._t.devices[list(seen.missed).index(worst)]
             detail = f"{worst} frames of {name} missing in a row"
-            if worst >= MISSED_RAMP:
+            if worst >= self._silence:
                 verdict = Verdict(Reaction.RAMP, "device_silent", detail)
             elif worst >= MISSED_HOLD:
                 verdict = Verdict(Reaction.HOLD, "device_silent", detail)
@@ -211,15 +221,21 @@ class Monitor:
             self.wrench_gain = 1.0
             return PASS
         self._wrench_lost += 1
-        self.wrench_gain = max(0.0, 1.0 - self._wrench_lost / FADE_TICKS)
-        return _lost("wrench", self._wrench_lost, seen.armed)
+        self.wrench_gain = max(0.0, 1.0 - self._wrench_lost / self._fade)
+        return self._lost("wrench", self._wrench_lost, seen.armed)
 
     def _inertial(self, seen: Observation) -> Verdict:
         if seen.inertial:
             self._inertial_lost = 0
             return PASS
         self._inertial_lost += 1
-        return _lost("acceleration", self._inertial_lost, seen.armed)
+        return self._lost("acceleration", self._inertial_lost, seen.armed)
+
+    def _lost(self, what: str, ticks: int, armed: bool) -> Verdict:
+        detail = f"no valid {what} for {ticks} ticks"
+        if ticks > self._fade and armed:
+            return Verdict(Reaction.HOLD, f"{what}_lost", detail)
+        return Verdict(Reaction.SANITISE, f"{what}_invalid", detail)
 
     def _solver(self, seen: Observation) -> Verdict:
         if seen.solved:
@@ -240,15 +256,8 @@ class Monitor:
         detail = f"{seen.skipped} ticks skipped, {total} within {WINDOW} ticks"
         if not (self._t.overruns_stop and seen.armed):
             return Verdict(Reaction.RECORD, "overrun", detail)
-        if seen.skipped >= STALL_TICKS:
+        if seen.skipped >= self._stall:
             return Verdict(Reaction.RAMP, "stall", detail)
         if seen.skipped >= SKIPPED_IN_A_ROW or total > SPORADIC:
             return Verdict(Reaction.HOLD, "overrun", detail)
         return Verdict(Reaction.RECORD, "overrun", detail)
-
-
-def _lost(what: str, ticks: int, armed: bool) -> Verdict:
-    detail = f"no valid {what} for {ticks} ticks"
-    if ticks > FADE_TICKS and armed:
-        return Verdict(Reaction.HOLD, f"{what}_lost", detail)
-    return Verdict(Reaction.SANITISE, f"{what}_invalid", detail)

@@ -295,5 +295,6 @@ def _thresholds(config: Config, image: ProcessImage) -> Thresholds:
         upper=tuple(high + margin for high, margin in zip(upper, margins, strict=True)),
         speed=tuple(SPEED_MARGIN * v for v in speed),
         devices=tuple(device.name for device in image.network.devices),
+        rate=config.loop.rate,
         overruns_stop=config.loop.on_overrun == "stop",
     )

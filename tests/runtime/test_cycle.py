@@ -5,6 +5,7 @@ from math import inf, nan
 
 import numpy as np
 import pytest
+from hapticd.runtime.daemon import outcome
 from hapticd.runtime.modes import Command, Mode
 from hapticd.sim import faults
 from hapticd.sim.drives import SimDrive
@@ -368,6 +369,41 @@ def test_a_reset_of_a_held_machine_is_refused_and_changes_nothing(engaging: Benc
     assert not engaging.safe
     assert engaging.plc.request == 0
     assert any("release the dead-man switch first" in event for event in engaging.events)
+
+
+def test_without_a_recorder_the_machine_goes_on_and_is_not_armed_again(engaging: Bench) -> None:
+    engaging.run(1, Command.UNRECORDED)
+    engaging.run(20)
+    assert engaging.mode is Mode.ENGAGING
+    engaging.press(False)
+    engaging.until(Mode.STOPPED)
+    engaging.run(50, Command.RESET)
+    engaging.press(True)
+    engaging.run(5)
+    assert engaging.mode is Mode.READY
+    assert any("recorder" in event for event in engaging.events)
+
+
+def test_an_emergency_stop_while_the_session_ends_is_what_the_session_ended_with(moving: Bench) -> None:
+    moving.run(1, Command.END)
+    assert moving.memory.stopped_by is None
+    moving.plc.emergency_stop = (True, True)
+    moving.run(5)
+    stopped = moving.memory.stopped_by
+    assert stopped is not None and stopped.verdict.reason == "e_stop"
+    assert outcome(moving.memory, None).status == 3
+
+
+def test_what_a_session_came_to(engaging: Bench) -> None:
+    memory = engaging.memory
+    assert outcome(memory, None).message.startswith("not at rest")
+    engaging.run(1, Command.END)
+    engaging.until(Mode.STOPPED)
+    assert outcome(memory, None).status == 1
+    assert "recorder" in outcome(memory, None).message
+    assert outcome(memory, None, lost="the bus is gone").status == 3
+    memory.mode = Mode.FAILED
+    assert outcome(memory, None).status == 1
 
 
 @pytest.mark.parametrize(("policy", "mode"), [("record", Mode.ENGAGING), ("stop", Mode.HOLDING)])

@@ -128,6 +128,30 @@ def test_a_killed_plant_stops_the_daemon_with_a_ramp_and_a_readable_log(start: C
     assert records[-1].fixed["reason"] == b"device_silent"
 
 
+def test_a_plant_that_dies_before_the_machine_is_armed_ends_the_session(
+    start: Callable[..., Live], write_config: Callable[..., Path]
+) -> None:
+    later = 'dead_man = [{ at = "20 s", pressed = true }]'
+    live = start(
+        str(write_config(('dead_man = [{ at = "0.3 s", pressed = true }]', later))), "--duration", "30"
+    )
+    live.wait_for("READY")
+    os.kill(live.child("plant_process"), signal.SIGKILL)
+    assert live.end() == 3
+    assert "the bus is gone" in live.errors
+    assert open_log(str(live.log)).events()
+
+
+def test_a_killed_recorder_is_told_at_once_and_ends_in_an_error(start: Callable[..., Live]) -> None:
+    live = start("giant", "--duration", "4")
+    live.wait_for("ENGAGING")
+    os.kill(live.child("recorder"), signal.SIGKILL)
+    live.wait_for("the recorder died")
+    assert live.process.poll() is None  # the machine goes on
+    assert live.end() == 1
+    assert "there is no summary" in live.errors
+
+
 def test_after_the_daemon_is_killed_every_drive_is_safe_by_itself_and_the_log_opens(
     start: Callable[..., Live],
 ) -> None:

@@ -12,6 +12,7 @@ READY = {
     "permitted": True,
     "sensors_valid": True,
     "field_clear": True,
+    "recorded": True,
     "inside_limits": True,
 }
 
@@ -34,6 +35,7 @@ def test_a_switch_that_is_held_from_the_start_is_no_press() -> None:
         ({"permitted": False}, "commanded"),
         ({"sensors_valid": False}, "force-torque"),
         ({"field_clear": False}, "scanned field"),
+        ({"recorded": False}, "recorder"),
         ({"inside_limits": False}, "outside"),
     ],
 )
@@ -45,4 +47,4 @@ def test_every_missing_condition_refuses_and_says_so(change: dict[str, object], 
 
 def test_all_refusals_are_named_at_once() -> None:
     nothing = dict.fromkeys(READY, False) | {"faults": 1, "latched": True, "e_stop": True, "sto": True}
-    assert len(refusals(**nothing)) == 9
+    assert len(refusals(**nothing)) == 10

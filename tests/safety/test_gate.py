@@ -21,7 +21,7 @@ def admit(
 
 @pytest.fixture
 def gate() -> Gate:
-    return Gate([JOINT, AXIS])
+    return Gate([JOINT, AXIS], 1000.0)
 
 
 def test_without_arming_nothing_is_admitted(gate: Gate) -> None:

@@ -12,6 +12,7 @@ THRESHOLDS = Thresholds(
     upper=(inf, 1.6),
     speed=(2.75, 1.3),
     devices=("joint_1", "ppu_x", "safety_plc"),
+    rate=1000.0,
     overruns_stop=True,
 )
 
@@ -97,6 +98,21 @@ def test_missing_frames_escalate_and_name_the_device(
     verdict = monitor.judge(good(missed=[0, count, 0]))
     assert verdict.reaction is reaction
     assert f"{count} frames of ppu_x" in verdict.detail
+
+
+def test_times_are_times_at_any_rate() -> None:
+    for rate, ticks in ((500.0, 10), (4000.0, 80)):
+        monitor = Monitor(replace(THRESHOLDS, rate=rate))
+        for k in range(1, ticks + 1):
+            reaction = monitor.judge(good(missed=[k, 0, 0])).reaction
+            assert (reaction is Reaction.RAMP) == (k == ticks)
+        monitor = Monitor(replace(THRESHOLDS, rate=rate))
+        assert monitor.judge(good(skipped=ticks - 1)).reaction is Reaction.HOLD
+        assert monitor.judge(good(skipped=ticks)).reaction is Reaction.RAMP
+        monitor = Monitor(replace(THRESHOLDS, rate=rate))
+        assert reactions(monitor, ticks, wrench=None) == [Reaction.SANITISE] * ticks
+        assert monitor.wrench_gain == 0.0
+        assert reactions(monitor, 1, wrench=None) == [Reaction.HOLD]
 
 
 @pytest.mark.parametrize(
