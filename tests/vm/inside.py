@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
 import signal
 import socket
 import struct
@@ -241,3 +242,66 @@ def test_skipped_ticks_are_counted_and_stop_the_machine_when_they_are_many(
     assert 1 + 3 + 21 <= report["skipped"] <= 2 + 4 + 22
     assert report["stop"] == "stall"
     assert report["frames_missing"] == 0  # the plant stalled, too
+
+
+UNITS = Path("/run/systemd/system")
+MANAGER = Path("/lib/systemd/systemd")
+ERRORS, SAID = Path("/run/hapticd.err"), Path("/run/hapticd.said")
+SERVICE_JOB = """
+systemctl start hapticd@machine; echo "started $?"
+sleep 1; systemctl show -P StatusText hapticd@machine
+echo a > /run/hapticd-machine
+sleep 5; systemctl show -P ActiveState hapticd@machine
+systemctl kill --kill-whom=main --signal=STOP hapticd@machine
+sleep 5; systemctl show -P Result hapticd@machine
+echo finished
+"""
+
+
+def say_as_systemd(job: str) -> None:
+    """Starts a systemd in its own process namespace, with the project's units and a job for a shell."""
+    subprocess.run(["mount", "-t", "cgroup2", "none", "/sys/fs/cgroup"], check=True)
+    shutil.copytree(ROOT / "deploy", UNITS)
+    alone = "[Unit]\nDefaultDependencies=no\n"
+    # a clone may lie where the service must not look
+    visible = f"ProtectHome=tmpfs\nBindReadOnlyPaths={ROOT} {sys.base_prefix}\nStandardError=file:{ERRORS}\n"
+    for unit, text in (("service", f"{alone}[Service]\n{visible}"), ("socket", alone)):
+        folder = UNITS / f"hapticd@.{unit}.d"
+        folder.mkdir()
+        (folder / "test.conf").write_text(text)
+    script = Path("/run/job.sh")
+    script.write_text(job)
+    run = f"TimeoutStartSec=infinity\nExecStart=/bin/sh {script}\nStandardOutput=file:{SAID}\n"
+    (UNITS / "job.service").write_text(f"{alone}[Service]\nType=oneshot\n{run}")
+    (UNITS / "job.target").write_text(f"{alone}Wants=job.service\n")
+    namespace = ["unshare", "--pid", "--mount", "--fork", "--mount-proc", "--kill-child"]
+    subprocess.Popen(
+        [*namespace, str(MANAGER), "--system", "--unit=job.target", "--log-target=null"],
+        env={**os.environ, "container": "other"},
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.DEVNULL,
+    )
+
+
+def test_the_service_takes_commands_and_is_ended_when_its_ticks_stall(machine: Path, plant: Process) -> None:
+    if not (MANAGER.exists() and shutil.which("systemctl")):
+        pytest.skip("there is no systemd")
+    for folder in ("/etc/hapticd", "/opt/hapticd"):  # this host's own, which is only hidden here
+        shutil.rmtree(folder, ignore_errors=True)
+    Path("/etc/hapticd").mkdir()
+    for name in ("machine.toml", "giant.urdf"):
+        shutil.copy(machine.parent / name, "/etc/hapticd")
+    Path("/opt/hapticd/bin").mkdir(parents=True)
+    Path("/opt/hapticd/bin/hapticd").symlink_to(Path(sys.executable).parent / "hapticd")
+
+    def said() -> str:
+        return SAID.read_text() if SAID.exists() else ""
+
+    with no_idling():
+        say_as_systemd(SERVICE_JOB)
+        wait_until(lambda: "started" in said(), said)
+    wait_until(lambda: "finished" in said(), said)
+    assert said().split() == ["started", "0", "READY", "active", "watchdog", "finished"]
+    events = ERRORS.read_text()
+    assert "armed by command" in events
+    assert "warning" not in events  # FIFO and locked memory by its capabilities
