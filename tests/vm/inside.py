@@ -258,8 +258,9 @@ echo finished
 """
 
 
-def say_as_systemd(job: str) -> None:
-    """Starts a systemd in its own process namespace, with the project's units and a job for a shell."""
+@contextmanager
+def systemd(job: str) -> Iterator[None]:
+    """A systemd in its own process namespace, with the project's units and a job for a shell."""
     subprocess.run(["mount", "-t", "cgroup2", "none", "/sys/fs/cgroup"], check=True)
     shutil.copytree(ROOT / "deploy", UNITS)
     alone = "[Unit]\nDefaultDependencies=no\n"
@@ -275,12 +276,17 @@ def say_as_systemd(job: str) -> None:
     (UNITS / "job.service").write_text(f"{alone}[Service]\nType=oneshot\n{run}")
     (UNITS / "job.target").write_text(f"{alone}Wants=job.service\n")
     namespace = ["unshare", "--pid", "--mount", "--fork", "--mount-proc", "--kill-child"]
-    subprocess.Popen(
-        [*namespace, str(MANAGER), "--system", "--unit=job.target", "--log-target=null"],
+    process = subprocess.Popen(
+        [*namespace, str(MANAGER), "--system", "--unit=job.target", "--show-status=no", "--log-target=null"],
         env={**os.environ, "container": "other"},
         stdin=subprocess.DEVNULL,
         stdout=subprocess.DEVNULL,
     )
+    try:
+        yield
+    finally:
+        process.kill()
+        process.wait()
 
 
 def test_the_service_takes_commands_and_is_ended_when_its_ticks_stall(machine: Path, plant: Process) -> None:
@@ -297,10 +303,10 @@ def test_the_service_takes_commands_and_is_ended_when_its_ticks_stall(machine: P
     def said() -> str:
         return SAID.read_text() if SAID.exists() else ""
 
-    with no_idling():
-        say_as_systemd(SERVICE_JOB)
-        wait_until(lambda: "started" in said(), said)
-    wait_until(lambda: "finished" in said(), said)
+    with systemd(SERVICE_JOB):
+        with no_idling():
+            wait_until(lambda: "started" in said(), said)
+        wait_until(lambda: "finished" in said(), said)
     assert said().split() == ["started", "0", "READY", "active", "watchdog", "finished"]
     events = ERRORS.read_text()
     assert "armed by command" in events
