@@ -1,6 +1,6 @@
 # Everything from a fresh clone: each target sets up what it needs and then does its work.
 .DEFAULT_GOAL := help
-.PHONY: help run test lint types bench nasty fuzz format clean
+.PHONY: help run test vm-test lint types bench nasty fuzz format clean
 export PYTHON CC
 BIN := .venv/bin
 PACKAGES := bench configs control devices hqp models runtime safety sim
@@ -10,6 +10,7 @@ C_FLAGS := -std=c11 -D_GNU_SOURCE -Icsrc -O2 -Wall -Wextra -Wconversion -Wshadow
 help:
 	@echo "make run     set up, run the simulated giant with a scripted hand for 30 s, print a summary"
 	@echo "make test    set up and run the tests"
+	@echo "make vm-test boot a PREEMPT_RT kernel in QEMU and test SocketCAN, FIFO, mlock and the doctor there"
 	@echo "make lint    ruff, mypy, import-linter, C warnings as errors, clang-format"
 	@echo "make bench   time the solver beside its peers"
 	@echo "make nasty   solve 1000 problems of each nasty kind, judged by their certificates"
@@ -23,6 +24,10 @@ run:
 test:
 	@./setup.sh test
 	@$(BIN)/python -m pytest $(ARGS)
+
+vm-test:
+	@./setup.sh test
+	@$(BIN)/python tests/vm/boot.py $(BIN)/python -m pytest -p no:cacheprovider tests/vm/inside.py $(ARGS)
 
 lint: types
 	@./setup.sh test

@@ -22,6 +22,7 @@ EPILOG = """examples:
   hapticd run my_machine.toml --duration 600
   hapticd replay log/giant-20260101-120000.mcap --verify
   hapticd check my_machine.toml
+  hapticd doctor
   hapticd bench solve --json
 
 While a session runs, type a letter and Enter: s stop, r reset after a stop, a arm (where the
@@ -92,8 +93,37 @@ def _parser() -> argparse.ArgumentParser:
     check.add_argument("config", metavar="CONFIG", help="a TOML file, or the name of a built-in machine")
     check.add_argument("--json", action="store_true", help="print the findings as JSON")
     check.set_defaults(handler=_check)
+    _add_doctor(commands)
+    _add_plant(commands)
     _add_bench(commands.add_parser("bench", help="benchmarks", description="Benchmarks."))
     return parser
+
+
+def _add_doctor(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    doctor = commands.add_parser(
+        "doctor",
+        help="is this host fit for real time",
+        description="Check kernel, permissions, CPUs, CAN interfaces and libraries; each line passes, or says"
+        " why it matters and what to type. docs/rt-host.md goes through them one by one.",
+    )
+    doctor.add_argument(
+        "config", metavar="CONFIG", nargs="?", help="check the processor and the CAN interface that it names"
+    )
+    doctor.add_argument("--json", action="store_true", help="print the lines as JSON")
+    doctor.set_defaults(handler=_doctor)
+
+
+def _add_plant(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    plant = commands.add_parser(
+        "plant",
+        help="simulate a machine on a CAN FD interface",
+        description="Simulate a machine's devices on a CAN FD interface, for a daemon with a socketcan bus.",
+    )
+    plant.add_argument(
+        "config", metavar="CONFIG", help="a TOML file with [simulation], or a built-in machine"
+    )
+    plant.add_argument("--interface", required=True, metavar="IF", help="e.g. vcan0; never a real machine's")
+    plant.set_defaults(handler=_plant, json=False)
 
 
 def _add_bench(bench: argparse.ArgumentParser) -> None:
@@ -333,3 +363,20 @@ def _check(options: argparse.Namespace) -> int:
             f" {session.robot.nv} joints, {session.config.loop.rate:g} Hz"
         )
     return 0
+
+
+def _doctor(options: argparse.Namespace) -> int:
+    from .doctor.host import Host
+    from .doctor.libraries import installed
+    from .doctor.report import as_json, as_text, examine, fit
+
+    machine = config.load(options.config).config if options.config else None
+    lines = examine(Host(), installed(), machine)
+    print(as_json(lines) if options.json else as_text(lines))
+    return 0 if fit(lines) else 1
+
+
+def _plant(options: argparse.Namespace) -> int:
+    from .plant_process import serve_interface
+
+    return serve_interface(config.load(options.config), options.interface)

@@ -28,6 +28,7 @@ from .errors import HapticdError
 from .forensics import Forensics
 from .loop import FixedRate
 from .modes import Command, Mode
+from .notify import ServiceManager, Supervision
 from .phase_lock import PhaseLock
 from .realtime import DAEMON_PRIORITY, automatic_spin_ns, become_realtime, leave_cpu, settle_memory
 from .record import RecordWriter
@@ -116,6 +117,11 @@ class Daemon:
         self._lock = PhaseLock(self._rhythm.period_ns) if loaded.config.loop.sync == "bus" else None
         self._forensics, self._vitals = Forensics(self._rhythm.period_ns), VitalSigns()
         self._plant: subprocess.Popen[bytes] | None = None
+        memory = self._session.memory
+        # the counter of the last SYNC proves a completed tick
+        self._supervision = Supervision(
+            ServiceManager(os.environ), lambda: memory.counter, lambda: memory.mode.name
+        )
         self._done = asyncio.Event()
 
     async def run(self) -> Outcome:
@@ -140,10 +146,12 @@ class Daemon:
             loop.watch = self._watch
             loop.set_exception_handler(self._crashed)
             self._rhythm.start(loop.add_tick, START_DELAY_NS)
+            self._supervision.start(loop)
             await self._done.wait()
         finally:
             self._rhythm.stop(loop.remove_reader)
             self._rhythm.slack.close()
+            self._supervision.stop()
             self._lost = "the bus is gone: its interface or the plant died" if self._bus.closed else ""
             self._bus.close()
         if self._crash:

@@ -1,10 +1,12 @@
 """The simulated plant as a process of its own: the far end of the bus.
 
-    python -m hapticd.runtime.plant_process CONFIG SOCKET_FD
+    python -m hapticd.runtime.plant_process CONFIG SOCKET_FD    started by the daemon: a socket pair
+    hapticd plant CONFIG --interface vcan0                      started by a person: a CAN FD interface
 
 Plant time advances one period for each output frame, or for each millisecond slice it waited without one;
 a slice never counts more than its length, and none counts while the daemon waits for a processor. So a
 stalled host stalls both worlds, while a dead or hanging daemon trips the watchdogs of the simulated drives.
+Once every drive is safe, a silent world stands still.
 """
 
 from __future__ import annotations
@@ -18,12 +20,13 @@ from collections.abc import Callable
 from time import monotonic
 
 from ..devices.frames import Frames
-from ..devices.socket_adapter import SocketAdapter
+from ..devices.socket_adapter import SocketAdapter, socketcan
 from . import config
 from .bus_clock import BusClock
+from .config import Loaded
 from .errors import HapticdError
 from .realtime import PLANT_PRIORITY, become_realtime, settle_memory
-from .session import Plant, build
+from .session import Plant, Session, build
 from .starvation import Starvation
 
 SLICE_S = 1e-3
@@ -72,7 +75,8 @@ class PlantServer:
             if monotonic() < self._until:
                 return True
             self._until = monotonic() + SLICE_S
-            if self._met and not self._starved():  # plant time begins with the daemon's first frame
+            # plant time begins with the daemon's first frame
+            if self._met and not self._starved() and not self._plant.safe:
                 self._advance(SLICE_S)
             return True
         received = self._bus.receive(self._requests)
@@ -100,27 +104,60 @@ class PlantServer:
 
 
 def main(arguments: list[str]) -> int:
-    """Serve until the daemon is gone."""
+    """Serve one end of a socket pair until the daemon is gone."""
     name, fd = arguments
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    session = build(config.load(name))
-    bus = SocketAdapter(socket.socket(fileno=int(fd)))
     daemon = Starvation(os.getppid())
-    loop = session.config.loop
-    period = 1.0 / loop.rate
-    clock = BusClock(bus, period) if loop.sync == "bus" else None
-    server = PlantServer(session.plant(), bus, period, daemon.now, clock)
-    settle_memory()
+    bus = SocketAdapter(socket.socket(fileno=int(fd)))
+    server = _server(build(config.load(name)), bus, daemon.now)
     become_realtime(PLANT_PRIORITY)
     os.write(1, b"\n")  # ready
     while server.serve():
         pass
+    _outlive(server)
+    return 0
+
+
+def serve_interface(loaded: Loaded, interface: str) -> int:
+    """Serve a CAN FD interface until Ctrl-C or SIGTERM; daemons may come and go.
+
+    Raises:
+        AdapterError: the interface is missing, down or not CAN FD.
+        ConfigError: the configuration has no [simulation].
+    """
+    server = _server(build(loaded), socketcan(interface))
+    ended = False
+
+    def end(*_: object) -> None:
+        nonlocal ended
+        ended = True
+
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, end)
+    for warning in become_realtime(PLANT_PRIORITY).lost:
+        print(f"plant: warning: {warning}", file=sys.stderr)
+    print(f"plant: {loaded.source} serves {interface}; Ctrl-C ends it", file=sys.stderr, flush=True)
+    while not ended and server.serve():
+        pass
+    _outlive(server)
+    return 0
+
+
+def _server(session: Session, bus: SocketAdapter, starved: Callable[[], bool] = lambda: False) -> PlantServer:
+    loop = session.config.loop
+    period = 1.0 / loop.rate
+    clock = BusClock(bus, period) if loop.sync == "bus" else None
+    server = PlantServer(session.plant(), bus, period, starved, clock)
+    settle_memory()
+    return server
+
+
+def _outlive(server: PlantServer) -> None:
     safe = server.outlive()
     if server.unsafe:
         state = "every simulated drive is safe" if safe else "NOT every simulated drive is safe"
         span = round(1e3 * server.unsafe)
         print(f"plant: the daemon is gone; {state} after {span} ms of plant time", file=sys.stderr)
-    return 0
 
 
 if __name__ == "__main__":

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from ._rt import lib
+from .cpu_list import parse_cpus
 
 DAEMON_PRIORITY = 80
 PLANT_PRIORITY = 70
@@ -69,14 +70,9 @@ def automatic_spin_ns(granted: Granted, cpu: int | None) -> int:
 def isolated_cpus(path: Path = ISOLATED) -> set[int]:
     """Processors that the kernel keeps free (isolcpus=)."""
     try:
-        text = path.read_text(encoding="ascii").strip()
+        return parse_cpus(path.read_text(encoding="ascii"))
     except OSError:
         return set()
-    found: set[int] = set()
-    for part in filter(None, text.split(",")):
-        first, _, last = part.partition("-")
-        found.update(range(int(first), int(last or first) + 1))
-    return found
 
 
 def leave_cpu(pid: int, cpu: int | None) -> None:

@@ -118,3 +118,8 @@ def test_replaying_something_else_exits_with_2(tmp_path: Path, capsys: pytest.Ca
     out = capsys.readouterr()
     assert msgspec.json.decode(out.out)["error"] == "log"
     assert "is no MCAP file" in out.err
+
+
+def test_a_plant_needs_an_interface_that_exists(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["plant", "giant", "--interface", "nocan9"]) == 1
+    assert "hapticd: error [device]: nocan9: " in capsys.readouterr().err

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import os
+import signal
+import threading
 import time
 from collections.abc import Iterator
 
@@ -9,8 +12,10 @@ import pytest
 from hapticd.devices.cia301 import TIME
 from hapticd.devices.frames import Frames
 from hapticd.devices.socket_adapter import SocketAdapter, unix_pair
+from hapticd.runtime import config, plant_process
 from hapticd.runtime.bus_clock import BusClock
 from hapticd.runtime.plant_process import SLICE_S, PlantServer
+from hapticd.runtime.realtime import Granted
 
 PERIOD = 1e-3
 
@@ -124,6 +129,15 @@ def test_the_clock_of_the_bus_ticks_whatever_the_daemon_does_and_costs_no_plant_
     assert time.monotonic() - end >= 0.009  # silence is counted as without the clock
 
 
+def test_a_silent_world_of_safe_drives_stands_still_until_a_daemon_speaks(served: Served) -> None:
+    plant, server, daemon = served
+    for stand_still in (0.020, 0.040):
+        send(daemon)
+        for _ in range(60):
+            server.serve()
+        assert plant.time == pytest.approx(stand_still)
+
+
 def test_a_stalled_host_counts_one_slice_and_not_its_length(
     served: Served,
 ) -> None:
@@ -171,3 +185,45 @@ def test_silence_before_the_daemon_is_seen_to_be_gone_counts_too(served: Served)
     server.serve()
     assert server.outlive()
     assert server.unsafe == pytest.approx(0.019)
+
+
+def test_an_interface_is_served_until_sigterm(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    daemon, there = unix_pair()
+    opened: list[str] = []
+    answers = Frames()
+
+    def interface(name: str) -> SocketAdapter:
+        opened.append(name)
+        return there
+
+    def ask() -> None:
+        request = Frames()
+        request.append(0x000, b"\x81\x00")  # NMT: reset all nodes
+        daemon.send(request)
+        deadline = time.monotonic() + 10.0
+        while not daemon.receive(answers) and time.monotonic() < deadline:
+            time.sleep(0.005)
+        os.kill(os.getpid(), signal.SIGTERM)
+
+    monkeypatch.setattr(plant_process, "socketcan", interface)
+    # this process goes on after the plant
+    monkeypatch.setattr(plant_process, "become_realtime", lambda priority: Granted(lost=["no SCHED_FIFO"]))
+    monkeypatch.setattr(plant_process, "settle_memory", lambda: None)
+    handlers = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    asking = threading.Thread(target=ask)
+    asking.start()
+    try:
+        assert plant_process.serve_interface(config.load("giant"), "vcan7") == 0
+    finally:
+        asking.join()
+        for number, handler in handlers.items():
+            signal.signal(number, handler)
+        daemon.close()
+        there.close()
+    assert opened == ["vcan7"]
+    assert {can_id for can_id, _ in answers} >= {0x700 + node for node in range(1, 13)}
+    said = capsys.readouterr().err
+    assert "giant.toml serves vcan7" in said
+    assert "warning: no SCHED_FIFO" in said

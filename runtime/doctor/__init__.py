@@ -1,0 +1,1 @@
+"""Is this host fit to run a machine: one check per setting, each with the command that mends it."""

@@ -1,0 +1,93 @@
+"""The kernel: preemption, limits on real-time processes, clock, swap."""
+
+from __future__ import annotations
+
+import platform
+
+from .host import Host
+from .line import Line, State
+
+RT_KERNEL = {"x86_64": "linux-image-rt-amd64", "aarch64": "linux-image-rt-arm64"}
+"""Debian's PREEMPT_RT kernel by machine type."""
+SLOW_CLOCKS = {"hpet", "acpi_pm", "jiffies", "refined-jiffies", "pit"}
+FAIR_SERVERS = "/sys/kernel/debug/sched/fair_server"
+
+
+def preempt_rt(host: Host) -> Line:
+    """A kernel that can interrupt itself for a tick."""
+    why = "Only a PREEMPT_RT kernel lets a tick interrupt the kernel's own work within microseconds."
+    release = host.read("/proc/sys/kernel/osrelease") or "unknown"
+    version = host.read("/proc/sys/kernel/version") or ""
+    if host.read("/sys/kernel/realtime") == "1" or "PREEMPT_RT" in version:
+        return Line("preempt_rt", State.PASS, f"Linux {release}, PREEMPT_RT", why)
+    package = RT_KERNEL.get(platform.machine(), "linux-image-rt-*")
+    fix = f"sudo apt install {package} && sudo reboot"
+    return Line("preempt_rt", State.FAIL, f"Linux {release} without PREEMPT_RT", why, fix)
+
+
+def rt_throttling(host: Host) -> Line:
+    """The share of time that the kernel leaves to SCHED_FIFO."""
+    why = "Throttling takes the CPU away from real-time processes that use most of it, for 50 ms at a time."
+    told = host.read("/proc/sys/kernel/sched_rt_runtime_us")
+    fix = (
+        "echo kernel.sched_rt_runtime_us = -1 | sudo tee /etc/sysctl.d/60-hapticd.conf"
+        " && sudo sysctl -p /etc/sysctl.d/60-hapticd.conf"
+    )
+    if told is None:
+        return Line("rt_throttling", State.PASS, "this kernel does not throttle", why)
+    runtime, period = int(told), int(host.read("/proc/sys/kernel/sched_rt_period_us") or 1_000_000)
+    if runtime < 0:
+        return Line("rt_throttling", State.PASS, "off", why)
+    found = f"real-time processes get {runtime / period:.0%} of each {period / 1e6:g} s"
+    return Line("rt_throttling", State.WARN if runtime > 0 else State.FAIL, found, why, fix)
+
+
+def fair_server(host: Host) -> Line:
+    """The kernel's reserve for ordinary processes, which replaces throttling since Linux 6.12."""
+    why = "The reserve runs ordinary processes before real-time ones, for up to 50 ms of each second."
+    release = host.read("/proc/sys/kernel/osrelease") or "0.0"
+    if _version(release) < (6, 12):
+        return Line("fair_server", State.PASS, f"Linux {release} has none", why)
+    fix = (
+        "sudo sh -c 'mountpoint -q /sys/kernel/debug || mount -t debugfs none /sys/kernel/debug;"
+        f" for f in {FAIR_SERVERS}/cpu*/runtime; do printf 0 > $f; done'"
+    )
+    paths = host.find(f"{FAIR_SERVERS}/cpu*/runtime")
+    if not paths:
+        return Line("fair_server", State.WARN, "root alone can read it", why, fix)
+    active = {path: value for path in paths if (value := host.read(path)) != "0"}
+    if not active:
+        return Line("fair_server", State.PASS, "off", why)
+    longest = max(int(value) if value and value.isdecimal() else 0 for value in active.values())
+    found = f"{longest / 1e6:g} ms of each second on {len(active)} CPUs"
+    return Line("fair_server", State.WARN, found, why, fix)
+
+
+def clocksource(host: Host) -> Line:
+    """The counter behind CLOCK_MONOTONIC."""
+    why = "Every tick reads the clock many times; a slow one costs microseconds at each reading."
+    folder = "/sys/devices/system/clocksource/clocksource0"
+    current = host.read(f"{folder}/current_clocksource") or "unknown"
+    if current not in SLOW_CLOCKS:
+        return Line("clocksource", State.PASS, current, why)
+    fix = "sudo dmesg | grep -i tsc    # the kernel says here why it gave the TSC up; update the firmware"
+    if "tsc" in (host.read(f"{folder}/available_clocksource") or "").split():
+        fix = f"echo tsc | sudo tee {folder}/current_clocksource"
+    return Line("clocksource", State.FAIL, f"{current}, a slow one", why, fix)
+
+
+def swap(host: Host) -> Line:
+    """Memory that may go to disk."""
+    why = "What was swapped out comes back from disk in milliseconds; the daemon's helpers are not locked."
+    rows = (host.read("/proc/swaps") or "").splitlines()[1:]
+    if not rows:
+        return Line("swap", State.PASS, "none", why)
+    names = ", ".join(row.split()[0] for row in rows)
+    fix = r"sudo swapoff -a && sudo sed -i -E 's/^[^#].*\sswap\s/#&/' /etc/fstab"
+    return Line("swap", State.WARN, names, why, fix)
+
+
+def _version(release: str) -> tuple[int, int]:
+    major, _, rest = release.partition(".")
+    minor = rest.partition(".")[0].partition("-")[0]
+    return (int(major) if major.isdecimal() else 0, int(minor) if minor.isdecimal() else 0)
