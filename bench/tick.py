@@ -39,7 +39,9 @@ def at_rate(loaded: Loaded, rate: float, folder: Path) -> Path:
 
 def daemon(path: Path, seconds: float) -> dict[str, Any]:
     """One round of the daemon: its summary."""
-    options = ["--duration", str(seconds), "--log", str(path.with_suffix(".mcap")), "--json"]
+    log = path.with_suffix(".mcap")
+    log.unlink(missing_ok=True)
+    options = ["--duration", str(seconds), "--log", str(log), "--json"]
     command = [sys.executable, "-m", "hapticd.runtime", "run", str(path), *options]
     done = subprocess.run(command, check=False, capture_output=True, text=True)
     if done.returncode:

@@ -20,7 +20,7 @@ from .errors import ConfigError, HapticdError
 EPILOG = """examples:
   hapticd run giant                      the simulated giant with a scripted hand, 30 s
   hapticd run my_machine.toml --duration 600
-  hapticd replay log/giant-20260101-120000.mcap --verify
+  hapticd replay --verify                the newest session again, every tick bit for bit
   hapticd check my_machine.toml
   hapticd doctor
   hapticd bench solve --json
@@ -32,6 +32,10 @@ exit status: 0 done, 1 a check failed, 2 bad usage or configuration, 3 stopped b
 
 hapticd is not a certified safety device. Nobody may rely on it instead of STO, brakes, dead-man
 switch and emergency stop."""
+
+
+LOGS = Path("log")
+INTERRUPTED = 130
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -47,6 +51,8 @@ def main(arguments: list[str] | None = None) -> int:
         return _fail(options, "device", str(error), 1)
     except BrokenPipeError:
         return 1
+    except KeyboardInterrupt:
+        return INTERRUPTED
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -76,7 +82,12 @@ def _parser() -> argparse.ArgumentParser:
         help="re-run a recorded session",
         description="Re-run a recorded session through the same code and compare every tick.",
     )
-    replay.add_argument("log", metavar="LOG", help="a recording that `hapticd run` wrote")
+    replay.add_argument(
+        "log",
+        metavar="LOG",
+        nargs="?",
+        help="a recording that `hapticd run` wrote; default: the newest in log/",
+    )
     replay.add_argument(
         "--verify", action="store_true", help="exit with 1 unless every tick comes out bit for bit the same"
     )
@@ -233,10 +244,12 @@ def _run(options: argparse.Namespace) -> int:
     duration = options.duration or loaded.config.loop.duration
     log = _log_path(options.log, loaded)
     live = sys.stderr.isatty() and not options.json
-    if options.lockstep:
-        outcome = lockstep_run.run(loaded, log, duration, live)
-    else:
-        outcome = daemon.run(loaded, log, duration, live)
+    run = lockstep_run.run if options.lockstep else daemon.run
+    try:
+        outcome = run(loaded, log, duration, live)
+    finally:
+        if log.exists() and log.stat().st_size == 0:  # nothing began
+            log.unlink()
     if outcome.report and options.json:
         speed = {} if outcome.speed_x is None else {"speed_x": outcome.speed_x}
         print(as_json(outcome.report, status=outcome.status, message=outcome.message, **speed))
@@ -244,17 +257,21 @@ def _run(options: argparse.Namespace) -> int:
         print(table(outcome.report))
         if outcome.speed_x is not None:
             print(f"lockstep: {outcome.speed_x:g} times real time")
+        print(f"replay: hapticd replay {log} --verify")
     if outcome.message:
         print(f"hapticd: {outcome.message}", file=sys.stderr)
     return outcome.status
 
 
 def _log_path(given: Path | None, loaded: config.Loaded) -> Path:
-    name = f"{Path(loaded.source).stem}-{datetime.now():%Y%m%d-%H%M%S}.mcap"
-    path = given or Path("log") / name
+    """A new, empty file; recordings are never overwritten."""
+    name = f"{Path(loaded.source).stem}-{datetime.now():%Y%m%d-%H%M%S-%f}"[:-3]
+    path = given or LOGS / f"{name}.mcap"
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        path.touch()
+        path.touch(exist_ok=False)
+    except FileExistsError as error:
+        raise LogPathError(f"{path} exists already; remove it, or name another with --log FILE") from error
     except OSError as error:
         raise LogPathError(
             f"cannot write the log {path}: {error.strerror}; name another with --log FILE"
@@ -263,7 +280,7 @@ def _log_path(given: Path | None, loaded: config.Loaded) -> Path:
 
 
 class LogPathError(HapticdError):
-    """The recording cannot be written."""
+    """The recording cannot be written, or there is none to read."""
 
     code = "log-path"
     exit_status = 2
@@ -330,11 +347,18 @@ def _replay(options: argparse.Namespace) -> int:
             sys.stderr.write(f"\r{ticks} ticks")
             sys.stderr.flush()
 
-    found = replay(open_log(options.log), progress)
+    found = replay(open_log(options.log or _newest_log()), progress)
     if show:
         sys.stderr.write("\r\x1b[K")
     print(msgspec.json.encode(found).decode() if options.json else describe(found))
     return 1 if options.verify and found.differing_ticks else 0
+
+
+def _newest_log() -> str:
+    logs = sorted(LOGS.glob("*.mcap"), key=lambda path: path.stat().st_mtime)
+    if not logs:
+        raise LogPathError(f"there is no recording in {LOGS}/; name one")
+    return str(logs[-1])
 
 
 def _check(options: argparse.Namespace) -> int:

@@ -67,14 +67,15 @@ Count = Annotated[int, Meta(ge=1, le=2**32 - 1)]
 class Loop(Strict, frozen=True):
     """Pace of the daemon and its reaction to ticks that come too late.
 
-    With ``sync = "bus"`` it follows the TIME objects (CiA 301) that a device sends once a period. ``spin`` is
-    how early it wakes to wait busily for the deadline; without it, the daemon decides. ``cpu`` binds it to a
-    processor.
+    ``best_effort`` runs a real machine even where the kernel grants no real time. With ``sync = "bus"`` it
+    follows the TIME objects (CiA 301) that a device sends once a period. ``spin`` is how early it wakes to
+    wait busily for the deadline; without it, the daemon decides. ``cpu`` binds it to a processor.
     """
 
     rate: Frequency
     on_overrun: Literal["record", "stop"] = "stop"
     duration: Duration | None = None
+    best_effort: bool = False
     sync: Literal["free", "bus"] = "free"
     spin: Instant | None = None
     cpu: Annotated[int, Meta(ge=0, le=4095)] | None = None

@@ -227,12 +227,16 @@ def _observe(inputs: Inputs, m: Memory) -> Observation:
 
 
 def _latch(verdict: Verdict, tick: int, m: Memory, outputs: Outputs) -> None:
-    """A stop while drives have power is latched; the strongest stands."""
-    if m.mode.powered and m.latch.take(verdict, tick):
+    """A stop while drives have power is latched, and whatever is stronger after it; the strongest stands."""
+    if not (m.mode.powered or m.latch.trip) or not m.latch.take(verdict, tick):
+        return
+    if verdict.reason != END:
+        m.stopped_by = m.latch.trip
+    if not m.mode.powered:
+        outputs.events.append(f"{m.mode.name}: {describe(m.latch.trip)}")
+    else:
         if m.mode is not Mode.STOPPING:  # a stronger reason gives a stop no more time
             m.ramp = 0
-        if verdict.reason != END:
-            m.stopped_by = m.latch.trip
         _enter(m, Mode.STOPPING, outputs, describe(m.latch.trip))
 
 
@@ -252,6 +256,8 @@ def _reset(verdict: Verdict, m: Memory, outputs: Outputs) -> None:
     why = m.latch.reset(verdict, m.seen.dead_man, m.power.ready) or (
         "devices report errors" if faults else ""
     )
+    if why and any(m.image.lost):
+        why = "a device restarted or left its operating state; end this session and start another"
     if not why:
         m.resetting = 0
     elif m.resetting == 0:
@@ -301,18 +307,18 @@ def _refusals(verdict: Verdict, m: Memory) -> list[str]:
 def _control(tick: int, m: Memory, outputs: Outputs) -> None:
     """The commands of this tick, and the modes that follow from the motion."""
     machine = m.machine
-    if m.mode.powered:
-        m.commanded = tick
     if m.mode is Mode.ENGAGING:
         m.gain = min(1.0, m.gain + m.fade)
         if m.gain == 1.0:
             _enter(m, Mode.ACTIVE, outputs, "engaged")
     if m.mode in (Mode.ENGAGING, Mode.ACTIVE):
         machine.update(m.gain, m.trust)
+        m.commanded = tick
         return
     if not m.mode.powered:
         return
     at_rest = machine.brake()
+    m.commanded = tick
     if m.mode is not Mode.STOPPING:
         return
     m.ramp += 1

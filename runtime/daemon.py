@@ -18,6 +18,7 @@ import msgspec
 
 from ..devices.adapter import Adapter
 from ..devices.frames import CAPACITY, Frames
+from ..devices.image import COUNTERS
 from ..devices.python_can import python_can
 from ..devices.socket_adapter import SocketAdapter, socketcan
 from ..safety import describe
@@ -49,6 +50,10 @@ END_LIMIT_S = 2.0
 """How long the machine may take to come to rest at the end of a session."""
 RECORDER_S = 0.2
 """Between two looks at the recorder."""
+BUS_S = 0.5
+"""Between two looks at what the bus dropped."""
+NOTEWORTHY = ("unsent", "malformed", *(name for name in COUNTERS if name not in ("frames", "misses")))
+"""Counters that a person hears of; missing frames have their own words."""
 CHILD_LIMIT_S = 30.0
 """How long a child process may take to start or to finish."""
 KEYS = {"s": Command.STOP, "r": Command.RESET, "a": Command.ARM}
@@ -58,6 +63,12 @@ class ChildError(HapticdError):
     """A child process did not start."""
 
     code = "child"
+
+
+class NotRealtimeError(HapticdError):
+    """A real machine is not run without what the kernel must grant (fault matrix, row 23)."""
+
+    code = "realtime"
 
 
 @dataclass(slots=True)
@@ -132,9 +143,7 @@ class Daemon:
         if self._lock and isinstance(self._bus, SocketAdapter):
             self._bus.stamp_arrivals()
         self._start_recorder()
-        await _until_ready("recorder", self._recorder)
-        if self._plant:
-            await _until_ready("plant", self._plant)
+        await self._until_children_are_ready()
         try:
             self._listen(loop)
             warm_up(self._session.loaded)
@@ -143,6 +152,7 @@ class Daemon:
             self._rhythm.slack.add(self._forensics.watch_host())
             self._rhythm.slack.add(self._vitals.watch(), LOOK_NS)
             self._rhythm.slack.add(self._watch_recorder())
+            self._rhythm.slack.add(self._watch_bus())
             loop.watch = self._watch
             loop.set_exception_handler(self._crashed)
             self._rhythm.start(loop.add_tick, START_DELAY_NS)
@@ -160,6 +170,17 @@ class Daemon:
         self._ring.push(VITALS + msgspec.json.encode(self._vitals.found))
         return self._conclude()
 
+    async def _until_children_are_ready(self) -> None:
+        try:
+            await _until_ready("recorder", self._recorder)
+            if self._plant:
+                await _until_ready("plant", self._plant)
+        except ChildError:
+            for child in filter(None, (self._plant, self._recorder)):
+                child.kill()
+            self._log.unlink()
+            raise
+
     def _become_realtime(self) -> None:
         wish = self._session.config.loop
         for child in filter(None, (self._plant, self._recorder)):
@@ -167,6 +188,9 @@ class Daemon:
         granted = become_realtime(DAEMON_PRIORITY, wish.cpu)
         automatic = automatic_spin_ns(granted, wish.cpu)
         self._rhythm.spin_ns = automatic if wish.spin is None else round(1e9 * wish.spin)
+        simulated = isinstance(self._session.config.bus, c.SimulatedBus)
+        if granted.lost and not simulated and not wish.best_effort:
+            raise NotRealtimeError("; ".join([*granted.lost, "or write best_effort = true under [loop]"]))
         for warning in granted.lost:
             self._event(0, f"warning: {warning}")
 
@@ -313,6 +337,20 @@ class Daemon:
             await pause(RECORDER_S)
         self._pending |= Command.UNRECORDED
         print("hapticd: the recorder died; this session is not recorded any more", file=sys.stderr)
+
+    async def _watch_bus(self) -> None:
+        """Supervisory work: what the bus dropped, and why, becomes an event."""
+        image, bus = self._session.memory.image, self._bus
+        before: dict[str, int] = {}
+        while True:
+            counters = dict(zip(COUNTERS, image.counters.tolist(), strict=True))
+            now = {**counters, "unsent": bus.unsent, "malformed": bus.malformed}
+            moved = [f"{now[name] - before.get(name, 0)} {name}" for name in NOTEWORTHY]
+            news = ", ".join(text for text in moved if not text.startswith("0 "))
+            if news:
+                self._event(max(0, self._rhythm.tick), f"bus: {news}")
+            before = now
+            await pause(BUS_S)
 
     def _event(self, tick: int, text: str) -> None:
         self._ring.push(EVENT + tick.to_bytes(8, "little") + text.encode())

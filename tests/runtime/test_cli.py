@@ -84,6 +84,29 @@ def test_a_log_that_cannot_be_written_is_refused_before_anything_starts(
     assert "--log FILE" in out.err
 
 
+def test_replay_takes_the_newest_recording(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert main(["replay", "--verify"]) == 2
+    assert "no recording in log/" in capsys.readouterr().err
+    for duration in ("0.2", "0.3"):
+        assert main(["run", "giant", "--lockstep", "--duration", duration]) == 0
+    capsys.readouterr()
+    assert main(["replay", "--verify", "--json"]) == 0
+    assert msgspec.json.decode(capsys.readouterr().out)["ticks"] > 290
+
+
+@pytest.mark.parametrize("how", [[], ["--lockstep"]])
+def test_a_configuration_that_does_not_fit_its_model_leaves_no_log(
+    write_config: Callable[..., Path], tmp_path: Path, how: list[str]
+) -> None:
+    path = write_config(('rate = "1 kHz"', 'rate = "100 Hz"'))
+    log = tmp_path / "none.mcap"
+    assert main(["run", str(path), "--log", str(log), *how]) == 2
+    assert not log.exists()
+
+
 def test_lockstep_prints_the_summary_and_writes_the_log(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -91,8 +114,14 @@ def test_lockstep_prints_the_summary_and_writes_the_log(
     assert main(["run", "giant", "--lockstep", "--duration", "0.5", "--log", str(log)]) == 0
     out = capsys.readouterr().out
     assert "ticks at 1000 Hz" in out and "times real time" in out
-    assert log.exists()
-    assert main(["run", "giant", "--lockstep", "--duration", "0.5", "--log", str(log), "--json"]) == 0
+    assert f"replay {log} --verify" in out
+    again = ["run", "giant", "--lockstep", "--duration", "0.5", "--json", "--log"]
+    recorded = log.read_bytes()
+    assert main([*again, str(log)]) == 2  # a recording is never overwritten
+    assert msgspec.json.decode(capsys.readouterr().out)["error"] == "log-path"
+    assert log.read_bytes() == recorded
+    log = tmp_path / "c.mcap"
+    assert main([*again, str(log)]) == 0
     report = msgspec.json.decode(capsys.readouterr().out)
     assert report["status"] == 0 and report["log"] == str(log) and report["speed_x"] > 0.0
 
