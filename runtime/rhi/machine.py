@@ -232,4 +232,5 @@ def _thresholds(config: RhiConfig, names: Sequence[str], image: ProcessImage) ->
         speed=tuple(SPEED_MARGIN * v for v in motors.velocity),
         devices=tuple(device.name for device in image.network.devices),
         overruns_stop=config.loop.on_overrun == "stop",
+        rate=config.loop.rate,
     )
