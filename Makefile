@@ -3,7 +3,7 @@
 .PHONY: help run test vm-test lint types bench nasty fuzz format clean
 export PYTHON CC
 BIN := .venv/bin
-PACKAGES := bench configs control devices hqp models runtime safety sim
+PACKAGES := bench configs control devices experiments hqp models runtime safety sim
 C_SOURCES := $(wildcard csrc/*.c csrc/*.h tests/hqp/*.c)
 C_FLAGS := -std=c11 -D_GNU_SOURCE -Icsrc -O2 -Wall -Wextra -Wconversion -Wshadow -Wvla -Werror
 

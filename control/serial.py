@@ -62,6 +62,15 @@ class SerialChain:
         """Compute the frames at the bound state."""
         lib.serial_frames(self._chain, *self._state, self._c_frames, len(self.frames))
 
+    @property
+    def pointer(self) -> object:
+        """The chain's constants for other parts of the C core."""
+        return self._chain
+
+    def frame_constants(self, index: int) -> object:
+        """One of the frames for other parts of the C core."""
+        return self._c_frames[index]
+
     def torque_arguments(
         self, q: Array, qd: Array, qdd: Array, gravity: Array, tau: Array
     ) -> Sequence[object]:

@@ -28,11 +28,13 @@ def module(name: str, headers: list[str], sources: list[str], optimise: str = "-
     return ffi
 
 
+CONTROL = ("bounds", "rotation", "serial", "chain", "tracking", "ppu", "redundant", "nullspace")
+
 devices = module("hapticd.devices._wire", ["wire.h", "image.h"], ["wire.c", "image.c"])
 control = module(
     "hapticd.control._kernels",
-    ["bounds.h", "rotation.h", "serial.h", "chain.h", "tracking.h", "ppu.h"],
-    ["bounds.c", "rotation.c", "serial.c", "chain.c", "tracking.c", "ppu.c"],
+    [f"{part}.h" for part in CONTROL],
+    [f"{part}.c" for part in CONTROL],
 )
 hqp = module("hapticd.hqp._hqp", ["hqp.h"], [path.name for path in sorted(HERE.glob("hqp*.c"))], "-O3")
 runtime = module("hapticd.runtime._rt", ["rt.h", "ring.h"], ["rt.c", "ring.c"])

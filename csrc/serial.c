@@ -136,6 +136,16 @@ void serial_torques(const serial_chain *chain, const double *q, const double *qd
     }
 }
 
+void serial_inertia(const serial_chain *chain, const double *q, double *M) {
+    static const double NONE[SERIAL_MAX_JOINTS];
+    const int n = chain->n;
+    for (int i = 0; i < n; i++) { /* M is symmetric: column i is row i */
+        double unit[SERIAL_MAX_JOINTS] = {0.0};
+        unit[i] = 1.0;
+        serial_torques(chain, q, NONE, unit, NONE, M + n * i);
+    }
+}
+
 void serial_advance(int n, double *q, double *qd, const double *qdd, double dt) {
     for (int i = 0; i < n; i++) {
         q[i] += dt * (qd[i] + 0.5 * dt * qdd[i]);

@@ -37,6 +37,9 @@ void serial_frames(const serial_chain *chain, const double *q, const double *qd,
 void serial_torques(const serial_chain *chain, const double *q, const double *qd, const double *qdd,
                     const double *gravity, double *tau);
 
+/* M (n x n): inertia matrix, the torques of unit accelerations at rest without gravity. */
+void serial_inertia(const serial_chain *chain, const double *q, double *M);
+
 /* Joints over dt under constant acceleration: q += qd dt + qdd dt^2 / 2, qd += qdd dt. */
 void serial_advance(int n, double *q, double *qd, const double *qdd, double dt);
 

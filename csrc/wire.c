@@ -116,10 +116,8 @@ static void receive_batches(int fd, wire_frames *frames, wire_link *link) {
         }
         struct iovec vector = {.iov_base = batch, .iov_len = room};
         control arrival;
-        struct msghdr message = {.msg_iov = &vector,
-                                 .msg_iovlen = 1,
-                                 .msg_control = &arrival,
-                                 .msg_controllen = sizeof(arrival)};
+        struct msghdr message = {
+            .msg_iov = &vector, .msg_iovlen = 1, .msg_control = &arrival, .msg_controllen = sizeof(arrival)};
         const ssize_t size = recvmsg(fd, &message, MSG_DONTWAIT | MSG_TRUNC);
         if (size < 0) {
             if (errno == EINTR) continue;

@@ -69,9 +69,7 @@ def main() -> None:
     axes.add_collection3d(Poly3DCollection(faces, facecolors=colours, edgecolors="none", zorder=2))
 
     hand = simulation.hand.path
-    path = HandPath(
-        [p.at for p in hand], np.array([p.position for p in hand]), np.array([p.angles for p in hand])
-    )
+    path = HandPath([p.at for p in hand], np.array([[*p.position, *p.angles] for p in hand]))
     walk = np.array([path.at(t)[0][:3] for t in np.linspace(0, hand[-1].at, 900)])
     axes.plot(*walk.T, color="#1f77b4", lw=1.6, zorder=3)
     axes.plot(walk[:, 0], walk[:, 1], FLOOR, color="#1f77b4", lw=0.8, alpha=0.5, zorder=1)

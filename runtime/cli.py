@@ -7,7 +7,7 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from datetime import datetime
-from importlib import metadata
+from importlib import import_module, metadata
 from pathlib import Path
 
 import msgspec
@@ -66,7 +66,9 @@ def _parser() -> argparse.ArgumentParser:
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
 
     run = commands.add_parser("run", help="run a machine", description="Run a machine, live or in lockstep.")
-    run.add_argument("config", metavar="CONFIG", help="a TOML file, or the name of a built-in machine: giant")
+    run.add_argument(
+        "config", metavar="CONFIG", help="a TOML file, or the name of a built-in machine: giant, rhi"
+    )
     run.add_argument(
         "--duration", type=_positive, metavar="S", help="seconds; default: as the configuration says"
     )
@@ -107,6 +109,20 @@ def _parser() -> argparse.ArgumentParser:
     _add_doctor(commands)
     _add_plant(commands)
     _add_bench(commands.add_parser("bench", help="benchmarks", description="Benchmarks."))
+
+    experiment = commands.add_parser(
+        "experiment",
+        help="run the papers' figures and tables",
+        description="Run figures and tables of the papers in simulation; write plots and docs/fidelity.md.",
+    )
+    which = experiment.add_mutually_exclusive_group(required=True)
+    which.add_argument("name", nargs="?", metavar="NAME", help="for example rhi_fig9")
+    which.add_argument("--all", action="store_true", help="every experiment; takes some minutes")
+    experiment.add_argument(
+        "--docs", type=Path, default=Path("docs"), metavar="DIR", help="folder of fidelity.md; default: docs"
+    )
+    experiment.add_argument("--json", action="store_true", help="print the figures as JSON, one line each")
+    experiment.set_defaults(handler=_experiment)
     return parser
 
 
@@ -359,6 +375,12 @@ def _newest_log() -> str:
     if not logs:
         raise LogPathError(f"there is no recording in {LOGS}/; name one")
     return str(logs[-1])
+
+
+def _experiment(options: argparse.Namespace) -> int:
+    # by name: experiments build on the runtime, and the runtime must not import them
+    command = import_module("hapticd.experiments.command")
+    return int(command.run(options.name, options.docs, options.json))
 
 
 def _check(options: argparse.Namespace) -> int:

@@ -18,26 +18,33 @@ from .quantities import (
     Acceleration,
     Angle,
     AngleLimits6,
+    Angles,
     Angles2,
     Angles3,
     Angles6,
     AngularAcceleration,
+    AngularAccelerations,
     AngularAccelerations6,
     AngularDamping,
+    AngularDampings,
     AngularDampings6,
     AngularSpeed,
+    AngularSpeeds,
     AngularSpeeds6,
     AngularStiffness,
+    AngularStiffnesses,
     AngularStiffnesses6,
     Damping,
     Duration,
     Force,
     Frequency,
     Inertia,
+    Inertias,
     Inertias3,
     Inertias6,
     Instant,
     Length,
+    Lengths,
     Lengths2,
     Lengths3,
     Mass,
@@ -49,6 +56,7 @@ from .quantities import (
     Speed,
     Stiffness,
     Torque,
+    Torques,
     Torques6,
 )
 from .units import Quantity, UnitError, Vector
@@ -62,6 +70,8 @@ class Strict(Struct, frozen=True, forbid_unknown_fields=True):
 
 Node = Annotated[int, Meta(ge=1, le=127)]
 Count = Annotated[int, Meta(ge=1, le=2**32 - 1)]
+Seed = Annotated[int, Meta(ge=0)]
+Substeps = Annotated[int, Meta(ge=1, le=64)]
 
 
 class Loop(Strict, frozen=True):
@@ -106,11 +116,16 @@ class Arming(Strict, frozen=True):
 
 
 class Safety(Strict, frozen=True):
-    """Distances behind the controller's limits at which the monitor stops the machine."""
+    """Distance behind the controller's limits at which the monitor stops the machine, and its stop time."""
 
     position_margin: Angle
-    ppu_margin: Length
     stop_time: Duration
+
+
+class GiantSafety(Safety, frozen=True):
+    """The same distance for the axes of the PPU."""
+
+    ppu_margin: Length
 
 
 class JointDrive(Strict, frozen=True, tag_field="type", tag="joint_drive"):
@@ -244,7 +259,7 @@ class GiantPlant(Strict, frozen=True):
     force_noise: NoiseForce
     torque_noise: NoiseTorque
     acceleration_noise: NoiseAcceleration
-    substeps: Annotated[int, Meta(ge=1, le=64)]
+    substeps: Substeps
 
 
 class Press(Strict, frozen=True):
@@ -275,26 +290,149 @@ class Hand(Strict, frozen=True):
     path: Annotated[tuple[Waypoint, ...], Meta(min_length=2)]
 
 
-class Simulation(Strict, frozen=True):
-    """The simulated plant."""
+class GiantSimulation(Strict, frozen=True):
+    """The simulated giant."""
 
-    seed: Annotated[int, Meta(ge=0)]
+    seed: Seed
     giant: GiantPlant
     hand: Hand
 
 
-class Config(Strict, frozen=True):
-    """A whole machine."""
+class RhiMotors(Strict, frozen=True):
+    """Motors of a redundant interface and how they drive its joints; one entry a motor."""
 
-    system: Literal["giant"]
+    transmission: tuple[tuple[float, ...], ...]
+    rotor_inertia: Inertias
+    friction: AngularDampings
+    torque: Torques
+    lower: Angles
+    upper: Angles
+    velocity: AngularSpeeds
+    acceleration: AngularAccelerations
+
+
+class RhiTask(Strict, frozen=True):
+    """What the hand holds, which of its directions count, and where the ellipsoids are measured."""
+
+    frame: str
+    directions: tuple[Literal["x", "y", "z"], ...]
+    home: Angles
+    spread: Annotated[float, Meta(gt=1.0)]
+    follow: Duration | None = None
+
+
+class RhiNullSpace(Strict, frozen=True):
+    """Gains of the secondary torque, and postures that a scan of the self-motion finds."""
+
+    resolution: Literal["projection", "hqp"]
+    step: Torque
+    damping: AngularDamping
+    cap: Torque
+    scan: Annotated[int, Meta(ge=0, le=100_000)]
+    stiffness: AngularStiffness
+
+
+class RhiSaturation(Strict, frozen=True):
+    """Observer, thresholds and duration of transitions, headroom while the posture moves."""
+
+    steepness: Annotated[float, Meta(gt=0.0)]
+    leave: Annotated[float, Meta(ge=0.0, le=1.0)]
+    come_back: Annotated[float, Meta(ge=0.0, le=1.0)]
+    rho: Annotated[float, Meta(ge=0.0)]
+    held: Annotated[float, Meta(gt=0.0, le=1.0)]
+    moving: Torque
+    release: Duration
+
+
+class RhiWall(Strict, frozen=True):
+    """A spring behind a plane."""
+
+    point: Lengths
+    normal: tuple[float, ...]
+    stiffness: Stiffness
+
+
+class RhiHold(Strict, frozen=True):
+    """Joint-space controller that holds a posture and brings the machine to rest."""
+
+    stiffness: AngularStiffnesses
+    damping: AngularDampings
+
+
+class Rhi(Strict, frozen=True):
+    """Everything the controller of a redundant interface needs."""
+
+    motors: RhiMotors
+    task: RhiTask
+    null_space: RhiNullSpace
+    saturation: RhiSaturation
+    wall: RhiWall
+    hold: RhiHold
+
+
+class RhiPlant(Strict, frozen=True):
+    """What the simulated interface has beyond its controller's model."""
+
+    posture: Angles
+    friction: AngularDampings
+    brake_torque: Torques
+    force_noise: NoiseForce
+    substeps: Substeps
+
+
+class Place(Strict, frozen=True):
+    """A place of the hand."""
+
+    at: Instant
+    position: Lengths3
+
+
+class PointHand(Strict, frozen=True):
+    """The simulated operator's hand on a handle that turns freely."""
+
+    stiffness: Stiffness
+    damping: Damping
+    force: Force
+    dead_man: tuple[Press, ...]
+    path: Annotated[tuple[Place, ...], Meta(min_length=2)]
+
+
+class RhiSimulation(Strict, frozen=True):
+    """The simulated redundant interface."""
+
+    seed: Seed
+    rhi: RhiPlant
+    hand: PointHand
+
+
+class Config(Strict, frozen=True, kw_only=True, tag_field="system"):
+    """What every machine has; each system adds its own."""
+
     model: str
     loop: Loop
     bus: SimulatedBus | SocketCanBus | PythonCanBus
     arming: Arming
     safety: Safety
     devices: dict[str, Device]
+    simulation: GiantSimulation | RhiSimulation | None = None
+
+
+class GiantConfig(Config, frozen=True, kw_only=True, tag="giant"):
+    """HapticGiant."""
+
+    safety: GiantSafety
     giant: Giant
-    simulation: Simulation | None = None
+    simulation: GiantSimulation | None = None
+
+
+class RhiConfig(Config, frozen=True, kw_only=True, tag="rhi"):
+    """A redundant haptic interface."""
+
+    rhi: Rhi
+    simulation: RhiSimulation | None = None
+
+
+SYSTEM_CONFIGS: dict[str, type[Config]] = {"giant": GiantConfig, "rhi": RhiConfig}
 
 
 @dataclass(frozen=True, slots=True)
@@ -354,7 +492,7 @@ def parse(text: str, source: str) -> Config:
         line = int(match[1]) if (match := re.search(r"line (\d+)", str(error))) else 0
         raise ConfigError(source, [Finding(line, "", f"not TOML: {error}", "mend the syntax")]) from error
     try:
-        config = msgspec.convert(tree, Config, dec_hook=_read_quantity)
+        config: Config = msgspec.convert(tree, GiantConfig | RhiConfig, dec_hook=_read_quantity)
     except msgspec.ValidationError as error:
         raise ConfigError(source, [_locate(error, tree, text)]) from error
     return config
@@ -443,7 +581,7 @@ def _locate(error: msgspec.ValidationError, tree: dict[str, Any], text: str) -> 
     lines = key_lines(text)
     if match := re.search(r"unknown field `(.*?)`", message):
         key = f"{path}.{match[1]}" if path else match[1]
-        known = _known_fields(path)
+        known = _known_fields(path, SYSTEM_CONFIGS.get(tree.get("system", ""), Config))
         near = difflib.get_close_matches(match[1], known, 1)
         fix = f'did you mean "{near[0]}"?' if near else f"known here: {', '.join(known)}" if known else ""
         return Finding(line_of(key, lines), key, "unknown key", fix)
@@ -453,12 +591,13 @@ def _locate(error: msgspec.ValidationError, tree: dict[str, Any], text: str) -> 
             line_of(path, lines) if path else 1,
             key,
             "is missing",
-            "add it; the built-in giant.toml shows how",
+            "add it; the built-in configurations show how",
         )
     if isinstance(error.__cause__, UnitError):
         problem, _, fix = str(error.__cause__).partition("; ")
         return Finding(line_of(path, lines), path, problem, fix)
-    return Finding(line_of(path, lines), path, message, "")
+    fix = f"known: {', '.join(SYSTEM_CONFIGS)}" if path == "system" else ""
+    return Finding(line_of(path, lines), path, message, fix)
 
 
 def _name_dict_keys(path: str, tree: dict[str, Any]) -> str:
@@ -477,8 +616,8 @@ def _name_dict_keys(path: str, tree: dict[str, Any]) -> str:
     return head
 
 
-def _known_fields(path: str) -> list[str]:
-    node: Any = Config
+def _known_fields(path: str, root: type[Config]) -> list[str]:
+    node: Any = root
     for part in filter(None, re.sub(r"\[[^\]]*\]", "", path).split(".")):
         fields = {f.encode_name: f.type for f in msgspec.structs.fields(node)} if _is_struct(node) else {}
         node = _struct_of(fields.get(part))

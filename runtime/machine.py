@@ -11,6 +11,15 @@ from numpy.typing import NDArray
 
 from ..safety import AxisLimits, Thresholds
 
+GATE_SHARE = 0.5
+"""Where between a joint's limit and the monitor's margin the gate neutralises commands further out."""
+MOST_PERMILLE = 32.767
+"""Largest torque in multiples of the rated one that an INT16 in permille carries."""
+RAMP_SHARE = 0.8
+"""Share of the declared stop time that is left for braking after detection."""
+SPEED_MARGIN = 1.1
+"""Measured over-speed that stops the machine (fault matrix, row 25)."""
+
 
 @dataclass(frozen=True, slots=True)
 class LimitSpec:
@@ -19,7 +28,7 @@ class LimitSpec:
     Attributes:
         name: for people, with the unit of its values.
         lower, upper: infinite where there is none.
-        unit: "rad" or "m".
+        unit: "rad", "m" or "N m".
     """
 
     name: str

@@ -153,3 +153,35 @@ class Lengths2(Vector):
 
 class Lengths3(Vector):
     dimension, length = "length", 3
+
+
+class Angles(Vector):
+    dimension = "angle"
+
+
+class AngularSpeeds(Vector):
+    dimension, minimum = "angular speed", 0.0
+
+
+class AngularAccelerations(Vector):
+    dimension, minimum = "angular acceleration", 0.0
+
+
+class AngularStiffnesses(Vector):
+    dimension, minimum = "angular stiffness", 0.0
+
+
+class AngularDampings(Vector):
+    dimension, minimum = "angular damping", 0.0
+
+
+class Inertias(Vector):
+    dimension, minimum = "inertia", 0.0
+
+
+class Torques(Vector):
+    dimension, minimum = "torque", 0.0
+
+
+class Lengths(Vector):
+    dimension = "length"

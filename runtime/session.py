@@ -6,7 +6,7 @@ import hashlib
 from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Protocol
+from typing import Any, Generic, Protocol, TypeVar
 
 from ..devices import drive, force_torque, imu, safety_plc
 from ..devices.device import Device
@@ -16,7 +16,7 @@ from ..devices.image import ProcessImage
 from ..devices.network import Network
 from ..models import ModelError, Robot
 from . import config as c
-from .config import Config, Loaded, key_lines, line_of
+from .config import Config, GiantConfig, Loaded, RhiConfig, key_lines, line_of
 from .cycle import Memory
 from .errors import ConfigError, Finding
 from .giant.check import check_giant
@@ -24,6 +24,10 @@ from .giant.limits import GiantLimits
 from .giant.machine import Giant
 from .giant.plant import giant_plant
 from .machine import Machine, MachineLimits
+from .rhi.check import check_rhi
+from .rhi.limits import RhiLimits
+from .rhi.machine import RedundantInterface
+from .rhi.plant import rhi_plant
 from .stages import Mark, no_mark
 
 
@@ -45,8 +49,11 @@ class Plant(Protocol):
         """Advance plant time by dt."""
 
 
+C = TypeVar("C", bound=Config)
+
+
 @dataclass(frozen=True, slots=True)
-class System:
+class System(Generic[C]):
     """What a kind of machine brings along.
 
     Attributes:
@@ -56,13 +63,16 @@ class System:
         check: findings (key, problem, fix) that only the model can tell.
     """
 
-    machine: Callable[[Config, Robot, ProcessImage, Mark], Machine]
-    limits: Callable[[Config], MachineLimits]
-    plant: Callable[[Config, Robot, Network], Plant]
-    check: Callable[[Config, Robot], list[tuple[str, str, str]]]
+    machine: Callable[[C, Robot, ProcessImage, Mark], Machine]
+    limits: Callable[[C], MachineLimits]
+    plant: Callable[[C, Robot, Network], Plant]
+    check: Callable[[C, Robot], list[tuple[str, str, str]]]
 
 
-SYSTEMS = {"giant": System(Giant, GiantLimits, giant_plant, check_giant)}
+SYSTEMS: dict[type[Config], System[Any]] = {
+    GiantConfig: System(Giant, GiantLimits, giant_plant, check_giant),
+    RhiConfig: System(RedundantInterface, RhiLimits, rhi_plant, check_rhi),
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,7 +91,7 @@ class Session:
     network: Network
     robot: Robot
     memory: Memory
-    system: System
+    system: System[Any]
 
     @property
     def config(self) -> Config:
@@ -111,7 +121,7 @@ def build(loaded: Loaded, mark: Mark = no_mark) -> Session:
     """
     config = loaded.config
     robot = Robot.from_urdf(loaded.model_text, loaded.model_source)
-    system = SYSTEMS[config.system]
+    system = SYSTEMS[type(config)]
     _require(loaded, _check_loop(config) + _check_hand(config) + system.check(config, robot))
     try:
         network = Network([_device(name, device) for name, device in config.devices.items()])
@@ -167,7 +177,7 @@ def _check_loop(config: Config) -> list[tuple[str, str, str]]:
         found.append(("loop.spin", f"{loop.spin:g} s is more than half a period", 'write e.g. "60 us"'))
     if safety.stop_time > LONGEST_STOP_S:
         found.append(("safety.stop_time", f"{safety.stop_time:g} s", f"give at most {LONGEST_STOP_S:g} s"))
-    for name in ("position_margin", "ppu_margin"):
+    for name in (field for field in safety.__struct_fields__ if field.endswith("_margin")):
         margin = getattr(safety, name)
         if not 0.0 < margin <= LARGEST_MARGIN:
             fix = f"give more than 0 and at most {LARGEST_MARGIN:g}"

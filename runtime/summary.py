@@ -22,7 +22,7 @@ from .vitals import Vitals
 from .watch import Overstay
 
 NEAR = 5e-3
-"""A measured value this close to a limit touches it [rad or m]."""
+"""A measured value this close to a limit touches it [rad, m or N m]."""
 
 
 @dataclass(slots=True)
@@ -285,7 +285,7 @@ def _lateness_lines(report: Report) -> Iterator[str]:
 
 
 def _limit_line(limit: LimitReport) -> str:
-    small = "mrad" if limit.unit == "rad" else "mm"
+    small = f"m{limit.unit}"
     lower = "-inf" if limit.lower is None else f"{limit.lower:g}"
     upper = "inf" if limit.upper is None else f"{limit.upper:g}"
     excess = f"{1e3 * limit.excess:.2f} {small}" if limit.touched and limit.excess is not None else ""

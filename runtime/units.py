@@ -119,10 +119,10 @@ class Quantity(float):
 
 
 class Vector(tuple[float, ...]):
-    """Several numbers with one unit; subclasses name the dimension, the range and the length."""
+    """Several numbers with one unit; subclasses name dimension, range and, where it is fixed, length."""
 
     dimension: ClassVar[str]
-    length: ClassVar[int]
+    length: ClassVar[int | None] = None
     minimum: ClassVar[float] = float("-inf")
     infinite: ClassVar[bool] = False
 
@@ -134,7 +134,7 @@ class Vector(tuple[float, ...]):
             UnitError: for a wrong unit, a wrong count, or a number out of range.
         """
         numbers = parse(text, cls.dimension)
-        if len(numbers) != cls.length:
+        if cls.length is not None and len(numbers) != cls.length:
             raise UnitError(f'"{text}" holds {len(numbers)} numbers; give {cls.length}')
         if not cls.infinite and any(map(isinf, numbers)):
             raise UnitError(f'"{text}" contains inf; give finite numbers')

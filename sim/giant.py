@@ -14,12 +14,10 @@ from .drives import SimAxisDrive, SimDrive, SimJointDrive
 from .dynamics import SeriesElasticArm, VelocityAxes
 from .hand import Hand
 from .nodes import SimNodes
-from .plc import SimSafetyPlc
+from .plc import DeadManScript, SimSafetyPlc
 from .sensors import SimForceTorque, SimImu
 
 Vector = list[float]
-HALF_TICK = 1e-9
-"""Slack in comparing times that are sums of periods [s]."""
 GRAVITY = np.array([0.0, 0.0, -9.81])
 
 
@@ -74,10 +72,10 @@ class GiantPlant:
         self.time = 0.0
         self._tool, self._centre = tool, list(tool.centre)
         self._noise = np.repeat([noise.acceleration, noise.acceleration, noise.force, noise.torque], 3)
-        self._dead_man = sorted(dead_man)
         self._random = np.random.default_rng(seed)
         self._joints, self._axes = self.nodes.of(SimJointDrive), self.nodes.of(SimAxisDrive)
-        (self._plc,) = self.nodes.of(SimSafetyPlc)
+        (plc,) = self.nodes.of(SimSafetyPlc)
+        self._dead_man = DeadManScript(plc, dead_man)
         (self._force_torque,) = self.nodes.of(SimForceTorque)
         self._imu_carriage = _imu(self.nodes, "imu_carriage")
         self._imu_handle = _imu(self.nodes, "imu_handle")
@@ -138,9 +136,7 @@ class GiantPlant:
         self._imu_handle.angular_velocity = omega
         wrench = self._sensed_wrench(specific, alpha, omega, force, torque)
         self._force_torque.wrench = [w + e for w, e in zip(wrench, noise[6:].tolist(), strict=True)]
-        while self._dead_man and self.time >= self._dead_man[0][0] - HALF_TICK:
-            pressed = self._dead_man.pop(0)[1]
-            self._plc.dead_man = (pressed, pressed)
+        self._dead_man.advance(self.time)
 
     def _sensed_wrench(
         self, specific: Vector, alpha: Vector, omega: Vector, force: Vector, torque: Vector

@@ -6,6 +6,7 @@ from bisect import bisect_right
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import cos, hypot, sin
+from typing import Protocol
 
 import numpy as np
 import pinocchio as pin
@@ -23,14 +24,10 @@ class Grip:
 
 
 class Path:
-    """A smooth path through poses at given times: a C2 cubic spline, at rest at both ends.
+    """A smooth path through places at given times: a C2 cubic spline, at rest at both ends."""
 
-    Orientation is (yaw, tilt, roll): the handle's axis points down at tilt 0, is tilted towards the
-    direction opposite to yaw, and roll turns about it. Each may turn through any angle.
-    """
-
-    def __init__(self, times: Sequence[float], positions: Array, angles: Array) -> None:
-        """Times (k,) [s], ascending; positions (k, 3) [m]; yaw, tilt, roll (k, 3) [rad].
+    def __init__(self, times: Sequence[float], values: Array) -> None:
+        """Times (k,) [s], ascending; coordinates at each of them (k, c).
 
         Raises:
             ValueError: for fewer than two poses or times that do not ascend.
@@ -38,7 +35,7 @@ class Path:
         t = np.asarray(times, float)
         if len(t) < 2 or not np.all(np.diff(t) > 0.0):
             raise ValueError(f"a path needs at least two poses at ascending times, not {list(times)}")
-        y = np.hstack([positions, angles])
+        y = np.asarray(values, float)
         h = np.diff(t)[:, None]
         slope = _clamped_slopes(t, y)
         m0, m1, rise = h * slope[:-1], h * slope[1:], np.diff(y, axis=0)
@@ -48,7 +45,7 @@ class Path:
         self._segments = np.stack([a, b, m0, y[:-1]], axis=2).tolist()
 
     def at(self, t: float) -> tuple[list[float], list[float]]:
-        """Six coordinates and their rates at time t; the ends are held."""
+        """Coordinates and their rates at time t; the ends are held."""
         t = min(max(t, self._t[0]), self._t[-1])
         i = min(bisect_right(self._t, t), len(self._t) - 1) - 1
         h = self._t[i + 1] - self._t[i]
@@ -74,7 +71,12 @@ def _clamped_slopes(t: Array, y: Array) -> Array:
 
 
 class Hand:
-    """Wrench on the handle while it grips; nothing after ``release``."""
+    """Wrench on the handle while it grips.
+
+    The path's coordinates are position [m] and orientation (yaw, tilt, roll) [rad]: the handle's axis points
+    down at tilt 0, is tilted towards the direction opposite to yaw, and roll turns about it. Each may turn
+    through any angle.
+    """
 
     def __init__(self, path: Path, grip: Grip) -> None:
         self._path, self._grip = path, grip
@@ -95,6 +97,32 @@ class Hand:
         twisting = [k_r * turn[i] + d_r * (omega[i] - twist[3 + i]) for i in range(3)]
         wrench[:3], wrench[3:] = _saturated(pull, force), _saturated(twisting, torque)
         return wrench
+
+
+class Course(Protocol):
+    """Where a hand wants to be."""
+
+    def at(self, t: float) -> tuple[Sequence[float], Sequence[float]]:
+        """Coordinates and their rates at time t."""
+
+
+class PointHand:
+    """Force on a handle that turns freely in the grip: a spring and damper to a course, saturated."""
+
+    def __init__(self, course: Course, stiffness: float, damping: float, strength: float) -> None:
+        """Positions (c,) [m] over time; [N/m], [N s/m], [N]."""
+        self._course, self._stiffness, self._damping = course, stiffness, damping
+        self._strength = strength
+        self.gripping = True
+
+    def force(self, t: float, position: Sequence[float], velocity: Sequence[float]) -> list[float]:
+        """Force (c,) [N] at time t on a handle with this position and velocity (c,)."""
+        if not self.gripping:
+            return [0.0] * len(position)
+        value, rate = self._course.at(t)
+        k, d = self._stiffness, self._damping
+        rows = zip(value, position, rate, velocity, strict=True)
+        return _saturated([k * (x - p) + d * (dx - v) for x, p, dx, v in rows], self._strength)
 
 
 def _saturated(vector: list[float], most: float) -> list[float]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Sequence
 
 from ..devices.cia301 import AlState
 from ..devices.safety_plc import SCANNER_CLEAR, TORQUE_PERMITTED, SafetyInput, SafetyPlc, SafetyRequest
@@ -13,6 +14,10 @@ _DEAD_MAN = (SafetyInput.DEAD_MAN_A.value, SafetyInput.DEAD_MAN_B.value)
 _EMERGENCY_STOP = (SafetyInput.EMERGENCY_STOP_A.value, SafetyInput.EMERGENCY_STOP_B.value)
 _REQUEST_STO = SafetyRequest.STO.value
 _REQUEST_RESET = SafetyRequest.RESET.value
+
+
+HALF_TICK = 1e-9
+"""Slack in comparing times that are sums of periods [s]."""
 
 
 class SimSafetyPlc(SimNode):
@@ -82,3 +87,17 @@ class SimSafetyPlc(SimNode):
         return True in self.emergency_stop or bool(
             self.request & _REQUEST_STO and self.al_state is AlState.OP
         )
+
+
+class DeadManScript:
+    """Presses and releases both channels of the dead-man switch at given times."""
+
+    def __init__(self, plc: SimSafetyPlc, changes: Sequence[tuple[float, bool]]) -> None:
+        """Times [s] and whether the switch is pressed from then on."""
+        self._plc, self._changes = plc, deque(sorted(changes))
+
+    def advance(self, time: float) -> None:
+        """Act on what has come due at plant time [s]."""
+        while self._changes and time >= self._changes[0][0] - HALF_TICK:
+            pressed = self._changes.popleft()[1]
+            self._plc.dead_man = (pressed, pressed)

@@ -7,16 +7,12 @@ from math import pi
 
 from ...models import Robot
 from ...models.giant import DROP
-from ..config import AxisDrive, Config, ForceTorque, Imu, JointDrive, SafetyPlc
+from ..config import AxisDrive, ForceTorque, GiantConfig, Imu, JointDrive, SafetyPlc
+from ..machine import MOST_PERMILLE, RAMP_SHARE
 from .names import JOINTS, PPU_JOINTS
 
-MOST_PERMILLE = 32.767
-"""Largest torque in multiples of the rated one that an INT16 in permille carries."""
-RAMP_SHARE = 0.8
-"""Share of the declared stop time that is left for braking after detection."""
 
-
-def check_giant(config: Config, robot: Robot) -> list[tuple[str, str, str]]:
+def check_giant(config: GiantConfig, robot: Robot) -> list[tuple[str, str, str]]:
     """What only the model can tell of a giant's configuration: key, problem, fix."""
     found: list[tuple[str, str, str]] = []
     missing = {*JOINTS, *PPU_JOINTS} - set(robot.names)
@@ -54,7 +50,7 @@ def check_giant(config: Config, robot: Robot) -> list[tuple[str, str, str]]:
     return found + _devices_of_giant(config, robot)
 
 
-def _beyond_model(config: Config, robot: Robot) -> list[tuple[str, str, str]]:
+def _beyond_model(config: GiantConfig, robot: Robot) -> list[tuple[str, str, str]]:
     """Limits outside those of the model."""
     manipulator, ppu = config.giant.manipulator, config.giant.ppu
     groups = (
@@ -76,7 +72,7 @@ def _beyond_model(config: Config, robot: Robot) -> list[tuple[str, str, str]]:
     return found
 
 
-def _devices_of_giant(config: Config, robot: Robot) -> list[tuple[str, str, str]]:
+def _devices_of_giant(config: GiantConfig, robot: Robot) -> list[tuple[str, str, str]]:
     """Devices that the controller needs, with ratings that can give what it may command."""
     found = []
     effort = dict(zip(robot.names, robot.effort.tolist(), strict=True))

@@ -7,7 +7,7 @@ from math import hypot
 import numpy as np
 
 from ...models.giant import points
-from ..config import Config
+from ..config import GiantConfig
 from ..machine import LimitSpec
 from .names import JOINTS
 
@@ -15,7 +15,7 @@ from .names import JOINTS
 class GiantLimits:
     """What a session of the giant may touch, and the measured values of a logged state."""
 
-    def __init__(self, config: Config) -> None:
+    def __init__(self, config: GiantConfig) -> None:
         giant = config.giant
         manipulator, box, ppu = giant.manipulator, giant.box, giant.ppu
         groups = (

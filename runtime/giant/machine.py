@@ -21,7 +21,8 @@ from ...devices.image import ProcessImage
 from ...devices.imu import Imus
 from ...models import Array, Robot
 from ...safety import AxisLimits, Thresholds
-from ..config import Config
+from ..config import GiantConfig
+from ..machine import GATE_SHARE, SPEED_MARGIN
 from ..stages import Mark, Stage
 from .names import JOINTS, PPU_JOINTS
 
@@ -31,10 +32,6 @@ WRENCH_FADE = 0.8
 """Of the operator's wrench in the feedforward, per tick of a stop: gone within 20 ticks."""
 CARRIAGE, HANDLE = 0, 1
 """The inertial units."""
-GATE_SHARE = 0.5
-"""Where between a joint's limit and the monitor's margin the gate neutralises commands further out."""
-SPEED_MARGIN = 1.1
-"""Measured over-speed that stops the machine (fault matrix, row 25)."""
 
 STATE = np.dtype(
     [
@@ -63,7 +60,7 @@ class Giant:
     drive_groups: tuple[str, ...] = ("joints", "axes")
     state: np.dtype[np.void] = STATE
 
-    def __init__(self, config: Config, robot: Robot, image: ProcessImage, mark: Mark) -> None:
+    def __init__(self, config: GiantConfig, robot: Robot, image: ProcessImage, mark: Mark) -> None:
         giant = config.giant
         dt = 1.0 / config.loop.rate
         self._mark = mark
@@ -207,24 +204,24 @@ class Giant:
         self.commands = [*torque.tolist(), gain * x, gain * y]
 
 
-def _braking(config: Config) -> float:
+def _braking(config: GiantConfig) -> float:
     m, ppu = config.giant.manipulator, config.giant.ppu
     joints = max(v / a for v, a in zip(m.velocity, m.acceleration, strict=True))
     return max(joints, ppu.velocity / ppu.acceleration)
 
 
-def _joint_limits(config: Config) -> Limits:
+def _joint_limits(config: GiantConfig) -> Limits:
     m = config.giant.manipulator
     return Limits(np.array(m.lower), np.array(m.upper), np.array(m.velocity), np.array(m.acceleration))
 
 
-def _ppu_limits(config: Config) -> PpuLimits:
+def _ppu_limits(config: GiantConfig) -> PpuLimits:
     ppu = config.giant.ppu
     return PpuLimits(ppu.lower, ppu.upper, ppu.velocity, ppu.acceleration, ppu.time_constant)
 
 
 def _force_control(
-    config: Config, manipulator: Robot, limits: Limits, ppu: PpuObserver, dt: float
+    config: GiantConfig, manipulator: Robot, limits: Limits, ppu: PpuObserver, dt: float
 ) -> ForceControl:
     giant = config.giant
     control, twin, tilt = giant.force_control, giant.twin, giant.manipulator.tilt
@@ -255,7 +252,7 @@ def _sensor_pose(robot: Robot) -> Array:
     return T
 
 
-def _axis_limits(config: Config, robot: Robot, dt: float) -> tuple[AxisLimits, ...]:
+def _axis_limits(config: GiantConfig, robot: Robot, dt: float) -> tuple[AxisLimits, ...]:
     manipulator, ppu, safety = config.giant.manipulator, config.giant.ppu, config.safety
     near, ppu_near = GATE_SHARE * safety.position_margin, GATE_SHARE * safety.ppu_margin
     effort = dict(zip(robot.names, robot.effort.tolist(), strict=True))
@@ -284,7 +281,7 @@ def _axis_limits(config: Config, robot: Robot, dt: float) -> tuple[AxisLimits, .
     return (*joints, *axes)
 
 
-def _thresholds(config: Config, image: ProcessImage) -> Thresholds:
+def _thresholds(config: GiantConfig, image: ProcessImage) -> Thresholds:
     manipulator, ppu, safety = config.giant.manipulator, config.giant.ppu, config.safety
     margins = [safety.position_margin] * len(JOINTS) + [safety.ppu_margin] * 2
     lower, upper = (*manipulator.lower, *ppu.lower), (*manipulator.upper, *ppu.upper)

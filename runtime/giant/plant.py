@@ -9,14 +9,14 @@ from ...models import Robot
 from ...sim.dynamics import SeriesElasticArm, VelocityAxes
 from ...sim.giant import GiantPlant, Noise, Tool
 from ...sim.hand import Grip, Hand, Path
-from ..config import Config
+from ..config import GiantConfig
 from .names import PPU_JOINTS
 
 HARD_STOP = 0.15
 """How far behind its limits the gantry's hard stops are [m]."""
 
 
-def giant_plant(config: Config, robot: Robot, network: Network) -> GiantPlant:
+def giant_plant(config: GiantConfig, robot: Robot, network: Network) -> GiantPlant:
     """The plant, at rest in its initial posture."""
     simulation, giant = config.simulation, config.giant
     assert simulation is not None
@@ -40,8 +40,7 @@ def giant_plant(config: Config, robot: Robot, network: Network) -> GiantPlant:
     ppu.position[:] = plant.ppu
     path = Path(
         [float(point.at) for point in hand.path],
-        np.array([point.position for point in hand.path]),
-        np.array([point.angles for point in hand.path]),
+        np.array([[*point.position, *point.angles] for point in hand.path]),
     )
     grip = Grip(
         (hand.stiffness, hand.rotational_stiffness),

@@ -1,4 +1,4 @@
-"""Sessions in lockstep, with changes to the built-in giant."""
+"""Sessions in lockstep, with changes to the built-in machines."""
 
 from __future__ import annotations
 
@@ -11,31 +11,31 @@ from hapticd.runtime import config
 from hapticd.runtime.lockstep import Lockstep
 from hapticd.runtime.modes import Command, Mode
 from hapticd.runtime.session import build
+from hapticd.sim.drives import SimDrive, SimJointDrive
 
-GIANT = read_text("giant.toml")
+MACHINES = ("giant", "rhi")
 
 
-def changed(*changes: tuple[str, str]) -> str:
-    """The giant's configuration with some texts replaced, each of which must occur."""
-    text = GIANT
+def changed(*changes: tuple[str, str], machine: str = "giant") -> str:
+    """A machine's configuration with some texts replaced, each of which must occur."""
+    text = read_text(f"{machine}.toml")
     for old, new in changes:
         assert old in text, old
         text = text.replace(old, new, 1)
     return text
 
 
-def loaded(*changes: tuple[str, str]) -> config.Loaded:
-    text = changed(*changes)
-    return config.Loaded(
-        "giant", config.parse(text, "giant.toml"), text, "giant.toml", read_text("giant.urdf"), "giant.urdf"
-    )
+def loaded(*changes: tuple[str, str], machine: str = "giant") -> config.Loaded:
+    text, model = changed(*changes, machine=machine), f"{machine}.urdf"
+    parsed = config.parse(text, f"{machine}.toml")
+    return config.Loaded(machine, parsed, text, f"{machine}.toml", read_text(model), model)
 
 
 class Bench:
     """A lockstep session that remembers what happened."""
 
-    def __init__(self, *changes: tuple[str, str]) -> None:
-        self.lockstep = Lockstep(build(loaded(*changes)))
+    def __init__(self, *changes: tuple[str, str], machine: str = "giant") -> None:
+        self.lockstep = Lockstep(build(loaded(*changes, machine=machine)))
         self.memory = self.lockstep.session.memory
         self.plant = self.lockstep.plant
         self.nodes = self.plant.nodes  # type: ignore[attr-defined]
@@ -73,23 +73,38 @@ class Bench:
         self.plc.dead_man = (pressed, pressed)
 
     @property
+    def joints(self) -> list[SimJointDrive]:
+        return self.nodes.of(SimJointDrive)
+
+    @property
     def torques(self) -> list[float]:
-        return [self.nodes[f"joint_{i}"].torque for i in range(1, 7)]
+        return [joint.torque for joint in self.joints]
+
+    @property
+    def last_drive(self) -> SimDrive:
+        """An axis where the machine has axes."""
+        return self.nodes.of(SimDrive)[-1]
 
     @property
     def safe(self) -> bool:
         return self.plant.safe
 
 
-@pytest.fixture
-def bench() -> Bench:
-    return Bench()
+@pytest.fixture(params=MACHINES)
+def machine(request: pytest.FixtureRequest) -> str:
+    """The name of a built-in machine."""
+    return str(request.param)
 
 
 @pytest.fixture
-def engaging() -> Bench:
+def bench(machine: str) -> Bench:
+    return Bench(machine=machine)
+
+
+@pytest.fixture
+def engaging(machine: str) -> Bench:
     """Drives enabled, the operator's wrench fading in."""
-    bench = Bench()
+    bench = Bench(machine=machine)
     bench.until(Mode.ENGAGING)
     bench.run(50)
     return bench

@@ -97,7 +97,7 @@ def test_the_built_in_giant_is_right() -> None:
         ('angles = "0 60 0 deg"', 'angels = "0 60 0 deg"', "unknown key", 'did you mean "angles"?'),
         ("seed = 1", "seed = 1\nseed = 2", "not TOML", ""),
         ('model = "giant.urdf"', "model = 3", "Expected `str`", ""),
-        ('system = "giant"', 'system = "dwarf"', "Invalid enum value 'dwarf'", ""),
+        ('system = "giant"', 'system = "dwarf"', "Invalid value 'dwarf'", "known: giant, rhi"),
     ],
 )
 def test_a_mistake_is_named_with_its_line_and_a_fix(old: str, new: str, problem: str, fix: str) -> None:

@@ -6,11 +6,13 @@ from math import inf, nan
 import numpy as np
 import pytest
 from hapticd.runtime.daemon import outcome
+from hapticd.runtime.giant.machine import Giant
 from hapticd.runtime.modes import Command, Mode
+from hapticd.runtime.rhi.machine import RedundantInterface
 from hapticd.sim import faults
 from hapticd.sim.drives import SimDrive
 
-from .conftest import Bench
+from .conftest import MACHINES, Bench
 
 RAMP_TICKS = 150  # detection and ramp together, the declared stop time
 
@@ -20,7 +22,7 @@ def test_a_session_comes_up_by_itself_and_waits_for_a_press(bench: Bench) -> Non
     bench.run(100)
     assert bench.mode is Mode.READY
     assert bench.safe
-    assert bench.torques == [0.0] * 6
+    assert not any(bench.torques)
     bench.until(Mode.ENABLING)
     assert bench.tick_index == pytest.approx(301, abs=3)  # the scripted press at 0.3 s
     bench.until(Mode.ENGAGING)
@@ -35,16 +37,17 @@ def test_engaging_fades_in_over_three_seconds_from_the_measured_posture(bench: B
         bench.run(1)
         gains.append(bench.memory.gain)
         if len(gains) < 100:
-            assert np.abs(bench.plant.arm.q - posture).max() < 2e-3  # no jump
+            assert np.abs(bench.plant.arm.q - posture).max() < 5e-3  # no jump
     assert len(gains) == pytest.approx(3000, abs=2)
     steps = np.diff(gains)
     assert (steps > 0.0).all() and (steps <= 1 / 3000 + 1e-12).all()
     assert bench.mode is Mode.ACTIVE
 
 
-def test_a_dead_man_held_from_the_start_does_not_arm() -> None:
+def test_a_dead_man_held_from_the_start_does_not_arm(machine: str) -> None:
     bench = Bench(
-        ('dead_man = [{ at = "0.3 s", pressed = true }]', 'dead_man = [{ at = "0 s", pressed = true }]')
+        ('dead_man = [{ at = "0.3 s", pressed = true }]', 'dead_man = [{ at = "0 s", pressed = true }]'),
+        machine=machine,
     )
     bench.run(600)
     assert bench.mode is Mode.READY
@@ -73,25 +76,30 @@ STOPS: dict[str, tuple[Callable[[Bench], object], str, bool, int]] = {
     "one dead-man channel open": (lambda b: setattr(b.plc, "dead_man", (True, False)), "dead_man", True, 2),
     "e-stop": (lambda b: setattr(b.plc, "emergency_stop", (True, True)), "e_stop", True, 2),
     "one e-stop channel": (lambda b: setattr(b.plc, "emergency_stop", (True, False)), "e_stop", True, 2),
-    "drive fault": (lambda b: setattr(b.nodes["joint_3"], "fault", 0x2310), "device_fault", True, 3),
-    "device silent": (lambda b: setattr(b.nodes["joint_2"], "silent", True), "device_silent", True, 22),
+    "drive fault": (lambda b: setattr(b.joints[2], "fault", 0x2310), "device_fault", True, 3),
+    "device silent": (lambda b: setattr(b.joints[1], "silent", True), "device_silent", True, 22),
     "all devices silent": (silence_all, "device_silent", True, 22),
     "five frames lost": (
-        lambda b: setattr(b.nodes["ppu_x"], "tamper", faults.drop(6)),
+        lambda b: setattr(b.last_drive, "tamper", faults.drop(6)),
         "device_silent",
         False,
         7,
     ),
     "stale frames": (
-        lambda b: setattr(b.nodes["joint_5"], "tamper", faults.duplicate(8)),
+        lambda b: setattr(b.joints[-2], "tamper", faults.duplicate(8)),
         "stale_frames",
         False,
         9,
     ),
-    "device restarts": (lambda b: b.nodes["joint_1"].reset(), "device_state", True, 3),
-    "drive in another mode": (lambda b: setattr(b.nodes["joint_3"], "mode", 8), "drive_state", True, 3),
+    "device restarts": (lambda b: b.joints[0].reset(), "device_state", True, 3),
+    "drive in another mode": (lambda b: setattr(b.joints[2], "mode", 8), "drive_state", True, 3),
     "scanner": (lambda b: setattr(b.plc, "scanner_clear", False), "scanner", True, 2),
     "wrench is NaN": (lambda b: _break(b, "force_torque", "wrench", [nan] * 6), "wrench_lost", False, 25),
+    "commanded stop": (lambda b: b.run(1, Command.STOP), "operator", True, 1),
+}
+
+GIANT_STOPS: dict[str, tuple[Callable[[Bench], object], str, bool, int]] = {
+    # of sensors that only the giant has
     "handle IMU is NaN": (
         lambda b: _break(b, "imu_handle", "acceleration", [nan] * 3),
         "wrench_lost",
@@ -110,7 +118,6 @@ STOPS: dict[str, tuple[Callable[[Bench], object], str, bool, int]] = {
         False,
         25,
     ),
-    "commanded stop": (lambda b: b.run(1, Command.STOP), "operator", True, 1),
 }
 
 
@@ -129,9 +136,14 @@ def _break(bench: Bench, node: str, field: str, value: object, samples: int = 1 
     bench.plant._sense = broken
 
 
-@pytest.mark.parametrize("name", STOPS)
+CASES = [(machine, name) for machine in MACHINES for name in STOPS] + [
+    ("giant", name) for name in GIANT_STOPS
+]
+
+
+@pytest.mark.parametrize(("machine", "name"), CASES)
 def test_a_fault_stops_the_machine_in_time_latched_and_with_its_reason(engaging: Bench, name: str) -> None:
-    happen, reason, off, detect = STOPS[name]
+    happen, reason, off, detect = {**STOPS, **GIANT_STOPS}[name]
     bench = engaging
     happen(bench)
     for _ in range(detect):
@@ -159,15 +171,15 @@ def test_an_emergency_stop_takes_the_torque_in_the_same_tick(engaging: Bench) ->
 
 
 def test_up_to_four_lost_frames_stop_nothing(engaging: Bench) -> None:
-    engaging.nodes["joint_4"].tamper = faults.drop(4)
+    engaging.joints[3].tamper = faults.drop(4)
     engaging.run(200)
     assert engaging.mode is Mode.ENGAGING
     assert engaging.memory.image.counters[13] >= 4  # misses are counted
 
 
 def test_malformed_frames_are_dropped_and_counted(engaging: Bench) -> None:
-    engaging.nodes["joint_4"].tamper = faults.truncate(2)
-    engaging.nodes["imu_handle"].tamper = faults.corrupt(1, 0, 0xFF)
+    engaging.joints[3].tamper = faults.truncate(2)
+    engaging.nodes["force_torque"].tamper = faults.corrupt(1, 0, 0xFF)
     engaging.run(100)
     assert engaging.mode is Mode.ENGAGING
 
@@ -190,8 +202,13 @@ def _frames(*frames: tuple[int, bytes]):  # type: ignore[no-untyped-def]
 def test_a_failed_solve_brakes_at_once_and_stops_on_the_third(
     engaging: Bench, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    control = engaging.memory.machine.force_control  # type: ignore[attr-defined]
-    monkeypatch.setattr(control, "optimise", lambda: (control.brake(), False)[1])
+    machine = engaging.memory.machine
+    if isinstance(machine, Giant):
+        control = machine.force_control
+        monkeypatch.setattr(control, "optimise", lambda: (control.brake(), False)[1])
+    else:
+        assert isinstance(machine, RedundantInterface)
+        monkeypatch.setattr(machine.controller.resolution, "resolve", lambda part, gain: False)
     engaging.run(2)
     assert engaging.mode is Mode.ENGAGING
     engaging.run(2)
@@ -200,16 +217,16 @@ def test_a_failed_solve_brakes_at_once_and_stops_on_the_third(
 
 
 @pytest.fixture
-def moving() -> Bench:
+def moving(machine: str) -> Bench:
     """The hand walks, and the machine follows."""
-    bench = Bench()
+    bench = Bench(machine=machine)
     bench.until(Mode.ACTIVE, limit=5000)
     bench.run(1500)
-    assert np.abs(bench.plant.arm.qd).max() > 0.3
+    assert np.abs(bench.plant.arm.qd).max() > 0.2
     return bench
 
 
-@pytest.mark.parametrize("node", ["imu_carriage", "imu_handle"])
+@pytest.mark.parametrize(("machine", "node"), [("giant", "imu_carriage"), ("giant", "imu_handle")])
 @pytest.mark.parametrize("value", [nan, inf, -1e30, 90.0])
 def test_one_bad_sample_of_an_accelerometer_changes_nothing_for_good(
     moving: Bench, node: str, value: float
@@ -224,7 +241,10 @@ def test_one_bad_sample_of_an_accelerometer_changes_nothing_for_good(
     assert all(np.isfinite(moving.torques))
 
 
-@pytest.mark.parametrize("node", ["imu_carriage", "imu_handle", "force_torque"])
+@pytest.mark.parametrize(
+    ("machine", "node"),
+    [("giant", "imu_carriage"), ("giant", "imu_handle"), ("giant", "force_torque"), ("rhi", "force_torque")],
+)
 def test_a_sensor_that_stays_broken_stops_the_moving_machine_without_a_lurch(
     moving: Bench, node: str
 ) -> None:
@@ -232,7 +252,7 @@ def test_a_sensor_that_stays_broken_stops_the_moving_machine_without_a_lurch(
     fastest = np.abs(moving.plant.arm.qd).max()
     _break(moving, node, field, [1e30] * (6 if node == "force_torque" else 3))
     moving.run(25)
-    assert moving.mode is Mode.STOPPING
+    assert moving.mode in (Mode.STOPPING, Mode.HOLDING)
     for _ in range(600):  # the gantry takes 0.4 s from full speed
         moving.run(1)
         assert np.abs(moving.plant.arm.qd).max() < 1.2 * fastest
@@ -248,7 +268,8 @@ def test_a_controlled_stop_that_does_not_come_to_rest_becomes_a_ramp_with_no_tim
     _break(moving, "force_torque", "wrench", [nan] * 6)
     moving.run(24)
     assert moving.reason == "wrench_lost"
-    assert 400 < moving.until(Mode.STOPPED, limit=700) <= 600
+    slack = moving.memory.hold_limit
+    assert slack - 30 < moving.until(Mode.STOPPED, limit=700) <= slack
     assert moving.reason == "stop_timeout"
 
 
@@ -277,23 +298,24 @@ def test_commands_beyond_the_limit_are_clamped_and_stop_after_ten(engaging: Benc
 
     def broken(gain: float, trust: float) -> None:
         update(gain, trust)
-        machine.commands[5] = 1e6
+        machine.commands[3] = 1e6
 
     machine.update = broken  # type: ignore[method-assign]
     engaging.run(9)
     assert engaging.mode is Mode.ENGAGING
-    assert max(map(abs, engaging.torques)) <= 260.0
+    for torque, axis in zip(engaging.torques, machine.axes, strict=False):
+        assert abs(torque) <= axis.command
     engaging.run(3)
     assert engaging.reason in ("output_beyond_limit", "beyond_limit")
 
 
 def test_a_measured_position_beyond_the_hard_limit_stops(engaging: Bench) -> None:
     sense = engaging.plant._sense
-    joint = engaging.nodes["joint_2"]
+    joint, upper = engaging.joints[1], engaging.memory.machine.thresholds.upper[1]
 
     def beyond() -> None:
         sense()
-        joint.link_position = 2.5
+        joint.link_position = upper + 0.05
 
     engaging.plant._sense = beyond  # type: ignore[method-assign]
     engaging.run(6)
@@ -327,7 +349,7 @@ def test_a_reset_with_the_cause_present_is_refused_and_works_once_it_is_gone(
     if cause == "e-stop":
         bench.plc.emergency_stop = (True, True)
     elif cause == "drive fault":
-        bench.nodes["joint_3"].fault = 0x2310
+        bench.joints[2].fault = 0x2310
     else:
         silence_all(bench)
     bench.until(Mode.STOPPED, limit=300)
@@ -349,7 +371,7 @@ def test_a_reset_with_the_cause_present_is_refused_and_works_once_it_is_gone(
 
 
 def test_a_held_machine_switches_off_when_the_dead_man_opens(engaging: Bench) -> None:
-    engaging.nodes["ppu_x"].tamper = faults.drop(6)
+    engaging.last_drive.tamper = faults.drop(6)
     engaging.until(Mode.HOLDING)
     engaging.run(200)
     assert not engaging.safe
@@ -361,7 +383,7 @@ def test_a_held_machine_switches_off_when_the_dead_man_opens(engaging: Bench) ->
 
 
 def test_a_reset_of_a_held_machine_is_refused_and_changes_nothing(engaging: Bench) -> None:
-    engaging.nodes["ppu_x"].tamper = faults.drop(6)
+    engaging.last_drive.tamper = faults.drop(6)
     engaging.until(Mode.HOLDING)
     engaging.run(50, Command.RESET)
     assert engaging.mode is Mode.HOLDING
@@ -407,8 +429,10 @@ def test_what_a_session_came_to(engaging: Bench) -> None:
 
 
 @pytest.mark.parametrize(("policy", "mode"), [("record", Mode.ENGAGING), ("stop", Mode.HOLDING)])
-def test_a_stall_of_12_ms_is_recorded_or_stops_as_the_configuration_says(policy: str, mode: Mode) -> None:
-    bench = Bench(('on_overrun = "record"', f'on_overrun = "{policy}"'))
+def test_a_stall_of_12_ms_is_recorded_or_stops_as_the_configuration_says(
+    policy: str, mode: Mode, machine: str
+) -> None:
+    bench = Bench(('on_overrun = "record"', f'on_overrun = "{policy}"'), machine=machine)
     bench.until(Mode.ENGAGING)
     bench.run(100)
     bench.run(1, skipped=12)
@@ -424,10 +448,11 @@ def test_a_daemon_that_sleeps_for_20_ms_finds_its_drives_safe(engaging: Bench) -
     assert engaging.reason in ("sto", "device_fault", "device_state", "drive_state")
 
 
-def test_arming_by_command_needs_the_command_before_the_press() -> None:
+def test_arming_by_command_needs_the_command_before_the_press(machine: str) -> None:
     bench = Bench(
         ('by = "dead-man"', 'by = "command"'),
         ('dead_man = [{ at = "0.3 s", pressed = true }]', "dead_man = []"),
+        machine=machine,
     )
     bench.until(Mode.READY)
     bench.press(True)
@@ -443,9 +468,10 @@ def test_arming_by_command_needs_the_command_before_the_press() -> None:
 
 
 def test_a_missing_device_fails_the_bring_up_without_moving_anything(bench: Bench) -> None:
-    bench.nodes["joint_6"].silent = True
+    bench.joints[-1].silent = True
     bench.until(Mode.FAILED, limit=4000)
-    assert any("joint_6" in event for event in bench.events)
+    name = bench.joints[-1].device.name
+    assert any(name in event for event in bench.events)
     bench.run(50)
     assert bench.safe
     assert bench.mode is Mode.FAILED

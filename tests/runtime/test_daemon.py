@@ -117,8 +117,10 @@ def test_a_short_session_ends_with_a_summary_and_one_log_that_replays(
     assert subprocess.run(verify, capture_output=True, check=False).returncode == 0
 
 
-def test_a_killed_plant_stops_the_daemon_with_a_ramp_and_a_readable_log(start: Callable[..., Live]) -> None:
-    live = start("giant", "--duration", "30")
+def test_a_killed_plant_stops_the_daemon_with_a_ramp_and_a_readable_log(
+    start: Callable[..., Live], machine: str
+) -> None:
+    live = start(machine, "--duration", "30")
     live.wait_for("ENGAGING")
     os.kill(live.child("plant_process"), signal.SIGKILL)
     assert live.end() == 3
@@ -153,9 +155,9 @@ def test_a_killed_recorder_is_told_at_once_and_ends_in_an_error(start: Callable[
 
 
 def test_after_the_daemon_is_killed_every_drive_is_safe_by_itself_and_the_log_opens(
-    start: Callable[..., Live],
+    start: Callable[..., Live], machine: str
 ) -> None:
-    live = start("giant", "--duration", "30")
+    live = start(machine, "--duration", "30")
     live.wait_for("ENGAGING")
     time.sleep(0.3)
     plant, recorder = live.child("plant_process"), live.child("recorder")

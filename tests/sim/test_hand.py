@@ -15,7 +15,7 @@ ANGLES = np.array([[0.0, 1.0, 0.0], [1.0, 1.2, 0.1], [4.0, 0.8, 0.0], [7.0, 1.0,
 
 @pytest.fixture
 def path() -> Path:
-    return Path(TIMES, PLACES, ANGLES)
+    return Path(TIMES, np.hstack([PLACES, ANGLES]))
 
 
 def test_the_path_passes_its_poses_and_is_twice_smooth(path: Path) -> None:
@@ -39,9 +39,9 @@ def test_the_ends_are_at_rest_and_held(path: Path) -> None:
 
 def test_a_path_needs_ascending_times() -> None:
     with pytest.raises(ValueError, match="ascending"):
-        Path([0.0, 0.0], PLACES[:2], ANGLES[:2])
+        Path([0.0, 0.0], PLACES[:2])
     with pytest.raises(ValueError, match="two poses"):
-        Path([0.0], PLACES[:1], ANGLES[:1])
+        Path([0.0], PLACES[:1])
 
 
 def test_yaw_tilt_and_roll_are_the_angles_of_the_giants_handle() -> None:

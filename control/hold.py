@@ -1,0 +1,51 @@
+"""Brings joints to rest as fast as they are rated for, and holds them there."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..models import Array
+
+
+@dataclass(frozen=True, slots=True)
+class HoldGains:
+    """One entry a joint: stiffness [N m/rad], damping [N m s/rad], deceleration [rad/s^2], limit [N m]."""
+
+    stiffness: Array
+    damping: Array
+    deceleration: Array
+    limit: Array
+
+
+class Hold:
+    """A PD controller on a reference that starts where the joints are and slows down to rest.
+
+    Attributes:
+        reference, rate: (n,) [rad, s]; torque: of the last tick, (n,) [N m].
+    """
+
+    def __init__(self, gains: HoldGains, dt: float) -> None:
+        n = len(gains.limit)
+        self._gains, self._step, self._dt = gains, gains.deceleration * dt, dt
+        self.reference, self.rate, self.torque = np.zeros(n), np.zeros(n), np.zeros(n)
+
+    @property
+    def at_rest(self) -> bool:
+        """Whether the reference stands still."""
+        return not self.rate.any()
+
+    def reset(self, q: Array, qd: Array) -> None:
+        """Start from a state (n,)."""
+        self.reference[:], self.rate[:] = q, qd
+
+    def update(self, q: Array, qd: Array) -> Array:
+        """Torques (n,) [N m] for the measured state (n,); own buffer. Advances the reference by a tick."""
+        g = self._gains
+        self.torque[:] = g.stiffness * (self.reference - q) + g.damping * (self.rate - qd)
+        np.clip(self.torque, -g.limit, g.limit, out=self.torque)
+        slower = self.rate - np.clip(self.rate, -self._step, self._step)
+        self.reference += 0.5 * self._dt * (self.rate + slower)
+        self.rate[:] = slower
+        return self.torque

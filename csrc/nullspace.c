@@ -1,0 +1,260 @@
+#include "nullspace.h"
+#include "redundant.h"
+
+#include <math.h>
+#include <string.h>
+
+enum { JOINTS = SERIAL_MAX_JOINTS, TASK = REDUNDANT_MAX_TASK };
+
+/* A pivot smaller than this share of the largest diagonal entry is rounding: the matrix counts as singular.
+ */
+static const double SINGULAR = 1e-14;
+
+/* A pull weaker than this has no direction [N m]. */
+static const double RESTING = 1e-9;
+
+/* Lower factor of a symmetric positive definite A (n x n), in place; 0 where it is none. */
+static int factorise(int n, double *A) {
+    double largest = 0.0;
+    for (int i = 0; i < n; i++) largest = fmax(largest, A[n * i + i]);
+    for (int j = 0; j < n; j++)
+        for (int i = j; i < n; i++) {
+            double sum = A[n * i + j];
+            for (int k = 0; k < j; k++) sum -= A[n * i + k] * A[n * j + k];
+            if (i > j)
+                A[n * i + j] = sum / A[n * j + j];
+            else if (!(sum > SINGULAR * largest))
+                return 0;
+            else
+                A[n * j + j] = sqrt(sum);
+        }
+    return 1;
+}
+
+/* x = A^-1 x from A's factor. */
+static void solve(int n, const double *L, double *x) {
+    for (int i = 0; i < n; i++) {
+        for (int k = 0; k < i; k++) x[i] -= L[n * i + k] * x[k];
+        x[i] /= L[n * i + i];
+    }
+    for (int i = n - 1; i >= 0; i--) {
+        for (int k = i + 1; k < n; k++) x[i] -= L[n * k + i] * x[k];
+        x[i] /= L[n * i + i];
+    }
+}
+
+static double logdet(int n, const double *L) {
+    double sum = 0.0;
+    for (int i = 0; i < n; i++) sum += log(L[n * i + i]);
+    return 2.0 * sum;
+}
+
+/* Inverse of A (n x n) from its factor. */
+static void invert(int n, const double *L, double *inverse) {
+    for (int j = 0; j < n; j++) {
+        double column[TASK] = {0.0};
+        column[j] = 1.0;
+        solve(n, L, column);
+        for (int i = 0; i < n; i++) inverse[n * i + j] = column[i];
+    }
+}
+
+/* D of (16) from (12) and (13): both are a multiple of the identity and one of a direction's u u^T. */
+static void desired(const nullspace *s, double omega, double *D) {
+    const int m = s->m;
+    const double span = s->major - s->minor;
+    for (int e = 0; e < m * m; e++) D[e] = span * ((1.0 - omega) * s->contact[e] - omega * s->motion[e]);
+    for (int a = 0; a < m; a++) D[m * a + a] += omega * s->major + (1.0 - omega) * s->minor;
+}
+
+/* Cost and gradient; 0 where A or D is singular. */
+static int stein(nullspace *s, double omega) {
+    const int n = s->n, m = s->m;
+    double A[TASK * TASK], B[TASK * TASK], D[TASK * TASK], mean[TASK * TASK], G[TASK * TASK];
+    double weight[JOINTS], inverse[TASK * TASK], pull[TASK * JOINTS];
+    for (int i = 0; i < n; i++) weight[i] = 1.0 / (s->limit[i] * s->limit[i]);
+    desired(s, omega, D);
+    if (!factorise(m, D)) return 0;
+    invert(m, D, B);
+    for (int a = 0; a < m; a++)
+        for (int b = 0; b < m; b++) {
+            A[m * a + b] = 0.0;
+            for (int i = 0; i < n; i++) A[m * a + b] += s->J[n * a + i] * weight[i] * s->J[n * b + i];
+            mean[m * a + b] = A[m * a + b] + B[m * a + b];
+        }
+    if (!factorise(m, A) || !factorise(m, mean)) return 0;
+    s->cost = logdet(m, mean) - m * log(2.0) - 0.5 * (logdet(m, A) - logdet(m, D));
+    invert(m, mean, G);
+    invert(m, A, inverse);
+    for (int e = 0; e < m * m; e++) G[e] -= 0.5 * inverse[e];
+    for (int a = 0; a < m; a++)
+        for (int i = 0; i < n; i++) {
+            pull[n * a + i] = 0.0; /* 2 G J W^2 */
+            for (int b = 0; b < m; b++) pull[n * a + i] += 2.0 * G[m * a + b] * s->J[n * b + i];
+            pull[n * a + i] *= weight[i];
+        }
+    for (int k = 0; k < n; k++) {
+        s->gradient[k] = 0.0;
+        for (int e = 0; e < m * n; e++) s->gradient[k] += pull[e] * s->dJ[m * n * k + e];
+    }
+    return 1;
+}
+
+/* tau -= J^T (J M^-1 J^T)^-1 J M^-1 tau, from the factors of M and of J M^-1 J^T. */
+static void project(const nullspace *s, const double *M, const double *S, double *tau) {
+    const int n = s->n, m = s->m;
+    double acceleration[JOINTS], force[TASK];
+    memcpy(acceleration, tau, sizeof(double) * (size_t)n);
+    solve(n, M, acceleration);
+    for (int a = 0; a < m; a++) {
+        force[a] = 0.0;
+        for (int i = 0; i < n; i++) force[a] += s->J[n * a + i] * acceleration[i];
+    }
+    solve(m, S, force);
+    for (int i = 0; i < n; i++)
+        for (int a = 0; a < m; a++) tau[i] -= s->J[n * a + i] * force[a];
+}
+
+/* The coupling force, from J#^T and the factor of J M^-1 J^T. */
+static void couple(const nullspace *s, const double *S) {
+    const int n = s->n, m = s->m;
+    double hand[TASK] = {0.0}, inertial[TASK];
+    for (int a = 0; a < m; a++)
+        for (int i = 0; i < n; i++) hand[a] += s->J[n * a + i] * s->qd[i];
+    memcpy(inertial, s->drift, sizeof(double) * (size_t)m);
+    solve(m, S, inertial);
+    for (int a = 0; a < m; a++) s->coupling[a] = -inertial[a];
+    for (int i = 0; i < n; i++) {
+        double null_rate = s->qd[i];
+        for (int a = 0; a < m; a++) null_rate -= s->inverse[n * a + i] * hand[a];
+        const double load = s->bias[i] + s->friction[i] * null_rate;
+        for (int a = 0; a < m; a++) s->coupling[a] += s->inverse[n * a + i] * load;
+    }
+}
+
+/* J#^T, L^-1 and the row of steepest descent, from the factors of M and of J M^-1 J^T. */
+static void hierarchy(const nullspace *s, const double *M, const double *S, const double *projected) {
+    const int n = s->n, m = s->m;
+    for (int j = 0; j < n; j++) {
+        double column[JOINTS] = {0.0}, force[TASK];
+        column[j] = 1.0;
+        solve(n, M, column);
+        for (int a = 0; a < m; a++) {
+            force[a] = 0.0;
+            for (int i = 0; i < n; i++) force[a] += s->J[n * a + i] * column[i];
+        }
+        solve(m, S, force);
+        for (int a = 0; a < m; a++) s->inverse[n * a + j] = force[a];
+        for (int i = 0; i < n; i++) { /* L x = unit vector j */
+            double sum = i == j ? 1.0 : 0.0;
+            for (int k = j; k < i; k++) sum -= M[n * i + k] * s->root[n * k + j];
+            s->root[n * i + j] = i < j ? 0.0 : sum / M[n * i + i];
+        }
+    }
+    couple(s, S);
+    double size = 0.0;
+    memcpy(s->descent, projected, sizeof(double) * (size_t)n);
+    solve(n, M, s->descent);
+    for (int i = 0; i < n; i++) size += projected[i] * s->descent[i];
+    for (int i = 0; i < n; i++) s->descent[i] = s->drive > RESTING ? s->descent[i] / sqrt(size) : 0.0;
+}
+
+static double norm(int n, const double *x) {
+    double sum = 0.0;
+    for (int i = 0; i < n; i++) sum += x[i] * x[i];
+    return sqrt(sum);
+}
+
+int nullspace_secondary(nullspace *s, double omega) {
+    const int n = s->n, m = s->m;
+    double M[JOINTS * JOINTS], S[TASK * TASK], pull[JOINTS], projected[JOINTS];
+    if (!stein(s, omega)) return 0;
+    memcpy(M, s->M, sizeof(double) * (size_t)(n * n));
+    if (!factorise(n, M)) return 0;
+    for (int b = 0; b < m; b++) {
+        double column[JOINTS];
+        memcpy(column, s->J + n * b, sizeof(double) * (size_t)n);
+        solve(n, M, column);
+        for (int a = 0; a < m; a++) {
+            S[m * a + b] = 0.0;
+            for (int i = 0; i < n; i++) S[m * a + b] += s->J[n * a + i] * column[i];
+        }
+    }
+    if (!factorise(m, S)) return 0;
+    for (int i = 0; i < n; i++) {
+        const double target = omega * s->free[i] + (1.0 - omega) * s->stiff[i];
+        pull[i] = s->beta * s->gradient[i] + s->stiffness * (s->q[i] - target);
+    }
+    memcpy(projected, pull, sizeof(double) * (size_t)n);
+    project(s, M, S, projected);
+    s->drive = norm(n, projected);
+    const double scale = s->drive > s->cap ? s->cap / s->drive : 1.0;
+    for (int i = 0; i < n; i++) s->secondary[i] = -scale * pull[i] - s->damping * s->qd[i];
+    memcpy(s->null, s->secondary, sizeof(double) * (size_t)n);
+    project(s, M, S, s->null);
+    hierarchy(s, M, S, projected);
+    return isfinite(s->cost) && isfinite(s->drive);
+}
+
+void nullspace_wanted(nullspace *s, const double *force) {
+    for (int i = 0; i < s->n; i++) {
+        s->wanted[i] = 0.0;
+        for (int a = 0; a < s->m; a++) s->wanted[i] += s->J[s->n * a + i] * force[a];
+    }
+}
+
+double nullspace_reserve(const nullspace *s, const double *J, const double *force, double steepness) {
+    double p = 1.0;
+    for (int i = 0; i < s->n; i++) {
+        double torque = 0.0;
+        for (int a = 0; a < s->m; a++) torque += J[s->n * a + i] * force[a];
+        /* beyond a limit counts as on it: two of them would give a positive p */
+        const double part = fmin(fabs(torque) / s->limit[i], 1.0);
+        p *= 1.0 - part * part;
+    }
+    return expm1(-steepness * p) / expm1(-steepness);
+}
+
+void nullspace_compose(nullspace *s, double part, double gain) {
+    const int n = s->n;
+    double alpha = 1.0, share = gain, add[JOINTS];
+    for (int i = 0; i < n; i++) {
+        const double most = part * s->limit[i], size = fabs(s->wanted[i]);
+        if (size * alpha > most) alpha = most / size;
+    }
+    for (int i = 0; i < n; i++) {
+        add[i] = s->null[i];
+        for (int a = 0; a < s->m; a++) add[i] += s->J[n * a + i] * s->coupling[a];
+        const double used = alpha * s->wanted[i];
+        const double room = s->limit[i] - (add[i] < 0.0 ? -used : used);
+        if (fabs(add[i]) * share > room) share = fmax(room, 0.0) / fabs(add[i]);
+    }
+    for (int i = 0; i < n; i++) {
+        const double sum = alpha * s->wanted[i] + share * add[i];
+        s->torque[i] = fmax(fmin(sum, s->limit[i]), -s->limit[i]); /* rounding may pass the limit */
+    }
+    s->alpha = alpha, s->share = share;
+}
+
+static double dot(int n, const double *a, const double *b) {
+    double sum = 0.0;
+    for (int i = 0; i < n; i++) sum += a[i] * b[i];
+    return sum;
+}
+
+void nullspace_levels(const nullspace *s, double gain, double *force, double *force_b, double *posture,
+                      double *posture_b, double *rest, double *rest_b) {
+    const int n = s->n, wide = n + 1;
+    const size_t row = sizeof(double) * (size_t)n;
+    for (int a = 0; a < s->m; a++) {
+        memcpy(force + wide * a, s->inverse + n * a, row);
+        force[wide * a + n] = -dot(n, s->inverse + n * a, s->wanted);
+        force_b[a] = gain * s->coupling[a];
+    }
+    memcpy(posture, s->descent, row);
+    posture_b[0] = gain * dot(n, s->descent, s->secondary);
+    for (int i = 0; i < n; i++) {
+        memcpy(rest + wide * i, s->root + n * i, row);
+        rest_b[i] = -gain * s->damping * dot(n, s->root + n * i, s->qd);
+    }
+}

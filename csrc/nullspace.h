@@ -1,0 +1,69 @@
+/* Null-space control of a redundant interface (seed 001), the part that every tick needs.
+ *
+ * The force ellipsoid M = A^-1, A = J W^2 J^T, W = diag(1/limit), is pulled towards a desired D = B^-1 by the
+ * Stein divergence, which inversion leaves as it is:
+ *     v = logdet((A + B)/2) - logdet(A B)/2,   dv/dq_k = 2 tr(G dJ_k W^2 J^T),   G = (A + B)^-1 - A^-1/2.
+ * The secondary torque moves the posture and not the hand:
+ *     tau_N = (I - J^T J#^T) tau_s,   J# = M^-1 J^T (J M^-1 J^T)^-1,   tau_s = -beta dv/dq - K_d qd.
+ * tau_N does not accelerate the hand, but the motion that it causes does: the coupling force
+ *     f = J#^T (bias + friction qd_N) - (J M^-1 J^T)^-1 drift,   qd_N = (I - J# J) qd
+ * cancels that. Beyond the paper, tau_s may also pull towards known postures, so that the way is no detour.
+ */
+#ifndef HAPTICD_NULLSPACE_H
+#define HAPTICD_NULLSPACE_H
+
+typedef struct {
+    int n, m; /* at most 16 joints, 3 directions */
+    /* inputs of a tick, as redundant_update leaves them: J (m x n), dJ (n x m x n), M (n x n), q, qd (n) */
+    const double *J, *dJ, *M, *q, *qd;
+    const double *drift, *bias; /* (m), (n), as redundant_update leaves them */
+    const double *friction;     /* viscous, of the motors (n) */
+    const double *limit;        /* largest torques (n) */
+    const double *motion;       /* u u^T of the direction of motion (m x m) */
+    const double *contact;      /* the same of the environment's force */
+    double major, minor;        /* eigenvalues of the desired ellipsoids along and across */
+    double beta, damping, cap;  /* step, K_d, largest norm of the projected pull */
+    const double *free, *stiff; /* postures that are best for free motion and for contact (n) */
+    double stiffness;           /* of the pull towards them, 0 for none */
+    /* results of nullspace_secondary */
+    double *gradient;  /* dv/dq (n) */
+    double *secondary; /* tau_s (n) */
+    double *null;      /* tau_N (n) */
+    double cost;       /* v */
+    double drive;      /* norm of the projected pull on the posture, uncapped */
+    /* results of nullspace_secondary for a hierarchy of tasks, which weighs torques by |L^-1 tau|, M = L L^T
+     */
+    double *inverse;  /* J#^T (m x n): the force on the hand that torques make */
+    double *root;     /* L^-1 (n x n) */
+    double *coupling; /* (m) force on the hand that cancels what the posture's motion does to it, see below */
+    double *descent;  /* row (n) d = g^T M^-1 / |L^-1 g| with g the projected pull, 0 where there is none */
+    /* results of nullspace_compose */
+    double *wanted; /* J^T F (n) */
+    double *torque; /* (n) */
+    double alpha;   /* share of the wanted torque */
+    double share;   /* share of the null-space torque */
+} nullspace;
+
+/* Cost, gradient, secondary and null-space torque for D = omega D_free + (1 - omega) D_stiff, (12), (13),
+ * (16); 0 in a singular posture, where the results are void. */
+int nullspace_secondary(nullspace *s, double omega);
+
+/* J^T F for a force F (m) on the hand. */
+void nullspace_wanted(nullspace *s, const double *force);
+
+/* Actuator saturation observer V of the torques J^T F in a posture with Jacobian J (m x n), (14): 1 without
+ * torque, 0 where any motor saturates. */
+double nullspace_reserve(const nullspace *s, const double *J, const double *force, double steepness);
+
+/* alpha J^T F + share (tau_N + J^T f) with the largest alpha <= 1 that keeps this part (0 to 1) of the
+ * limits, then the largest share <= gain (0 to 1) that keeps the limits. */
+void nullspace_compose(nullspace *s, double part, double gain);
+
+/* Rows of a hierarchy over (tau, alpha), each n + 1 wide, with their right-hand sides:
+ * force (m):    J#^T tau - alpha F = gain f
+ * posture (1):  d tau = gain d tau_s
+ * rest (n):     L^-1 tau = -gain L^-1 K_d qd */
+void nullspace_levels(const nullspace *s, double gain, double *force, double *force_b, double *posture,
+                      double *posture_b, double *rest, double *rest_b);
+
+#endif

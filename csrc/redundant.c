@@ -1,0 +1,100 @@
+#include "redundant.h"
+
+#include <string.h>
+
+/* C (rows x n) = A (rows x n) T (n x n). */
+static void times(int rows, int n, const double *A, const double *T, double *C) {
+    for (int a = 0; a < rows; a++)
+        for (int j = 0; j < n; j++) {
+            double sum = 0.0;
+            for (int i = 0; i < n; i++) sum += A[n * a + i] * T[n * i + j];
+            C[n * a + j] = sum;
+        }
+}
+
+static void transmit(const redundant *r, const double *q, double *joints) {
+    const int n = r->chain->n;
+    for (int i = 0; i < n; i++) {
+        joints[i] = 0.0;
+        for (int j = 0; j < n; j++) joints[i] += r->transmission[n * i + j] * q[j];
+    }
+}
+
+static const double NONE[SERIAL_MAX_JOINTS];
+
+static void kinematics(const redundant *r, const double *joints, const double *rates, double *x, double *J) {
+    const int n = r->chain->n;
+    double rows[REDUNDANT_MAX_TASK * SERIAL_MAX_JOINTS];
+    serial_frames(r->chain, joints, rates, &r->frame, 1);
+    for (int a = 0; a < r->m; a++) {
+        x[a] = r->frame.position[r->row[a]];
+        memcpy(rows + n * a, r->frame.J + n * r->row[a], sizeof(double) * (size_t)n);
+    }
+    times(r->m, n, rows, r->transmission, J);
+}
+
+/* Column i of the chain's Jacobian turns with every joint k below it, and moves with every one above it:
+ * dJ_i/dr_k = w_min(i,k) x J_max(i,k), w the angular part. */
+static double curvature(const redundant *r, int i, int k, int row) {
+    const int n = r->chain->n, low = i < k ? i : k, high = i < k ? k : i;
+    const int b = (row + 1) % 3, c = (row + 2) % 3;
+    const double *J = r->frame.J;
+    return J[n * (3 + b) + low] * J[n * c + high] - J[n * (3 + c) + low] * J[n * b + high];
+}
+
+static void derivatives(const redundant *r, double *dJ) {
+    const int n = r->chain->n, m = r->m;
+    double of_joint[SERIAL_MAX_JOINTS][REDUNDANT_MAX_TASK * SERIAL_MAX_JOINTS];
+    for (int k = 0; k < n; k++) {
+        double rows[REDUNDANT_MAX_TASK * SERIAL_MAX_JOINTS];
+        for (int a = 0; a < m; a++)
+            for (int i = 0; i < n; i++) rows[n * a + i] = curvature(r, i, k, r->row[a]);
+        times(m, n, rows, r->transmission, of_joint[k]);
+    }
+    for (int k = 0; k < n; k++)
+        for (int e = 0; e < m * n; e++) {
+            double sum = 0.0;
+            for (int l = 0; l < n; l++) sum += r->transmission[n * l + k] * of_joint[l][e];
+            dJ[m * n * k + e] = sum;
+        }
+}
+
+static void inertia(const redundant *r, const double *joints) {
+    const int n = r->chain->n;
+    double own[SERIAL_MAX_JOINTS * SERIAL_MAX_JOINTS], half[SERIAL_MAX_JOINTS * SERIAL_MAX_JOINTS];
+    serial_inertia(r->chain, joints, own);
+    times(n, n, own, r->transmission, half);
+    for (int i = 0; i < n; i++)
+        for (int j = 0; j < n; j++) {
+            double sum = i == j ? r->rotor[i] : 0.0;
+            for (int l = 0; l < n; l++) sum += r->transmission[n * l + i] * half[n * l + j];
+            r->M[n * i + j] = sum;
+        }
+}
+
+void redundant_update(const redundant *r) {
+    const int n = r->chain->n;
+    double joints[SERIAL_MAX_JOINTS], rates[SERIAL_MAX_JOINTS], load[SERIAL_MAX_JOINTS];
+    transmit(r, r->q, joints);
+    transmit(r, r->qd, rates);
+    kinematics(r, joints, rates, r->position, r->J);
+    derivatives(r, r->dJ);
+    inertia(r, joints);
+    serial_torques(r->chain, joints, rates, NONE, NONE, load);
+    times(1, n, load, r->transmission, r->bias);
+    for (int a = 0; a < r->m; a++) {
+        r->drift[a] = r->frame.drift[r->row[a]];
+        r->velocity[a] = 0.0;
+        for (int i = 0; i < n; i++) r->velocity[a] += r->J[n * a + i] * r->qd[i];
+    }
+}
+
+void redundant_sweep(const redundant *r, int count, const double *q, double *x, double *J, double *dJ) {
+    const int n = r->chain->n, m = r->m;
+    double joints[SERIAL_MAX_JOINTS];
+    for (int c = 0; c < count; c++, q += n, x += m, J += m * n) {
+        transmit(r, q, joints);
+        kinematics(r, joints, NONE, x, J);
+        if (dJ) derivatives(r, dJ + (size_t)(n * m * n) * (size_t)c);
+    }
+}

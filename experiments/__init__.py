@@ -1,0 +1,1 @@
+"""Figures and tables of the papers, run in simulation: our number beside theirs."""

@@ -1,0 +1,129 @@
+"""Seed 001, fig. 9: palpation in the free and in the stiff posture, and with the full controller."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ..control.polytope import Polytope
+from ..control.saturation import force_limit
+from ..control.self_motion import descend, scan
+from ..models import Array
+from .outcome import Outcome, Progress, Row
+from .palpation import Device, Trace
+
+TITLE = "palpation: free, stiff and switching (fig. 9)"
+DEPTHS = (0.010, 0.015, 0.020, 0.030, 0.040)
+FREQUENCIES = (0.1, 0.25, 0.5)
+STEEPNESS = (1.0, 5.0)
+VARIANTS: dict[str, dict[str, Any]] = {
+    "full": {},
+    "without posture targets": {"null_space": {"scan": 0}},
+    "without headroom": {"saturation": {"held": 1.0}},
+    "hqp": {"null_space": {"resolution": "hqp"}},
+}
+
+
+class Bound:
+    """What statics allow at best: the largest force along u over the self-motion, for every depth."""
+
+    def __init__(self, device: Device, count: int = 3000) -> None:
+        self._device, self._y = device, np.linspace(0.0, max(DEPTHS), 9)
+        self._force = np.array([self._best(y, count) for y in self._y])
+
+    def of(self, trace: Trace) -> float:
+        """The largest force that was both asked for and possible in a session [N]."""
+        depth = (trace.position - self._device.centre) @ self._device.u
+        possible = np.interp(depth, self._y, self._force)
+        return float(np.minimum(np.linalg.norm(trace.demand, axis=1), possible).max())
+
+    def _best(self, depth: float, count: int) -> float:
+        d = self._device
+        x = d.centre + depth * d.u
+        Q = scan(d.arm, x, d.bounds, count)
+        force = force_limit(d.arm.reach(Q)[1], d.limit, d.u)
+        start = Q[np.argsort(-force)[:8]]
+        found, _ = descend(d.arm, start, x, Polytope(d.limit, d.u[None], worst_condition=50.0))
+        polished = force_limit(d.arm.reach(found)[1], d.limit, d.u)
+        return float(max(force.max(), polished.max()))
+
+
+def peak(trace: Trace) -> float:
+    """Largest rendered force [N]."""
+    return float(np.linalg.norm(trace.force, axis=1).max())
+
+
+def half_turns(trace: Trace) -> int:
+    """How often the activation crosses one half."""
+    return int(np.count_nonzero(np.diff((trace.omega < 0.5).astype(int))))
+
+
+def run(progress: Progress) -> Outcome:
+    """Cases A and B, then every depth, frequency and S with the full controller and its variants."""
+    plain = Device()
+    cases = {mode: plain.palpate(0.04, 0.25, 4.0, mode) for mode in ("free", "stiff", "switching")}
+    forces = {mode: peak(trace) for mode, trace in cases.items()}
+    bound = Bound(plain)
+    table: list[dict[str, Any]] = []
+    for variant, changes in VARIANTS.items():
+        for S in STEEPNESS:
+            saturation = {**changes.get("saturation", {}), "steepness": S}
+            device = Device(**{**changes, "saturation": saturation})
+            for f in FREQUENCIES:
+                for depth in DEPTHS:
+                    progress(f"{variant}, S = {S:g}, {f:g} Hz, {1e3 * depth:g} mm")
+                    trace = device.palpate(depth, f, 1.0 / f)
+                    share = peak(trace) / bound.of(trace)
+                    excess = float((np.abs(trace.torque) / device.limit).max())
+                    entry = {"variant": variant, "S": S, "hz": f, "depth_mm": 1e3 * depth}
+                    table.append({**entry, "peak_n": peak(trace), "share": share, "torque": excess})
+                    table[-1]["turns"] = half_turns(trace)
+    rows = [
+        Row("force in case A, free [N]", "5.674", f"{forces['free']:.3f}", UNKNOWN),
+        Row("force in case B, stiff [N]", "8.564", f"{forces['stiff']:.3f}", UNKNOWN),
+        Row(
+            "gain of B over A",
+            "1.51",
+            f"{forces['stiff'] / forces['free']:.2f}",
+            "the optima lie further apart than the paper's postures",
+        ),
+        Row("largest static force at X0 over the self-motion [N]", "-", f"{bound._force[0]:.3f}"),
+    ]
+    for variant in VARIANTS:
+        for f in FREQUENCIES:
+            shares = [e["share"] for e in table if e["variant"] == variant and e["hz"] == f]
+            rows.append(
+                Row(
+                    f"peak over the smaller of demand and static optimum, {variant}, {f:g} Hz",
+                    "-",
+                    f"{min(shares):.3f} to {max(shares):.3f}",
+                    "10 to 40 mm, S = 1 and 5",
+                )
+            )
+    most = max(e["torque"] for e in table)
+    turns = max(e["turns"] for e in table)
+    rows.append(Row("largest torque over its limit, all sessions", "-", f"{most:.6f}", "never above 1"))
+    rows.append(
+        Row("half-way crossings of the activation per palpation", "-", f"{turns}", "2: there and back")
+    )
+    figures = {"force_n": forces, "static_optimum_n": float(bound._force[0]), "palpations": table}
+    return Outcome(rows, figures, lambda figure: _draw(figure, cases), (9.0, 6.0))
+
+
+UNKNOWN = "statics put the paper's value inside what the self-motion at X0 allows, not at its optimum"
+
+
+def _draw(figure: Any, cases: dict[str, Trace]) -> None:
+    axes = figure.subplots(2, len(cases), sharex=True)
+    for k, (name, trace) in enumerate(cases.items()):
+        force: Array = np.linalg.norm(trace.force, axis=1)
+        axes[0, k].plot(trace.t, force, label="rendered")
+        axes[0, k].plot(trace.t, np.linalg.norm(trace.demand, axis=1), "--", lw=0.8, label="demand")
+        axes[0, k].set(title=name, ylim=(0, 20))
+        axes[1, k].plot(trace.t, trace.torque, label=[f"motor {i}" for i in range(1, 5)])
+        axes[1, k].set(xlabel="t [s]", ylim=(-3.2, 3.2))
+    axes[0, 0].set_ylabel("force [N]")
+    axes[1, 0].set_ylabel("torque [N m]")
+    axes[0, 0].legend(fontsize=7)
+    axes[1, 0].legend(fontsize=7)

@@ -1,0 +1,1 @@
+"""A redundant haptic interface, wired into the runtime."""

@@ -1,0 +1,236 @@
+"""A redundant interface between process image and gate: contact-aware null-space control (seed 001)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...control.contact_aware import ContactAware, Settings
+from ...control.environment import Wall
+from ...control.hierarchy import Hierarchy
+from ...control.hold import Hold, HoldGains
+from ...control.manipulability import Shape, force_ellipsoid
+from ...control.nullspace import Gains
+from ...control.redundant import RedundantArm
+from ...control.self_motion import Ellipsoid, best_posture
+from ...control.transition import Thresholds as Reserves
+from ...devices.drive import JointDrives
+from ...devices.force_torque import ForceTorques
+from ...devices.image import ProcessImage
+from ...models import Robot
+from ...safety import AxisLimits, Thresholds
+from ..config import JointDrive, RhiConfig
+from ..machine import GATE_SHARE, SPEED_MARGIN
+from ..stages import Mark, Stage
+
+
+def state_layout(n: int, m: int) -> np.dtype[np.void]:
+    """What the log keeps of a tick, for n motors and m directions; numbers first."""
+    return np.dtype(
+        [
+            ("q", "<f8", n),  # measured [rad]
+            ("qd", "<f8", n),
+            ("torque", "<f8", n),  # commanded [N m]
+            ("null", "<f8", n),  # its null-space part before scaling [N m]
+            ("position", "<f8", m),  # of the hand [m]
+            ("hand", "<f8", 3),  # measured force of the hand on the handle, in the base's axes [N]
+            ("demand", "<f8", m),  # force that the environment asks for [N]
+            ("depth", "<f8"),  # behind the wall [m]
+            ("reserve", "<f8"),  # V
+            ("omega", "<f8"),  # activation of the free ellipsoid
+            ("alpha", "<f8"),  # rendered share of the force
+            ("cost", "<f8"),  # Stein divergence v
+            ("drive", "<f8"),  # norm of the pull on the posture [N m]
+            ("iterations", "<u2"),
+            ("solves", "u1"),
+        ]
+    )
+
+
+class RedundantInterface:
+    """See ``Machine``. The wrench of the hand is watched and logged; the law itself needs none."""
+
+    drive_groups: tuple[str, ...] = ("joints",)
+
+    def __init__(self, config: RhiConfig, robot: Robot, image: ProcessImage, mark: Mark) -> None:
+        rhi, dt = config.rhi, 1.0 / config.loop.rate
+        self._mark = mark
+        self._drives, self._force_torque = JointDrives(image), ForceTorques(image)
+        self.wall = Wall(rhi.wall.point, rhi.wall.normal, rhi.wall.stiffness)
+        self.controller = contact_aware(config, robot, self.wall, dt)
+        arm = self.controller.arm
+        self._arm = arm
+        self._hold = Hold(_hold_gains(config), dt)
+        self._holding = False
+        self._measured = self._force_torque.wrench[0]
+        self._measured_force, self._hand = self._measured[:3], np.zeros(3)
+        self._demand = [0.0] * arm.m
+        self.state = state_layout(arm.n, arm.m)
+        names = drive_names(config)
+        self.axes = _axis_limits(config, names)
+        self.thresholds = _thresholds(config, names, image)
+        self.position: list[float] = [0.0] * arm.n
+        self.velocity: list[float] = [0.0] * arm.n
+        self.raw_wrench: list[float] | None = None
+        self.inertial = True  # it needs no accelerometer
+        motors = rhi.motors
+        self.braking = max(v / a for v, a in zip(motors.velocity, motors.acceleration, strict=True))
+        self.commands: list[float] = [0.0] * arm.n
+        self.solved = True
+
+    @property
+    def inside_limits(self) -> bool:
+        """Whether the measured posture may be engaged."""
+        return all(a.lower <= q <= a.upper for a, q in zip(self.axes, self.position, strict=True))
+
+    def estimate(self) -> None:
+        """Measured motors, and the force of the hand in the base's axes."""
+        drives, arm = self._drives, self._arm
+        arm.q[:], arm.qd[:] = drives.link_position, drives.velocity
+        self.position, self.velocity = arm.q.tolist(), arm.qd.tolist()
+        self.raw_wrench = self._measured.tolist() if self._force_torque.valid(0) else None
+        arm.update()
+        np.matmul(arm.rotation, self._measured_force, out=self._hand)
+
+    def engage(self) -> None:
+        """Free motion from the measured posture."""
+        self.controller.reset()
+        self._hold.reset(self._arm.q, np.zeros(self._arm.n))
+        self._holding = True
+        self.solved = True
+
+    def update(self, gain: float, trust: float) -> None:
+        """One tick of seed 001, fig. 5."""
+        self._demand = self.wall.force(self._arm.position.tolist())
+        self._mark(Stage.MODEL)
+        self.solved = self.controller.update(self._demand, gain)
+        self._mark(Stage.SOLVE)
+        if self.solved:
+            self._holding = False
+            self.commands = self.controller.torque.tolist()
+        else:
+            self.brake()
+
+    def brake(self) -> bool:
+        """Motors to rest at their rated accelerations, then hold."""
+        arm = self._arm
+        if not self._holding:
+            self._hold.reset(arm.q, arm.qd)
+            self._holding = True
+        self.commands = self._hold.update(arm.q, arm.qd).tolist()
+        return self._hold.at_rest
+
+    def write(self, admitted: Sequence[float]) -> None:
+        """Torques to the motors."""
+        self._drives.target_torque[:] = admitted
+
+    def bind_state(self, state: NDArray[np.void]) -> None:
+        """See ``state_layout``."""
+        arm, controller = self._arm, self.controller
+        self._numbers = (
+            *(arm.q, arm.qd, self._drives.target_torque, controller.space.null),
+            *(arm.position, self._hand),
+        )
+        count = sum(len(numbers) for numbers in self._numbers) + arm.m + 6
+        self._logged = state.view(np.uint8)[: 8 * count].view(np.float64)
+        self._logged_solve = state["iterations"], state["solves"]
+
+    def fill(self) -> None:
+        """Copy the state of this tick."""
+        controller, space = self.controller, self.controller.space
+        observed = (self.wall.depth, controller.reserve, controller.transition.omega)
+        scalars = (*observed, controller.resolution.alpha, space.cost, space.drive)
+        np.concatenate((*self._numbers, self._demand, scalars), out=self._logged)
+        iterations, solves = self._logged_solve
+        iterations[0], solves[0] = controller.resolution.iterations, controller.resolution.solves
+
+
+def redundant_arm(config: RhiConfig, robot: Robot) -> RedundantArm:
+    """The controller's model of the interface."""
+    motors, task = config.rhi.motors, config.rhi.task
+    transmission, rotor = np.array(motors.transmission), np.array(motors.rotor_inertia)
+    return RedundantArm(robot, task.frame, task.directions, transmission, rotor)
+
+
+def contact_aware(config: RhiConfig, robot: Robot, wall: Wall, dt: float) -> ContactAware:
+    """The controller that a configuration describes.
+
+    Raises:
+        ModelError: the model is no redundant arm, or cannot reach the wall.
+    """
+    rhi, arm = config.rhi, redundant_arm(config, robot)
+    limit, task, saturation = np.array(rhi.motors.torque), rhi.task, rhi.saturation
+    space = rhi.null_space
+    home = force_ellipsoid(arm.at(np.array(task.home)).J, limit)
+    settings = Settings(
+        shape=Shape.of_home(home, task.spread),
+        gains=Gains(
+            space.step,
+            space.damping,
+            space.cap,
+            space.stiffness if space.scan else 0.0,
+            rhi.motors.friction,
+        ),
+        thresholds=Reserves(saturation.leave, saturation.come_back),
+        steepness=saturation.steepness,
+        rho=saturation.rho,
+        held=saturation.held,
+        moving=saturation.moving,
+        release=saturation.release,
+        follow=task.follow if task.follow is not None else np.inf,
+    )
+    controller = ContactAware(arm, limit, wall.normal, settings, dt)
+    if space.resolution == "hqp":
+        controller.resolution = Hierarchy(controller.space)
+    if space.scan:
+        bounds = (rhi.motors.lower, rhi.motors.upper)
+        free, stiff = (
+            settings.shape.free(controller.space.motion),
+            settings.shape.stiff(controller.space.contact),
+        )
+        for target, desired in ((controller.space.free, free), (controller.space.stiff, stiff)):
+            objective = Ellipsoid(desired, limit)
+            target[:] = best_posture(arm, np.array(rhi.wall.point), bounds, objective, space.scan)
+    arm.at(np.array(task.home))
+    return controller
+
+
+def _hold_gains(config: RhiConfig) -> HoldGains:
+    hold, motors = config.rhi.hold, config.rhi.motors
+    gains = (hold.stiffness, hold.damping, motors.acceleration, motors.torque)
+    return HoldGains(*(np.array(values, float) for values in gains))
+
+
+def drive_names(config: RhiConfig) -> list[str]:
+    """Names of the motors' drives, in their order."""
+    return [name for name, device in config.devices.items() if isinstance(device, JointDrive)]
+
+
+def _axis_limits(config: RhiConfig, names: Sequence[str]) -> tuple[AxisLimits, ...]:
+    motors, near = config.rhi.motors, GATE_SHARE * config.safety.position_margin
+    return tuple(
+        AxisLimits(
+            name=name,
+            command=motors.torque[i],
+            step=np.inf,
+            power=motors.torque[i] * motors.velocity[i],
+            lower=motors.lower[i] - near,
+            upper=motors.upper[i] + near,
+        )
+        for i, name in enumerate(names)
+    )
+
+
+def _thresholds(config: RhiConfig, names: Sequence[str], image: ProcessImage) -> Thresholds:
+    motors, margin = config.rhi.motors, config.safety.position_margin
+    return Thresholds(
+        axes=tuple(names),
+        lower=tuple(low - margin for low in motors.lower),
+        upper=tuple(high + margin for high in motors.upper),
+        speed=tuple(SPEED_MARGIN * v for v in motors.velocity),
+        devices=tuple(device.name for device in image.network.devices),
+        overruns_stop=config.loop.on_overrun == "stop",
+        rate=config.loop.rate,
+    )

@@ -1,0 +1,77 @@
+"""Dynamics of a rigid arm whose motors drive it through a constant transmission."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import pinocchio as pin
+
+from ..models import Array, Robot
+
+
+class RigidArm:
+    """Rigid links in motor coordinates q, joint angles r = T q; viscous friction and brakes at the motors.
+
+    Integration is symplectic Euler. A closed brake holds its motor with at most its torque, by the impulse
+    that would stop it within the step.
+
+    Attributes:
+        q, qd, qdd: of the motors, (n,) [rad, s].
+        position, velocity: of the frame's origin, (3,) [m, m/s]; rotation: of the frame, (3, 3).
+    """
+
+    def __init__(
+        self, robot: Robot, frame: str, transmission: Array, rotor: Array, friction: Array, brake: Array
+    ) -> None:
+        """T (n, n); rotor inertia [kg m^2], friction [N m s/rad], torque of the brakes [N m], (n,)."""
+        n = robot.nv
+        self._robot, self._frame = robot, robot.frame(frame)
+        self._T, self._rotor = np.array(transmission, float), np.diag(np.array(rotor, float))
+        self._friction, self._brake = np.array(friction, float), np.array(brake, float)
+        self.q, self.qd, self.qdd = np.zeros(n), np.zeros(n), np.zeros(n)
+        self.position, self.velocity, self.rotation = np.zeros(3), np.zeros(3), np.eye(3)
+        self.reset(self.q)
+
+    def reset(self, q: Array) -> None:
+        """Rest at q."""
+        self.q[:], self.qd[:], self.qdd[:] = q, 0.0, 0.0
+        self._observe()
+
+    def step(self, torque: Array, braked: Sequence[bool], force: Sequence[float], h: float) -> None:
+        """Advance by h under constant inputs.
+
+        Args:
+            torque: of the motors, (n,) [N m].
+            braked: which brakes are closed, (n,).
+            force: on the frame's origin, (3,) [N].
+            h: [s].
+        """
+        driven = torque - self._friction * self.qd - self._bias + self._J.T @ np.asarray(force)
+        self.qdd = np.linalg.solve(self._M, driven)
+        qd = self.qd + h * self.qdd
+        if any(braked):
+            held = np.flatnonzero(braked)
+            response = np.linalg.inv(self._M)[:, held]
+            impulse = np.linalg.solve(response[held], -qd[held])
+            most = h * self._brake[held]
+            qd = qd + response @ np.clip(impulse, -most, most)
+        self.qd[:] = qd
+        self.q += h * qd
+        self._observe()
+
+    def energy(self) -> float:
+        """Kinetic energy of links and rotors [J]."""
+        return float(0.5 * self.qd @ self._M @ self.qd)
+
+    def _observe(self) -> None:
+        model, data, T = self._robot.model, self._robot.data, self._T
+        pin.computeAllTerms(model, data, self._robot.configuration(T @ self.q), T @ self.qd)
+        upper = np.triu(data.M)
+        self._M = T.T @ (upper + np.triu(upper, 1).T) @ T + self._rotor
+        self._bias = T.T @ data.nle
+        pose = pin.updateFramePlacement(model, data, self._frame)
+        J = pin.getFrameJacobian(model, data, self._frame, pin.LOCAL_WORLD_ALIGNED)
+        self._J = J[:3] @ T
+        self.position, self.rotation = pose.translation.copy(), pose.rotation.copy()
+        self.velocity = self._J @ self.qd

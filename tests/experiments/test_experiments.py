@@ -1,0 +1,149 @@
+"""The quick experiments against the papers' numbers, and how results are written down."""
+
+from pathlib import Path
+
+import msgspec
+import numpy as np
+import pytest
+from hapticd.experiments import (
+    giant_redundancy,
+    rhi_fig3,
+    rhi_fig6,
+    rhi_fig7,
+    rhi_fig9,
+    rhi_fig11,
+    rhi_table1,
+)
+from hapticd.experiments.command import NAMES
+from hapticd.experiments.outcome import Outcome, Row, write_rows
+from hapticd.experiments.palpation import Device
+from hapticd.runtime.cli import main
+
+ROOT = Path(__file__).parents[2]
+
+
+def quiet(_: str) -> None:
+    pass
+
+
+def test_the_example_renders_its_force_in_the_stiff_posture_alone() -> None:
+    figures = rhi_fig3.run(quiet).figures
+    np.testing.assert_allclose(figures["eigenvalues"], [2.58, 5.79], rtol=1e-2)
+    np.testing.assert_allclose(list(figures["force_n"].values()), [2.83, 2.15, 6.61], rtol=1e-2)
+
+
+def test_the_observer_is_full_at_rest_and_empty_at_the_border() -> None:
+    assert rhi_fig6.run(quiet).figures == {"centre": 1.0, "border": 0.0}
+
+
+def test_transitions_take_as_long_as_printed() -> None:
+    figures = rhi_fig7.run(quiet).figures
+    assert figures["K"] == pytest.approx(123.0, rel=1e-2)
+    assert figures["zeta"] == pytest.approx(3.344, rel=1e-2)
+    assert figures["duration_s"] == pytest.approx(0.508, rel=1e-2)
+    assert figures["step"] < 0.01
+
+
+@pytest.mark.parametrize("resolution", ["projection", "hqp"])
+@pytest.mark.parametrize(("S", "depth"), [(1.0, 0.020), (5.0, 0.015)])
+def test_palpation_renders_what_is_asked_for_or_statics_allow(
+    resolution: str, S: float, depth: float
+) -> None:
+    device = Device(saturation={"steepness": S}, null_space={"resolution": resolution})
+    trace = device.palpate(depth, 0.25, 2.2)
+    assert (np.abs(trace.torque) <= device.limit).all()
+    possible = np.minimum(np.linalg.norm(trace.demand, axis=1), 6.0 / device.centre[0]).max()
+    share = {"projection": 0.97, "hqp": 0.95}[resolution]
+    assert rhi_fig9.peak(trace) > share * possible  # the moment about the base bounds the force by 12 N
+    assert rhi_fig9.half_turns(trace) <= 2
+    assert trace.omega[-1] > 0.0  # on its way back to free
+
+
+def test_the_stiff_posture_renders_at_least_half_as_much_again_as_the_free_one() -> None:
+    device = Device()
+    forces = {mode: rhi_fig9.peak(device.palpate(0.03, 0.5, 0.6, mode)) for mode in ("free", "stiff")}
+    assert forces["stiff"] > 1.5 * forces["free"]
+
+
+def test_the_static_bound_is_the_moment_that_two_motors_carry() -> None:
+    bound = rhi_fig9.Bound(Device(), 800)
+    assert bound._force == pytest.approx(12.0, rel=5e-3)
+    assert (bound._force <= 12.0 + 1e-6).all()
+
+
+def test_a_transition_spares_torque_and_hand() -> None:
+    for paper, moved in ((True, 0.25), (False, 1.0)):
+        sudden, smooth = rhi_fig11.switched(0.0, paper), rhi_fig11.switched(0.003, paper)
+        assert rhi_fig11.jump(smooth) < rhi_fig11.jump(sudden) / 50.0
+        assert rhi_fig11.excursion(smooth) < moved * rhi_fig11.excursion(sudden)
+    assert rhi_fig11.excursion(smooth) < 1e-4  # the built-in controller: less than 0.1 mm
+
+
+def test_a_filter_without_phase_keeps_slow_signals_and_drops_fast_ones() -> None:
+    t = np.arange(0.0, 1.0, 1e-3)
+    slow, fast = 0.3 * t + 0.1 * np.sin(2 * np.pi * 2 * t), 0.05 * np.sin(2 * np.pi * 200 * t)
+    smooth = rhi_table1.zero_phase(slow + fast, 40.0, 1000.0)
+    assert np.abs(smooth - slow)[50:-50].max() < 1e-3
+    tone = np.sin(2 * np.pi * 40.0 * t)  # at the cut-off each pass leaves 1/sqrt(2)
+    assert np.abs(rhi_table1.zero_phase(tone, 40.0, 1000.0)[300:700]).max() == pytest.approx(0.5, rel=0.02)
+
+
+def test_the_identified_inertia_is_the_apparent_one() -> None:
+    device = Device(null_space={"stiffness": 1e-9})
+    assert rhi_table1.identify(device, True)[0] == pytest.approx(rhi_table1.apparent(device, True), rel=0.1)
+
+
+def test_the_giants_postures_hold_its_handle() -> None:
+    giant = giant_redundancy.Giant()
+    T = giant_redundancy.handle_pose(0.4)
+    ticks = np.linspace(-1.1, 1.1, 12)
+    grid = np.stack(np.meshgrid(ticks, ticks), axis=-1).reshape(-1, 2)
+    Q = giant.postures(T, grid)
+    assert len(Q) > 10
+    for q in Q:
+        giant.jacobian(q)
+        handle = giant._chain.frames[0]
+        np.testing.assert_allclose(handle.rotation, T[:3, :3], atol=1e-9)
+        assert handle.position[2] == pytest.approx(T[2, 3])
+        assert np.abs(grid + handle.position[:2]).sum(axis=1).min() < 1e-9  # from one of the placements
+
+
+def test_rows_replace_those_of_the_same_experiment_and_no_others(tmp_path: Path) -> None:
+    page = tmp_path / "fidelity.md"
+    write_rows(page, "a", "first", [Row("x", "1", "2")])
+    write_rows(page, "b", "second", [Row("y", "3", "4", "why")])
+    write_rows(page, "a", "first", [Row("x", "1", "2.5")])
+    text = page.read_text()
+    assert text.count("## a: first") == 1 and "| x | 1 | 2.5 |  |" in text and "| x | 1 | 2 |" not in text
+    assert text.index("## a") < text.index("## b") and "| y | 3 | 4 | why |" in text
+
+
+def test_every_experiment_has_its_section_and_its_plot_in_the_docs() -> None:
+    page = (ROOT / "docs" / "fidelity.md").read_text()
+    for name in NAMES:
+        assert f"## {name}: " in page
+        assert (ROOT / "docs" / "figures" / f"{name}.svg").exists()
+
+
+def test_the_command_line_writes_plot_and_rows(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    pytest.importorskip("matplotlib")
+    assert main(["experiment", "rhi-fig6", "--docs", str(tmp_path), "--json"]) == 0
+    assert msgspec.json.decode(capsys.readouterr().out)["centre"] == 1.0
+    assert "## rhi_fig6" in (tmp_path / "fidelity.md").read_text()
+    first = (tmp_path / "figures" / "rhi_fig6.svg").read_bytes()
+    assert main(["experiment", "rhi_fig6", "--docs", str(tmp_path)]) == 0
+    assert (tmp_path / "figures" / "rhi_fig6.svg").read_bytes() == first
+
+
+def test_an_unknown_experiment_or_a_missing_matplotlib_says_what_to_do(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert main(["experiment", "rhi_fig77", "--docs", str(tmp_path)]) == 2
+    assert "did you mean rhi_fig7?" in capsys.readouterr().err
+
+    def missing(path: Path, outcome: Outcome) -> None:
+        raise ImportError("matplotlib")
+
+    monkeypatch.setattr("hapticd.experiments.command.write_plot", missing)
+    assert main(["experiment", "rhi_fig6", "--docs", str(tmp_path)]) == 2
+    assert "hapticd[plot]" in capsys.readouterr().err

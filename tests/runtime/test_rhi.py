@@ -1,0 +1,118 @@
+"""The redundant interface on the runtime: its session, its recording, its configuration."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hapticd.runtime import config, lockstep_run
+from hapticd.runtime.errors import ConfigError
+from hapticd.runtime.log import Log, open_log
+from hapticd.runtime.modes import Mode
+from hapticd.runtime.replay import replay
+from hapticd.runtime.session import build
+from hapticd.runtime.summary import Report, table
+
+from .conftest import loaded
+
+DURATION = 13.0
+"""Free motion, a light touch, and a palpation that turns the posture."""
+LIMIT = np.array([3.0, 3.0, 1.0, 1.0])
+FIELDS = ("q", "torque", "position", "hand", "demand", "omega", "alpha", "reserve")
+
+
+@pytest.fixture(scope="module", params=["projection", "hqp"])
+def session(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> tuple[Report, Log]:
+    path = tmp_path_factory.mktemp("log") / "rhi.mcap"
+    change = ('resolution = "projection"', f'resolution = "{request.param}"')
+    outcome = lockstep_run.run(loaded(change, machine="rhi"), path, DURATION, False)
+    assert outcome.status == 0 and outcome.report is not None
+    return outcome.report, open_log(str(path))
+
+
+def traces(log: Log) -> dict[str, np.ndarray]:
+    states = [r.fixed["state"] for r in log.records() if r.fixed["mode"] == Mode.ACTIVE]
+    return {name: np.array([state[name] for state in states]) for name in FIELDS}
+
+
+def test_the_session_runs_through_and_its_recording_replays_bit_for_bit(session: tuple[Report, Log]) -> None:
+    report, log = session
+    assert report.stop == "" and report.clamped == 0 and report.frames_missing == 0
+    assert report.modes["ACTIVE"] > 9000
+    assert replay(log).differing_ticks == 0
+
+
+def test_no_motor_passes_its_limit_and_the_posture_turns_to_strong_and_back(
+    session: tuple[Report, Log],
+) -> None:
+    trace = traces(session[1])
+    assert (np.abs(trace["torque"]) <= LIMIT).all()
+    assert trace["omega"].min() == 0.0  # fully stiff in the palpation
+    assert trace["omega"][-200:].min() > 0.9  # and free again after it
+    turns = np.count_nonzero(np.diff((trace["omega"] < 0.5).astype(int)))
+    assert turns == 2  # no limit cycle
+
+
+def test_the_hand_feels_the_wall_and_nothing_in_front_of_it(session: tuple[Report, Log]) -> None:
+    trace = traces(session[1])
+    rendered = trace["alpha"][:, None] * trace["demand"]
+    assert 11.0 < np.abs(rendered[:, 1]).max() <= 12.01
+    assert np.abs(rendered[:, 0]).max() == 0.0
+    touching = trace["demand"][:, 1] < 0.0
+    assert (trace["position"][touching, 1] > 0.1).all()
+    # the sensor sees the hand push against what is rendered, within inertia and friction
+    steady = touching & (np.abs(rendered[:, 1]) > 3.0)
+    assert np.median(np.abs(trace["hand"][:, :2] + rendered)[steady, 1]) < 0.5
+    free = ~touching
+    assert np.median(np.linalg.norm(trace["hand"][free], axis=1)) < 0.5
+
+
+def test_the_summary_shows_angles_and_torques(session: tuple[Report, Log]) -> None:
+    report, _ = session
+    text = table(report)
+    line = next(line for line in text.splitlines() if line.startswith("motor 1 torque"))
+    assert "lower" in line and "mN m" in line
+    assert report.coupling_mm > 10.0  # deeper in the wall than the motors can hold
+
+
+def test_a_live_session_ends_well_and_replays(tmp_path: Path) -> None:
+    log = tmp_path / "live.mcap"
+    command = [sys.executable, "-m", "hapticd.runtime"]
+    run = [*command, "run", "rhi", "--duration", "1.5", "--log", str(log), "--json"]
+    assert subprocess.run(run, capture_output=True, check=False).returncode == 0
+    verify = [*command, "replay", str(log), "--verify"]
+    assert subprocess.run(verify, capture_output=True, check=False).returncode == 0
+    modes = [Mode(int(record.fixed["mode"])) for record in open_log(str(log)).records()]
+    assert modes[-1] is Mode.STOPPED and Mode.ENGAGING in modes
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "key", "problem"),
+    [
+        ('torque = "3 3 1 1 N m"', 'torque = "3 3 1 N m"', "rhi.motors.torque", "holds 3 entries"),
+        ("[0, 0, -1, 1]]", "[0, 0, -1]]", "rhi.motors.transmission", "row of 3 numbers"),
+        ("[0, 0, -1, 1]]", "[0, 0, 1, 0]]", "rhi.motors.transmission", "is singular"),
+        ("normal = [0, 1]", "normal = [0, 0]", "rhi.wall.normal", "no length"),
+        ('home = "0 0 0 0 rad"', 'home = "0 90 -90 0 deg"', "rhi.task.home", "singular"),
+        ("leave = 0.7", "leave = 0.95", "rhi.saturation.leave", "not below"),
+        ('lower = "-1 -0.8', 'lower = "2 -0.8', "rhi.motors.lower", "not below"),
+        ('stop_time = "150 ms"', 'stop_time = "110 ms"', "safety.stop_time", "braking a motor alone"),
+        ('rated_torque = "0.1 N m"', 'rated_torque = "0.05 N m"', "devices.motor_1.rated_torque", "carries"),
+        ("[devices.safety_plc]", "[devices.plc]", "devices", "lacks a SafetyPlc"),
+        ('model = "rhi.urdf"', "model = 3", "model", "Expected `str`"),
+        ("steepness = 1 ", "steepnes = 1 ", "rhi.saturation.steepnes", "unknown key"),
+        ('posture = "1.02', 'posture = "nan 1.02', "simulation.rhi.posture", "NaN"),
+        ('point = "0.5 0.1 m"', 'point = "5 0.1 m"', "model", "cannot reach"),
+    ],
+)
+def test_a_mistake_is_named_with_its_key(old: str, new: str, key: str, problem: str) -> None:
+    with pytest.raises(ConfigError) as error:
+        build(loaded((old, new), machine="rhi"))
+    assert [problem in found.problem for found in error.value.findings if found.key == key] == [True]
+
+
+def test_the_hold_and_the_controller_agree_on_the_built_in_configuration() -> None:
+    session = build(config.load("rhi"))
+    assert session.config.devices["motor_1"].node == 1
+    assert [axis.command for axis in session.memory.machine.axes] == LIMIT.tolist()

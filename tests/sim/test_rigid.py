@@ -1,0 +1,76 @@
+"""The rigid plant: energy, a closed form, brakes; and the finger that palpates."""
+
+import numpy as np
+import pytest
+from hapticd.models import Robot, planar
+from hapticd.sim.hand import Path, PointHand
+from hapticd.sim.rigid import RigidArm
+
+FREE = [False] * 4
+
+
+def arm(friction: float = 0.0, brake: float = 5.0) -> RigidArm:
+    robot = Robot.from_urdf(planar.urdf("rhi", planar.FOUR_DOF), "rhi.urdf")
+    rotor = np.array([0.0132, 0.0181, 0.0025, 0.0035])
+    made = RigidArm(
+        robot, planar.HANDLE, planar.FOUR_DOF_TRANSMISSION, rotor, np.full(4, friction), np.full(4, brake)
+    )
+    made.reset(np.array([0.3, 0.8, -0.2, 1.0]))
+    return made
+
+
+def test_energy_is_kept_without_friction_and_lost_with_it() -> None:
+    for friction, kept in ((0.0, True), (0.05, False)):
+        plant = arm(friction)
+        plant.qd[:] = 2.0, -1.0, 1.5, -2.0
+        plant.step(np.zeros(4), FREE, [0.0] * 3, 0.0)
+        before = plant.energy()
+        for _ in range(5000):
+            plant.step(np.zeros(4), FREE, [0.0] * 3, 1e-4)
+        if kept:
+            assert plant.energy() == pytest.approx(before, rel=2e-3)
+        else:
+            assert plant.energy() < 0.1 * before
+
+
+def test_the_work_of_torque_and_force_is_the_gain_in_energy() -> None:
+    plant, work, h = arm(), 0.0, 1e-4
+    torque, force = np.array([0.02, -0.01, 0.01, 0.005]), [0.1, -0.2, 0.0]
+    for _ in range(3000):
+        plant.step(torque, FREE, force, h)
+        work += h * float(torque @ plant.qd + np.dot(force, plant.velocity))
+    assert plant.energy() == pytest.approx(work, rel=5e-3)
+
+
+def test_velocity_is_the_derivative_of_position() -> None:
+    plant = arm()
+    plant.qd[:] = 1.0, -0.5, 2.0, 0.5
+    plant.step(np.zeros(4), FREE, [0.0] * 3, 0.0)
+    start, velocity, h = plant.position, plant.velocity, 1e-6
+    plant.step(np.zeros(4), FREE, [0.0] * 3, h)
+    np.testing.assert_allclose((plant.position - start) / h, velocity, atol=1e-4)
+
+
+def test_closed_brakes_stop_and_hold_up_to_their_torque() -> None:
+    plant = arm()
+    plant.qd[:] = 3.0, -3.0, 4.0, 2.0
+    for _ in range(100):
+        plant.step(np.zeros(4), [True] * 4, [3.0, 3.0, 0.0], 1e-3)
+    np.testing.assert_allclose(plant.qd, 0.0, atol=1e-12)
+    posture = plant.q.copy()
+    for _ in range(200):
+        plant.step(np.zeros(4), [True] * 4, [3.0, 3.0, 0.0], 1e-3)
+    np.testing.assert_allclose(plant.q, posture, atol=1e-12)
+    weak = arm(brake=0.1)
+    for _ in range(200):
+        weak.step(np.zeros(4), [True] * 4, [3.0, 3.0, 0.0], 1e-3)
+    assert np.abs(weak.qd).max() > 0.1
+
+
+def test_a_finger_pulls_towards_its_course_as_strongly_as_it_can() -> None:
+    hand = PointHand(Path([0.0, 1.0], np.array([[0.0, 0.0, 0.0], [0.3, 0.0, 0.0]])), 100.0, 10.0, 5.0)
+    np.testing.assert_allclose(hand.force(0.0, [0.01, 0.0, 0.0], [0.0, 0.1, 0.0]), [-1.0, -1.0, 0.0])
+    far = hand.force(1.0, [-10.0, 0.0, 0.0], [0.0] * 3)
+    np.testing.assert_allclose(far, [5.0, 0.0, 0.0])
+    hand.gripping = False
+    assert hand.force(0.0, [1.0, 0.0, 0.0], [0.0] * 3) == [0.0] * 3
