@@ -3,7 +3,7 @@
 #include <math.h>
 
 static double clamp(double x, double lower, double upper) {
-    return fmax(lower, fmin(upper, x));
+    return x < lower ? lower : x > upper ? upper : x; /* what is not a number stays so */
 }
 
 static bounds_interval closed(double lower, double upper) {

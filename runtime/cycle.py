@@ -119,7 +119,7 @@ class Memory:
         self.reset_limit = round(RESET_DEADLINE_S * rate)
         self.resetting = 0
         self.recorded = True
-        self.progress = ""
+        self.failure = ""
         self.packed = b""
         self.digest = 0
 
@@ -156,11 +156,9 @@ def _bring_up(inputs: Inputs, m: Memory, outputs: Outputs) -> None:
     try:
         state = m.bringup.step(inputs.frames, outputs.frames)
     except DeviceError as error:
-        _enter(m, Mode.FAILED, outputs, str(error))
+        m.failure = str(error)
+        _enter(m, Mode.FAILED, outputs, m.failure)
         return
-    progress = m.bringup.progress
-    if progress != m.progress:
-        m.progress = progress
     if state is BringupState.READY:
         _enter(m, Mode.READY, outputs, "all devices answer; press the dead-man switch to start")
 

@@ -9,6 +9,7 @@ import socket
 import stat
 import subprocess
 import sys
+import traceback
 from dataclasses import dataclass
 from pathlib import Path
 from time import time_ns
@@ -65,6 +66,12 @@ class ChildError(HapticdError):
     code = "child"
 
 
+class InternalError(HapticdError):
+    """A mistake in this program."""
+
+    code = "internal"
+
+
 class NotRealtimeError(HapticdError):
     """A real machine is not run without what the kernel must grant (fault matrix, row 23)."""
 
@@ -91,7 +98,7 @@ class Outcome:
 def outcome(memory: Memory, report: Report | None, speed_x: float | None = None, lost: str = "") -> Outcome:
     """What became of a session that is over; ``lost`` says whether the bus is gone."""
     if memory.mode is Mode.FAILED:
-        return Outcome(report, 1, "the devices did not come up", speed_x)
+        return Outcome(report, 1, f"the devices did not come up: {memory.failure}", speed_x)
     if memory.stopped_by:
         return Outcome(report, 3, f"stopped by safety: {describe(memory.stopped_by)}", speed_x)
     if memory.mode.powered:
@@ -164,8 +171,10 @@ class Daemon:
             self._supervision.stop()
             self._lost = "the bus is gone: its interface or the plant died" if self._bus.closed else ""
             self._bus.close()
-        if self._crash:
-            raise self._crash  # nothing more is sent: the watchdogs of the drives stop the machine
+        if self._crash:  # nothing more is sent: the watchdogs of the drives stop the machine
+            self._event(max(0, self._rhythm.tick), f"internal error: {self._crash!r}")
+            self._conclude()
+            raise InternalError(f"{self._crash!r}; the log {self._log} holds the session") from self._crash
         self._vitals.look()
         self._ring.push(VITALS + msgspec.json.encode(self._vitals.found))
         return self._conclude()
@@ -328,7 +337,9 @@ class Daemon:
 
     def _crashed(self, _: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
         """An error that nobody expected ends the session at once."""
-        self._crash = self._crash or context.get("exception") or RuntimeError(context["message"])
+        error = context.get("exception") or RuntimeError(context["message"])
+        traceback.print_exception(error)
+        self._crash = self._crash or error
         self._done.set()
 
     async def _watch_recorder(self) -> None:

@@ -47,6 +47,8 @@ LARGEST: dict[str, float] = {
     "rate squared": 1e8,
 }
 """What no machine that a person holds on to goes beyond: more is a slip of the pen or of the unit."""
+SMALLEST = 1e-8
+"""Smallest number in SI units, but 0, that is taken for meant."""
 
 
 class UnitError(ValueError):
@@ -90,6 +92,8 @@ def parse(text: object, dimension: str) -> tuple[float, ...]:
     if any(LARGEST[dimension] < abs(value) < inf for value in values):
         first = next(iter(units))
         raise UnitError(f'"{text}" is out of range; give at most {LARGEST[dimension]:g} {first}')
+    if any(0.0 < abs(value) < SMALLEST for value in values):
+        raise UnitError(f'"{text}" is out of range; give 0 or at least {SMALLEST:g}')
     return values
 
 

@@ -9,6 +9,7 @@ from ...models import Robot
 from ...models.giant import DROP
 from ..config import AxisDrive, ForceTorque, GiantConfig, Imu, JointDrive, SafetyPlc
 from ..machine import MOST_PERMILLE, RAMP_SHARE
+from .machine import braking_time
 from .names import JOINTS, PPU_JOINTS
 
 
@@ -38,12 +39,12 @@ def check_giant(config: GiantConfig, robot: Robot) -> list[tuple[str, str, str]]
         found.append(
             ("giant.box.lower", f"the elbow's constant height {-DROP} m is outside", "let the box contain it")
         )
-    ramp = max(v / a for v, a in zip(manipulator.velocity, manipulator.acceleration, strict=True))
+    ramp = braking_time(config)
     if ramp > RAMP_SHARE * config.safety.stop_time:
         found.append(
             (
                 "safety.stop_time",
-                f"{config.safety.stop_time:g} s, but braking a joint alone takes {ramp:g} s",
+                f"{config.safety.stop_time:g} s, but braking alone takes {ramp:g} s",
                 "declare a longer stop time, or lower velocity or raise acceleration",
             )
         )

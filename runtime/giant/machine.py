@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import inf
+from math import exp, inf
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,8 +28,11 @@ from .names import JOINTS, PPU_JOINTS
 
 AT_REST = 1e-6
 """Commanded speeds below this are standstill [rad/s]."""
-WRENCH_FADE = 0.8
-"""Of the operator's wrench in the feedforward, per tick of a stop: gone within 20 ticks."""
+JOINTS_AT_REST, PPU_AT_REST = 0.25, 0.05
+"""Measured speeds below these are standstill: a hand goes on pulling at the springs of joints that are held
+[rad/s], and the gantry's inverters lag [m/s]."""
+WRENCH_FADE_S = 5e-3
+"""Time constant with which the operator's wrench leaves the feedforward of a stop."""
 CARRIAGE, HANDLE = 0, 1
 """The inertial units."""
 
@@ -97,6 +100,7 @@ class Giant:
                     "motor_rate": self._joints.velocity,
                 },
             },
+            dt,
         )
         self.axes = _axis_limits(config, robot, dt)
         self.thresholds = _thresholds(config, image)
@@ -104,9 +108,10 @@ class Giant:
         self.velocity: list[float] = [0.0] * len(self.axes)
         self.raw_wrench: list[float] | None = None
         self.inertial = False
-        self.braking = _braking(config)
+        self.braking = braking_time(config)
         self.commands: list[float] = [0.0] * len(self.axes)
         self.solved = True
+        self._fade = exp(-dt / WRENCH_FADE_S)
         self._started = False
 
     @property
@@ -138,7 +143,7 @@ class Giant:
         q = np.clip(self._joints.link_position, limits.lower, limits.upper)
         self._observer.reset()
         self.force_control.reset(q)
-        self._tracking.reset()
+        self._tracking.reset(self._joints.link_position)
         self._prepositioning.reset()
         self.solved = True
 
@@ -162,13 +167,16 @@ class Giant:
     def brake(self) -> bool:
         """Joints to rest at their rated accelerations, the PPU at its own; then hold."""
         control = self.force_control
-        np.multiply(self._wrench, WRENCH_FADE, out=self._wrench)
+        np.multiply(self._wrench, self._fade, out=self._wrench)
         control.arm.update()
         control.brake()
         self._prepositioning.stop()
         self._command(1.0)
         control.advance()
-        return max(map(abs, control.qd.tolist())) < AT_REST and not self._prepositioning.velocity.any()
+        commanded = max(map(abs, control.qd.tolist())) < AT_REST and not self._prepositioning.velocity.any()
+        joints, axes = self.velocity[: len(JOINTS)], self.velocity[len(JOINTS) :]
+        slow = max(map(abs, joints)) < JOINTS_AT_REST and max(map(abs, axes)) < PPU_AT_REST
+        return commanded and slow
 
     def write(self, admitted: Sequence[float]) -> None:
         """Torques to the joints, velocities to the PPU."""
@@ -204,7 +212,8 @@ class Giant:
         self.commands = [*torque.tolist(), gain * x, gain * y]
 
 
-def _braking(config: GiantConfig) -> float:
+def braking_time(config: GiantConfig) -> float:
+    """How long the slowest axis takes to brake from full speed [s]."""
     m, ppu = config.giant.manipulator, config.giant.ppu
     joints = max(v / a for v, a in zip(m.velocity, m.acceleration, strict=True))
     return max(joints, ppu.velocity / ppu.acceleration)

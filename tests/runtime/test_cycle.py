@@ -44,6 +44,21 @@ def test_engaging_fades_in_over_three_seconds_from_the_measured_posture(bench: B
     assert bench.mode is Mode.ACTIVE
 
 
+def test_a_joint_that_stands_beyond_its_limit_is_brought_in_without_a_jump() -> None:
+    bench = Bench(
+        ('posture = "-0.9026 1.5724', 'posture = "-0.9026 2.412'),
+        ('force = "150 N"', 'force = "0.1 N"'),  # a hand that hardly holds on
+        ('torque = "15 N m"', 'torque = "0.01 N m"'),
+    )
+    bench.until(Mode.ENGAGING)
+    fastest = 0.0
+    for _ in range(300):
+        bench.run(1)
+        fastest = max(fastest, np.abs(bench.plant.arm.qd).max())
+    assert bench.mode is Mode.ENGAGING
+    assert fastest < 0.1
+
+
 def test_a_dead_man_held_from_the_start_does_not_arm(machine: str) -> None:
     bench = Bench(
         ('dead_man = [{ at = "0.3 s", pressed = true }]', 'dead_man = [{ at = "0 s", pressed = true }]'),
