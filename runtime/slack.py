@@ -67,14 +67,15 @@ class Slack:
     def _slice(self, task: _Task, start: int) -> int:
         work = task.work
         line = work.cr_frame.f_lineno
+        rest_s = 0.0
         try:
             rest_s = work.send(None)
-            task.due_ns = start + round(1e9 * rest_s)
         except StopIteration:
             self._tasks.remove(task)
         except Exception as error:  # supervisory work must not stop the machine
             self._tasks.remove(task)
             self._failed(f"{work.__qualname__} failed and was dropped: {error!r}")
         now = int(lib.rt_now())
+        task.due_ns = now + round(1e9 * rest_s)
         self._watch.account(work, line, now - start, task.budget_ns)
         return now

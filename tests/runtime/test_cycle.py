@@ -48,15 +48,15 @@ def test_a_joint_that_stands_beyond_its_limit_is_brought_in_without_a_jump() -> 
     bench = Bench(
         ('posture = "-0.9026 1.5724', 'posture = "-0.9026 2.412'),
         ('force = "150 N"', 'force = "0.1 N"'),  # a hand that hardly holds on
-        ('torque = "15 N m"', 'torque = "0.01 N m"'),
+        ('torque = "12 N m"', 'torque = "0.01 N m"'),
     )
     bench.until(Mode.ENGAGING)
     fastest = 0.0
-    for _ in range(300):
+    for _ in range(100):
         bench.run(1)
         fastest = max(fastest, np.abs(bench.plant.arm.qd).max())
     assert bench.mode is Mode.ENGAGING
-    assert fastest < 0.1
+    assert fastest < 0.06  # what follows is prepositioning
 
 
 def test_a_dead_man_held_from_the_start_does_not_arm(machine: str) -> None:

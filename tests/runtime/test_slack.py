@@ -64,10 +64,8 @@ def test_a_rest_is_kept() -> None:
 
     slack = Slack(Watch())
     slack.add(work())
-    end = now_ns() + 23_000_000
-    while now_ns() < end:
+    while len(times) < 4:
         slack.serve(now_ns() + FAR)
-    assert 2 <= len(times) <= 5
     assert all(after - before >= 5_000_000 for before, after in pairwise(times))
 
 

@@ -57,12 +57,12 @@ def test_a_configuration_names_the_processor_and_the_interface(
 ) -> None:
     path = write_config(
         ('kind = "simulated"', 'kind = "socketcan"\ninterface = "nocan9"'),
-        ('rate = "1 kHz"', 'rate = "1 kHz"\ncpu = 9999'),
+        ('rate = "1 kHz"', 'rate = "1 kHz"\ncpu = 4095'),
     )
     assert main(["doctor", str(path), "--json"]) == 1
     lines = {line["check"]: line for line in msgspec.json.decode(capsys.readouterr().out)["lines"]}
     assert lines["can_nocan9"]["state"] == "fail"
-    assert lines["loop_cpu"]["found"] == "this host has no CPU 9999"
+    assert lines["loop_cpu"]["found"] == "this host has no CPU 4095"
 
 
 def test_a_configuration_that_is_wrong_is_bad_usage(capsys: pytest.CaptureFixture[str]) -> None:
