@@ -4,16 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from math import exp
 
 import numpy as np
 
 from ..models import Array, Robot
 from ._kernels import ffi, lib
 from .serial import SerialChain
-
-OFFSET_FADE_S = 0.5
-"""Time constant with which links that stand elsewhere are brought to where they are commanded to be."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,8 +25,7 @@ class Tracking:
 
     Feedforward of the link side (gravity, inertia, the operator's wrench, viscous friction) gives the
     spring torque; the spring's deflection under it moves the reference of a motor-side PD controller.
-    The measured motor state is one tick old, so it is compared with the reference of that tick. Where the
-    links do not stand where they are commanded to be when tracking begins, the difference fades out.
+    The measured motor state is one tick old, so it is compared with the reference of that tick.
     """
 
     def __init__(
@@ -41,7 +36,6 @@ class Tracking:
         proportional: Array,
         derivative: Array,
         inputs: Mapping[str, Array],
-        dt: float,
     ) -> None:
         """Bind to the arrays of others that are read where they are.
 
@@ -53,30 +47,26 @@ class Tracking:
             derivative: motor-side gains, (6,) [N m s/rad].
             inputs: ``q, qd, qdd`` commanded link state, (6,); ``J`` of the handle, (6, 6); ``wrench`` of the
                 operator on it in B, (6,) [N, N m]; ``motor, motor_rate`` measured, (6,) [rad, rad/s].
-            dt: of a tick [s].
         """
         n = manipulator.nv
         self._still = manipulator.model.gravity.linear.copy()
         self._gravity = self._still.copy()
         self._rigid, self.torque = np.zeros(n), np.zeros(n)
-        self._q, self._offset = inputs["q"], np.zeros(n)
         arrays = {
             **inputs,
-            "offset": self._offset,
             **{"friction": manipulator.damping, "rotor": elasticity.rotor, "stiffness": elasticity.stiffness},
             **{"p": proportional, "d": derivative, "rigid": self._rigid, "torque": self.torque},
             **{"reference": np.zeros(n), "rate": np.zeros(n)},
         }
         self._keep = {name: ffi.from_buffer("double[]", array) for name, array in arrays.items()}
-        self._core = ffi.new("tracking *", {"n": n, "fade": exp(-dt / OFFSET_FADE_S), **self._keep})
+        self._core = ffi.new("tracking *", {"n": n, **self._keep})
         self._inverse_dynamics = chain.torque_arguments(
             inputs["q"], inputs["qd"], inputs["qdd"], self._gravity, self._rigid
         )
         self._fresh = True
 
-    def reset(self, link: Array) -> None:
-        """Forget the reference of the last tick; the links stand at ``link``, (6,) [rad]."""
-        np.subtract(link, self._q, out=self._offset)
+    def reset(self) -> None:
+        """Forget the reference of the last tick."""
         self._fresh = True
 
     def update(self, qdd_ppu: Array) -> Array:

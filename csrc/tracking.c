@@ -6,8 +6,7 @@ void tracking_update(const tracking *t, int fresh) {
         /* spring torque that the link side needs: rigid body + friction - J^T w */
         double spring = t->rigid[i] + t->friction[i] * t->qd[i];
         for (int k = 0; k < 6; k++) spring -= t->J[n * k + i] * t->wrench[k];
-        const double deflected = t->q[i] + t->offset[i] + spring / t->stiffness[i];
-        t->offset[i] *= t->fade;
+        const double deflected = t->q[i] + spring / t->stiffness[i];
         if (fresh) t->reference[i] = deflected, t->rate[i] = t->qd[i];
         t->torque[i] = t->rotor[i] * t->qdd[i] + spring + t->p[i] * (t->reference[i] - t->motor[i]) +
                        t->d[i] * (t->rate[i] - t->motor_rate[i]);

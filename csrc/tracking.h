@@ -11,8 +11,6 @@ typedef struct {
     /* inputs of a tick: commanded state (n), rigid-body torque of it (n), handle Jacobian (6 x n), wrench on
      * the handle (6), measured motor state (n) */
     const double *q, *qd, *qdd, *rigid, *J, *wrench, *motor, *motor_rate;
-    double *offset;           /* (n) from the commanded to the tracked link position; fades out */
-    double fade;              /* of the offset, per tick */
     double *reference, *rate; /* (n) motor-side reference of the last tick; updated */
     double *torque;           /* (n) result */
 } tracking;

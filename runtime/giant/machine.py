@@ -70,10 +70,9 @@ class Giant:
         self._joints, self._axes = JointDrives(image), AxisDrives(image)
         self._force_torque, self._imus = ForceTorques(image), Imus(image)
         manipulator = robot.without(PPU_JOINTS)
-        self._limits = _joint_limits(config)
         self._acceleration = np.zeros(2)
         self._observer = PpuObserver(dt, self._axes.position, self._acceleration)
-        self.force_control = control = _force_control(config, manipulator, self._limits, self._observer, dt)
+        self.force_control = control = _force_control(config, manipulator, self._observer, dt)
         self._wrench, self._felt = np.zeros(6), np.zeros(6)
         self._estimator = WrenchEstimator(
             giant.handle.mass,
@@ -100,7 +99,6 @@ class Giant:
                     "motor_rate": self._joints.velocity,
                 },
             },
-            dt,
         )
         self.axes = _axis_limits(config, robot, dt)
         self.thresholds = _thresholds(config, image)
@@ -139,11 +137,9 @@ class Giant:
 
     def engage(self) -> None:
         """Commanded state = measured link side, twin on the handle, everything at rest."""
-        limits = self._limits
-        q = np.clip(self._joints.link_position, limits.lower, limits.upper)
         self._observer.reset()
-        self.force_control.reset(q)
-        self._tracking.reset(self._joints.link_position)
+        self.force_control.reset(self._joints.link_position)  # even a little outside its limits: no jump
+        self._tracking.reset()
         self._prepositioning.reset()
         self.solved = True
 
@@ -229,14 +225,12 @@ def _ppu_limits(config: GiantConfig) -> PpuLimits:
     return PpuLimits(ppu.lower, ppu.upper, ppu.velocity, ppu.acceleration, ppu.time_constant)
 
 
-def _force_control(
-    config: GiantConfig, manipulator: Robot, limits: Limits, ppu: PpuObserver, dt: float
-) -> ForceControl:
+def _force_control(config: GiantConfig, manipulator: Robot, ppu: PpuObserver, dt: float) -> ForceControl:
     giant = config.giant
     control, twin, tilt = giant.force_control, giant.twin, giant.manipulator.tilt
     return ForceControl(
         manipulator,
-        limits,
+        _joint_limits(config),
         CartesianTwin(
             twin.mass,
             twin.inertia,

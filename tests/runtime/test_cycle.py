@@ -44,7 +44,7 @@ def test_engaging_fades_in_over_three_seconds_from_the_measured_posture(bench: B
     assert bench.mode is Mode.ACTIVE
 
 
-def test_a_joint_that_stands_beyond_its_limit_is_brought_in_without_a_jump() -> None:
+def test_a_joint_that_stands_beyond_its_limit_is_engaged_without_a_jump() -> None:
     bench = Bench(
         ('posture = "-0.9026 1.5724', 'posture = "-0.9026 2.412'),
         ('force = "150 N"', 'force = "0.1 N"'),  # a hand that hardly holds on
