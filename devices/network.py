@@ -10,7 +10,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from ._wire import lib
-from .cia301 import AL_STATE, COUNTER_ECHO, MAX_NODE, MAX_OUTPUT_FRAME, OUTPUT, SYNC, TPDO, Address
+from .cia301 import AL_STATE, COUNTER_ECHO, MAX_NODE, MAX_OUTPUT_FRAME, OUTPUT, SYNC, Address
 from .device import Device, Field, Quantity, Word
 from .dictionary import Mapped
 from .errors import NetworkError, object_name
@@ -123,14 +123,6 @@ class Network:
     def field_at(self, offset: int) -> str:
         """Names a byte of the raw image: "joint3.position", "0x080.counter"."""
         return self._names[offset]
-
-    def field_in_frame(self, can_id: int, offset: int) -> str:
-        """Names a byte of a frame of the cycle, whichever way it goes."""
-        starts = {frame.can_id: (frame.raw, frame.length) for frame in self.output_frames}
-        for device, raw, length in zip(self.devices, self.tpdo_raw, self.tpdo_length, strict=True):
-            starts[TPDO + device.node] = (raw, length)
-        raw, length = starts.get(can_id, (0, 0))
-        return self._names[raw + offset] if offset < length else f"0x{can_id:03X}[{offset}]"
 
     def _place_inputs(self) -> tuple[Place, ...]:
         places: list[Place] = []

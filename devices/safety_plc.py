@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import IntFlag
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -61,6 +61,22 @@ class SafetyPlc(Device):
         return {(0x2501, 0): Word("request")}
 
 
+class SafetyState(NamedTuple):
+    """What the safety controllers say.
+
+    Attributes:
+        dead_man: pressed on both channels.
+        emergency_stop: pressed: open on at least one channel.
+        field_clear: nobody in the scanned field.
+        sto: STO acts on at least one channel.
+    """
+
+    dead_man: bool
+    emergency_stop: bool
+    field_clear: bool
+    sto: bool
+
+
 class SafetySignals:
     """What the safety controllers of a group say together: safe only if all of them say so."""
 
@@ -68,56 +84,18 @@ class SafetySignals:
         self._inputs: NDArray[np.uint32] = image.word(f"{group}.inputs")
         self._request: NDArray[np.uint32] = image.word(f"{group}.request")
 
-    def state(self) -> tuple[bool, bool, bool, bool]:
-        """`dead_man`, `emergency_stop`, `scanner_clear` and `sto`, read once."""
-        bits = self._common()
-        return (
+    def state(self) -> SafetyState:
+        """What all controllers agree on."""
+        bits: int = ALL
+        for word in self._inputs.tolist():
+            bits &= word
+        return SafetyState(
             bits & DEAD_MAN == DEAD_MAN,
             bits & EMERGENCY_STOP != EMERGENCY_STOP,
             bits & SCANNER_CLEAR != 0,
             bits & TORQUE_PERMITTED != TORQUE_PERMITTED,
         )
 
-    @property
-    def inputs(self) -> SafetyInput:
-        """The bits that are set on every controller."""
-        return SafetyInput(self._common())
-
-    @property
-    def dead_man(self) -> bool:
-        """Pressed on both channels."""
-        return self._all(DEAD_MAN)
-
-    @property
-    def emergency_stop(self) -> bool:
-        """Pressed: open on at least one channel."""
-        return not self._all(EMERGENCY_STOP)
-
-    @property
-    def scanner_clear(self) -> bool:
-        """Nobody in the scanned field."""
-        return self._all(SCANNER_CLEAR)
-
-    @property
-    def sto(self) -> bool:
-        """STO acts on at least one channel."""
-        return not self._all(TORQUE_PERMITTED)
-
-    @property
-    def disagreement(self) -> bool:
-        """The two channels of a signal differ; normal for some ticks while a switch moves."""
-        pairs = (DEAD_MAN, EMERGENCY_STOP, TORQUE_PERMITTED)
-        return any(0 < word & pair < pair for word in self._inputs.tolist() for pair in pairs)
-
     def request(self, bits: SafetyRequest) -> None:
         """Sets the request byte of all controllers of the group."""
         self._request[:] = int(bits)
-
-    def _all(self, bits: int) -> bool:
-        return self._common() & bits == bits
-
-    def _common(self) -> int:
-        common: int = ALL
-        for word in self._inputs.tolist():
-            common &= word
-        return common

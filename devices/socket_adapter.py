@@ -103,58 +103,6 @@ def unix_pair() -> tuple[SocketAdapter, SocketAdapter]:
     return SocketAdapter(here), SocketAdapter(there)
 
 
-def unix_connect(path: str | Path) -> SocketAdapter:
-    """Connects to a plant that listens on a path.
-
-    Raises:
-        AdapterError: nobody listens there.
-    """
-    sock = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)
-    try:
-        sock.connect(str(path))
-    except OSError as error:
-        sock.close()
-        raise AdapterError(str(path), _reason(error), "Is the plant running?") from error
-    return SocketAdapter(sock)
-
-
-class UnixListener:
-    """Where a plant waits for the daemon; one connection at a time."""
-
-    def __init__(self, path: str | Path) -> None:
-        """Listens on a path, which must not exist yet.
-
-        Raises:
-            AdapterError: it exists, or cannot be made.
-        """
-        self.path = Path(path)
-        self._socket = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)
-        try:
-            self._socket.bind(str(path))
-            self._socket.listen(1)
-            self._socket.setblocking(False)
-        except OSError as error:
-            self._socket.close()
-            remedy = "Stop the plant that listens there, or remove the file if none does"
-            raise AdapterError(str(path), _reason(error), remedy) from error
-
-    def accept(self) -> SocketAdapter | None:
-        """The next connection, or None where nobody has connected."""
-        try:
-            return SocketAdapter(self._socket.accept()[0])
-        except BlockingIOError:
-            return None
-
-    def fileno(self) -> int:
-        """Readable when somebody connects."""
-        return self._socket.fileno()
-
-    def close(self) -> None:
-        """Stops listening and removes the path."""
-        self._socket.close()
-        self.path.unlink(missing_ok=True)
-
-
 def socketcan(interface: str) -> SocketAdapter:
     """Opens a CAN FD interface of the kernel: "can0", "vcan0".
 

@@ -23,25 +23,12 @@ from hapticd.devices.network import Network
 from hapticd.devices.python_can import PythonCanAdapter, python_can
 from hapticd.devices.socket_adapter import (
     SocketAdapter,
-    UnixListener,
     socketcan,
-    unix_connect,
     unix_pair,
 )
 from hapticd.sim.nodes import SimNodes
 
 Pair = tuple[Adapter, Adapter]
-
-
-def listened_pair(path: Path) -> Pair:
-    listener = UnixListener(path)
-    assert listener.accept() is None
-    here = unix_connect(path)
-    there = listener.accept()
-    assert there is not None
-    listener.close()
-    assert not path.exists()
-    return here, there
 
 
 def vcan_pair() -> Pair:
@@ -51,12 +38,11 @@ def vcan_pair() -> Pair:
         pytest.skip(str(error))
 
 
-@pytest.fixture(params=["memory", "unix pair", "unix path", "python-can", "vcan"])
-def pair(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Pair]:
+@pytest.fixture(params=["memory", "unix pair", "python-can", "vcan"])
+def pair(request: pytest.FixtureRequest) -> Iterator[Pair]:
     pairs = {
         "memory": lambda: memory_pair(),
         "unix pair": lambda: unix_pair(),
-        "unix path": lambda: listened_pair(tmp_path / "bus"),
         "python-can": lambda: (python_can("virtual", "session"), python_can("virtual", "session")),
         "vcan": vcan_pair,
     }
@@ -280,18 +266,6 @@ def test_a_flood_of_garbage_does_not_hold_the_receiver(sockets: Sockets) -> None
     assert adapter.receive(frames) == 0
     assert adapter.malformed == 64
     assert adapter.receive(frames) == 1
-
-
-def test_connecting_to_nobody_says_so(tmp_path: Path) -> None:
-    with pytest.raises(AdapterError, match=r"nobody: No such file or directory\. Is the plant running\?"):
-        unix_connect(tmp_path / "nobody")
-
-
-def test_two_plants_cannot_listen_on_one_path(tmp_path: Path) -> None:
-    first = UnixListener(tmp_path / "bus")
-    with pytest.raises(AdapterError, match=r"Address already in use.*Stop the plant"):
-        UnixListener(tmp_path / "bus")
-    first.close()
 
 
 def test_a_full_inbox_in_memory_drops_and_counts() -> None:

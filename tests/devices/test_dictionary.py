@@ -4,9 +4,12 @@ from pathlib import Path
 
 import pytest
 from hapticd import configs
-from hapticd.devices.catalogue import DEVICE_TYPES
 from hapticd.devices.dictionary import load
+from hapticd.devices.drive import AxisDrive, JointDrive
 from hapticd.devices.errors import EdsError
+from hapticd.devices.force_torque import ForceTorque
+from hapticd.devices.imu import Imu
+from hapticd.devices.safety_plc import SafetyPlc
 
 EDS = Path(configs.__path__[0])
 NAMES = sorted(path.name for path in EDS.glob("*.eds"))
@@ -21,7 +24,7 @@ def edited(tmp_path: Path, name: str, old: str, new: str) -> str:
 
 
 def test_there_is_an_eds_for_every_device_type() -> None:
-    assert NAMES == sorted(f"{name}.eds" for name in DEVICE_TYPES)
+    assert NAMES == sorted(kind.eds for kind in (JointDrive, AxisDrive, ForceTorque, Imu, SafetyPlc))
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -67,30 +67,6 @@ def test_every_byte_of_the_raw_image_has_a_name(devices: list[Device]) -> None:
     assert names[-1] == "0x080.padding"
 
 
-def test_a_byte_of_a_frame_has_the_same_name(devices: list[Device]) -> None:
-    network = Network(devices)
-    assert network.field_in_frame(0x080, 6) == "joint1.target_torque"
-    assert network.field_in_frame(0x183, 6) == "joint3.position"
-    assert network.field_in_frame(0x583, 1) == "0x583[1]"
-    assert network.field_in_frame(0x183, 63) == "0x183[63]"
-
-
-@pytest.mark.parametrize(
-    ("change", "why"),
-    [
-        ({"node": 0}, "node 0 is not within 1 to 127"),
-        ({"node": 128}, "node 128 is not within 1 to 127"),
-        ({"node": 2}, "node 2 is taken by 'joint2'"),
-        ({"name": "joint2"}, "another device has the same name"),
-        ({"zero": float("nan")}, "must be finite"),
-        ({"eds": "imu.eds"}, "imu.eds does not map 6041h:00 in its TPDO"),
-    ],
-)
-def test_devices_that_make_no_network_are_refused(change: dict[str, object], why: str) -> None:
-    with pytest.raises(NetworkError, match=why):
-        Network([joint(2), replace(joint(1), **change)])  # type: ignore[arg-type]
-
-
 def test_impossible_scaling_is_refused() -> None:
     with pytest.raises(NetworkError, match="must be positive"):
         replace(joint(1), counts_per_turn=0)

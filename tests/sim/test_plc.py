@@ -54,7 +54,7 @@ def test_sto_stays_until_its_cause_is_gone_and_it_is_acknowledged(enabled: Rig) 
     enabled.run(2)
     signals.request(SafetyRequest.RESET)
     enabled.run(2)
-    assert not signals.sto
+    assert not signals.state().sto
     enabled.run(5)
     assert not any(powered(enabled))  # nothing starts by itself: the drives were switched off
     enabled.walk(State.SWITCH_ON_DISABLED)
