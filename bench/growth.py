@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import importlib
 import sys
 import time
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -16,6 +14,7 @@ from ..hqp.certificate import certificate
 from ..hqp.generate import problem
 from .contenders import Answer
 from .figures import TOLERANCES, Figures, progress, summary
+from .picture import pyplot
 from .recorded import BenchError
 
 SIZES = (8, 12, 16, 20, 24, 30, 36, 42, 48, 54, 60)
@@ -99,20 +98,6 @@ def lines_of_growth(found: Growth) -> Iterator[str]:
         for values in list(_of_kind(found, kind).values())[:1]:
             all_sizes, upper = values["exponent"], values["exponent_upper_half"]
             yield f"cold median ~ {kind}^{all_sizes:.2f} at {fixed}; over the larger half {kind}^{upper:.2f}"
-
-
-def pyplot() -> Any:
-    """The plotting library.
-
-    Raises:
-        BenchError: it is not installed.
-    """
-    try:
-        import matplotlib
-    except ImportError as error:
-        raise BenchError("--plot needs matplotlib; pip install 'hapticd[plot]'") from error
-    matplotlib.use("Agg")
-    return importlib.import_module("matplotlib.pyplot")
 
 
 def plot(found: Growth, path: Path) -> None:

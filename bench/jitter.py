@@ -23,6 +23,7 @@ from ..runtime.histogram import Histogram, nanosleep_loop
 from ..runtime.loop import FixedRate, now_ns
 from ..runtime.realtime import DAEMON_PRIORITY, SPIN_NS, become_realtime, settle_memory
 from ..runtime.watch import WatchedLoop
+from .picture import pyplot
 
 DELAY_NS = 20_000_000
 LONGEST_US = 100_000
@@ -216,8 +217,7 @@ def table(figures: dict[str, Figures]) -> str:
 
 def draw(found: dict[str, list[Round]], rate: float, path: Path) -> None:
     """Share of the ticks that were later than a time, all rounds together, as a picture."""
-    from matplotlib import pyplot as plt
-
+    plt = pyplot()
     figure, axes = plt.subplots(figsize=(8, 5))
     for name, done in found.items():
         cells: Counter[float] = Counter()
@@ -250,7 +250,7 @@ def run(rate: float, rounds: int, seconds: float, plot: Path | None, as_json: bo
         sys.stderr.write(f"\r\x1b[K{text}" if sys.stderr.isatty() else f"{text}\n")
 
     if plot:
-        import matplotlib  # noqa: F401 - missing, it must be named before the work and not after it
+        pyplot()  # before the work, not after it
     if not shutil.which("cyclictest"):
         progress("cyclictest is not installed and left out; sudo apt install rt-tests\n")
     found = measure(rate, rounds, seconds, progress)

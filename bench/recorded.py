@@ -8,14 +8,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..hqp import Level
+from ..runtime.errors import HapticdError
 
 DATA = Path(__file__).with_name("data")
 NAMES = ("cartesian", "excavator", "door", "cycling")
 PARTS = ("A", "b", "C", "lb", "ub")
 
 
-class BenchError(Exception):
+class BenchError(HapticdError):
     """A benchmark that cannot run as asked; the message says how to mend it."""
+
+    code = "bench"
+    exit_status = 2
 
 
 @dataclass(frozen=True, slots=True)

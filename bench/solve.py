@@ -11,7 +11,8 @@ from pathlib import Path
 from .cascades import QPS, Cascade
 from .contenders import Answer, Contender, DaqpHierarchical, Floor, Ours
 from .figures import Figures, count_wrong, progress, summary, table
-from .growth import growth, lines_of_growth, plot, pyplot
+from .growth import growth, lines_of_growth, plot
+from .picture import pyplot
 from .recorded import Recording, load, shipped
 
 PEER = "DAQP hierarchical"

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
 from datetime import datetime
 from importlib import import_module, metadata
 from pathlib import Path
+from typing import Any
 
 import msgspec
 
@@ -309,47 +308,31 @@ class BenchmarkError(HapticdError):
     exit_status = 2
 
 
-@contextmanager
-def _benchmark() -> Iterator[None]:
-    from ..bench.recorded import BenchError
-
+def _benchmark(name: str, *arguments: object) -> Any:
+    """Run a benchmark by name: benchmarks build on the runtime, and the runtime must not import them."""
     try:
-        yield
-    except BenchError as error:
-        raise BenchmarkError(str(error)) from error
+        return import_module(f"hapticd.bench.{name}").run(*arguments)
     except ModuleNotFoundError as error:
         raise BenchmarkError(f"needs {error.name}; pip install 'hapticd[bench]'") from error
 
 
 def _bench_solve(options: argparse.Namespace) -> int:
-    with _benchmark():
-        from ..bench import solve
-
-        solve.run(options.data, options.rounds, options.every, options.plot, options.json)
+    _benchmark("solve", options.data, options.rounds, options.every, options.plot, options.json)
     return 0
 
 
 def _bench_jitter(options: argparse.Namespace) -> int:
-    with _benchmark():
-        from ..bench import jitter
-
-        jitter.run(options.rate, options.rounds, options.seconds, options.plot, options.json)
+    _benchmark("jitter", options.rate, options.rounds, options.seconds, options.plot, options.json)
     return 0
 
 
 def _bench_tick(options: argparse.Namespace) -> int:
-    with _benchmark():
-        from ..bench import tick
-
-        tick.run(options.config, options.rate, options.rounds, options.seconds, options.json)
+    _benchmark("tick", options.config, options.rate, options.rounds, options.seconds, options.json)
     return 0
 
 
 def _bench_nasty(options: argparse.Namespace) -> int:
-    with _benchmark():
-        from ..bench import nasty
-
-        return 1 if nasty.run(options.count, options.json) else 0
+    return 1 if _benchmark("nasty", options.count, options.json) else 0
 
 
 def _replay(options: argparse.Namespace) -> int:
@@ -378,7 +361,7 @@ def _newest_log() -> str:
 
 
 def _experiment(options: argparse.Namespace) -> int:
-    # by name: experiments build on the runtime, and the runtime must not import them
+    # by name, as the benchmarks
     command = import_module("hapticd.experiments.command")
     return int(command.run(options.name, options.docs, options.json))
 
