@@ -7,7 +7,11 @@ from pathlib import Path
 
 
 class Starvation:
-    """Watches one process: runnable, and yet its running time stands still."""
+    """Watches one process: runnable, and yet its running time stands still.
+
+    The kernel brings the running time of a process that runs up to date a few hundred times a second only, so
+    one that runs on may look starved for some milliseconds; then it is seen to have run.
+    """
 
     def __init__(self, pid: int, proc: Path = Path("/proc")) -> None:
         self._files = []
@@ -16,14 +20,14 @@ class Starvation:
                 self._files.append(os.open(proc / str(pid) / name, os.O_RDONLY | os.O_CLOEXEC))
         except OSError:  # a kernel without these tells nothing: nobody starves
             self._files = []
-        self._ran = -1
+        self._ran = 0
 
-    def now(self) -> bool:
-        """Whether the process starved since the last call."""
+    def now(self, fresh: bool) -> bool:
+        """Whether the process is runnable and did not run since the last call; ``fresh``: there was none."""
         try:
             stat, schedstat = (os.pread(file, 1024, 0) for file in self._files)
         except (OSError, ValueError):  # it is gone
             return False
-        state = stat.rpartition(b")")[2].split()[0]
+        runnable = stat.rpartition(b")")[2].split()[0] == b"R"
         before, self._ran = self._ran, int(schedstat.split()[0])
-        return state == b"R" and self._ran == before
+        return runnable and (fresh or self._ran == before)

@@ -102,13 +102,36 @@ def test_each_silent_millisecond_after_the_period_is_one_slice(
 
 def test_no_slice_counts_while_the_daemon_waits_for_a_processor(served: Served) -> None:
     plant, _, daemon = served
-    starved = [True, True, False, True, False]
-    server = PlantServer(plant, served[1]._bus, PERIOD, lambda: starved.pop(0))
+    asked: list[bool] = []
+
+    def starved(fresh: bool) -> bool:
+        asked.append(fresh)
+        return True
+
+    server = PlantServer(plant, served[1]._bus, PERIOD, starved)
+    for _ in range(2):
+        send(daemon)
+        server.serve()
+        while len(asked) % 5 != 4:
+            server.serve()
+        asked.append(False)
+    assert asked == [True, False, False, False, False] * 2
+    assert plant.time == pytest.approx(2 * PERIOD)
+
+
+def test_slices_in_which_the_daemon_ran_after_all_are_made_up_for(served: Served) -> None:
+    plant, _, daemon = served
+    starving = [True, True, True, False, False, True, False]
+    server = PlantServer(plant, served[1]._bus, PERIOD, lambda _: starving.pop(0))
     send(daemon)
     server.serve()
-    while starved:
+    slices = []
+    while starving:
+        left = len(starving)
         server.serve()
-    assert plant.time == pytest.approx(PERIOD + 2 * SLICE_S)
+        if len(starving) < left:
+            slices.append(round((plant.time - PERIOD) / SLICE_S))
+    assert slices == [0, 0, 0, 4, 5, 5, 7]
 
 
 def test_the_clock_of_the_bus_ticks_whatever_the_daemon_does_and_costs_no_plant_time(served: Served) -> None:

@@ -38,12 +38,11 @@ def spin() -> None:
 
 
 def looks(starvation: Starvation, seconds: float) -> list[bool]:
-    """One look after the other; the first has nothing to compare with."""
-    starvation.now()
+    starvation.now(True)
     found = []
     for _ in range(10):
         time.sleep(seconds)
-        found.append(starvation.now())
+        found.append(starvation.now(False))
     return found
 
 
@@ -57,6 +56,20 @@ def test_a_sleeping_and_a_stopped_process_do_not_starve(
     assert not any(looks(Starvation(pid), 0.005))
 
 
+def test_a_process_that_runs_is_seen_to_run_before_a_watchdog_would_act(
+    child: Callable[[Callable[[], None]], int],
+) -> None:
+    pid = child(spin)
+    before = Path(f"/proc/{pid}/schedstat").read_text().split()[0]
+    time.sleep(0.02)
+    while int(Path(f"/proc/{pid}/schedstat").read_text().split()[0]) - int(before) < 20_000_000:
+        time.sleep(0.02)  # until it had 20 ms of a processor
+    starvation = Starvation(pid)
+    starvation.now(True)
+    time.sleep(0.2)
+    assert not starvation.now(False)
+
+
 def test_a_process_behind_another_on_one_processor_starves_now_and_then(
     child: Callable[[Callable[[], None]], int],
 ) -> None:
@@ -68,7 +81,7 @@ def test_a_process_behind_another_on_one_processor_starves_now_and_then(
     starved = ran = 0
     for _ in range(200):
         time.sleep(1e-3)
-        now = [starvation.now() for starvation in watched]
+        now = [starvation.now(False) for starvation in watched]
         starved, ran = starved + sum(now), ran + len(now) - sum(now)
     assert starved > ran > 0
 
@@ -81,5 +94,5 @@ def test_a_process_that_is_gone_and_a_kernel_that_tells_nothing_count_as_not_sta
         os._exit(0)
     starvation = Starvation(pid)
     os.waitpid(pid, 0)
-    assert not starvation.now()
-    assert not Starvation(os.getpid(), tmp_path).now()
+    assert not starvation.now(True)
+    assert not Starvation(os.getpid(), tmp_path).now(True)
