@@ -447,12 +447,14 @@ def test_a_tick_without_commands_of_its_own_sends_none(
 def test_a_ramp_ends_with_its_time_even_where_nothing_comes_to_rest(
     engaging: Bench, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    config = engaging.lockstep.session.config
+    ramp = round(0.8 * config.safety.stop_time * config.loop.rate)
     for _ in range(2):  # and a second one has as much
         with monkeypatch.context() as patch:
             patch.setattr(engaging.memory.machine, "brake", lambda: False)
             engaging.press(False)
             engaging.until(Mode.STOPPING)
-            assert engaging.until(Mode.STOPPED) == 119  # and one in the tick of the stop
+            assert engaging.until(Mode.STOPPED) == ramp - 1  # the first in the tick of the stop
         engaging.run(10)
         engaging.run(50, Command.RESET)
         engaging.press(True)

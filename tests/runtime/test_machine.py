@@ -5,6 +5,7 @@ from math import inf
 
 import numpy as np
 import pytest
+from hapticd.runtime.giant.machine import Giant
 from hapticd.runtime.session import build
 
 from .conftest import Bench, loaded
@@ -62,7 +63,8 @@ def test_the_gate_and_the_monitor_hold_the_axes_to_the_built_in_configuration(ma
 def test_the_gantry_fades_in_with_the_operator_s_wrench(engaging: Bench) -> None:
     engaging.run(400)
     built, gain = engaging.memory.machine, engaging.memory.gain
-    wanted = built._prepositioning.velocity  # type: ignore[attr-defined]
+    assert isinstance(built, Giant)
+    wanted = built._prepositioning.velocity
     assert gain == pytest.approx(0.15, abs=0.01)
     assert np.abs(wanted).max() > 0.03
     assert built.commands[6:] == pytest.approx(gain * wanted)
