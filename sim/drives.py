@@ -146,6 +146,9 @@ class SimDrive(SimNode):
         if self.state is not State.FAULT:
             self._trip(EMCY_RPDO_TIMEOUT)
 
+    def watchdog_acknowledged(self) -> None:
+        """The fault stays until it is reset."""
+
     def advance(self, dt: int) -> None:
         """Lets plant time pass: watchdog, STO, faults and the automatic transitions."""
         super().advance(dt)

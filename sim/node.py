@@ -127,7 +127,9 @@ class SimNode:
         if self.nmt_state is not _OPERATIONAL:
             return
         if not valid:
-            self._watchdog_tripped = False  # the master knows: it asked for SAFEOP
+            if self._watchdog_tripped:  # the master knows: it asked for SAFEOP
+                self._watchdog_tripped = False
+                self.watchdog_acknowledged()
             if self.al_state is _OP:
                 self.al_state = _SAFEOP
                 self.outputs_invalid()
@@ -163,6 +165,10 @@ class SimNode:
     def watchdog_tripped(self) -> None:
         """Called when the device leaves OP because the master is silent; for subclasses."""
         self.emergency(EMCY_RPDO_TIMEOUT, _ERROR_GENERIC | _ERROR_COMMUNICATION)
+
+    def watchdog_acknowledged(self) -> None:
+        """Called when the master has acknowledged that; for subclasses."""
+        self.emergency(0, 0)
 
     def _leave_operational(self, state: NmtState) -> None:
         self.nmt_state = state

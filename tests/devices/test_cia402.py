@@ -97,8 +97,10 @@ def test_a_transition_that_takes_too_long_is_named(ready: Rig) -> None:
     stuck = ready.nodes["joint4"]
     assert isinstance(stuck, SimDrive)
     stuck.outputs_latched = lambda: None  # type: ignore[method-assign]
+    start = ready.counter
     with pytest.raises(TransitionError) as caught:
         ready.walk(State.OPERATION_ENABLED)
+    assert ready.counter - start == 51  # in the tick after the last one that it had
     error = caught.value
     assert (error.device, error.node, error.transition) == ("joint4", 4, 2)
     assert error.state == "switch on disabled"

@@ -133,6 +133,47 @@ def test_two_different_answers_in_a_tick_are_a_second_sender(image: ProcessImage
     assert only(image, "conflict")
 
 
+@pytest.mark.parametrize(
+    ("sent", "discarded", "intruding"),
+    [
+        ([(0x181, joint_tpdo(COUNTER - 1))], 1, 0),
+        ([(0x181, joint_tpdo(COUNTER + 1))], 1, 0),
+        ([(0x181, joint_tpdo())] * 3, 2, 0),
+        ([(0x181, joint_tpdo(position=1)), (0x181, joint_tpdo(position=2))], 0, 1),
+        ([(0x080, b"")], 0, 1),
+    ],
+)
+def test_what_was_discarded_and_what_intruded_is_told_of_the_last_tick_alone(
+    image: ProcessImage, sent: list[tuple[int, bytes]], discarded: int, intruding: int
+) -> None:
+    for _ in range(2):
+        image.latch(frames_of(*sent), COUNTER)
+        assert (image.discarded, image.intruding) == (discarded, intruding)
+    image.latch(Frames(), COUNTER)
+    assert (image.discarded, image.intruding) == (0, 0)
+
+
+@pytest.mark.parametrize(
+    "trouble",
+    [
+        (0x182, joint_tpdo(al_state=4)),  # it answers, but fell back to SAFEOP
+        (0x182, b""),  # it does not answer
+        (0x702, b"\x7f"),  # it left OPERATIONAL
+        (0x082, b"\x10\x23" + bytes(6)),  # it reports an error
+    ],
+)
+def test_a_network_is_calm_where_every_device_answers_in_op_without_an_error(
+    devices: list[Device], trouble: tuple[int, bytes]
+) -> None:
+    image = ProcessImage(Network(devices[:2]))
+    healthy = [(0x181, joint_tpdo()), (0x182, joint_tpdo())]
+    image.latch(frames_of(*healthy), COUNTER)
+    assert image.calm
+    others = [frame for frame in healthy if frame[0] != trouble[0]]
+    image.latch(frames_of(*others, trouble), COUNTER)
+    assert not image.calm
+
+
 @pytest.mark.parametrize("data", [b"", joint_tpdo()[:-1], joint_tpdo() + bytes(8)])
 def test_a_tpdo_of_the_wrong_length_is_dropped_and_counted(image: ProcessImage, data: bytes) -> None:
     assert image.latch(frames_of((0x181, data)), COUNTER) == 0

@@ -5,12 +5,16 @@ from math import inf, nan
 
 import numpy as np
 import pytest
+from hapticd.devices.cia301 import AlState
+from hapticd.runtime import cycle
 from hapticd.runtime.daemon import outcome
 from hapticd.runtime.giant.machine import Giant
 from hapticd.runtime.modes import Command, Mode
 from hapticd.runtime.rhi.machine import RedundantInterface
+from hapticd.safety import Reaction, Verdict
 from hapticd.sim import faults
 from hapticd.sim.drives import SimDrive
+from hapticd.sim.node import SimNode
 
 from .conftest import MACHINES, Bench
 
@@ -80,9 +84,81 @@ def test_one_channel_of_the_dead_man_is_no_press(bench: Bench) -> None:
     assert bench.mode is Mode.READY
 
 
+def _stand_outside(bench: Bench) -> None:
+    """A joint is measured between its limit and the one that stops the machine."""
+    sense, joint = bench.plant._sense, bench.joints[1]
+    upper = bench.memory.machine.axes[1].upper + 1e-3
+
+    def outside() -> None:
+        sense()
+        joint.link_position = upper
+
+    bench.plant._sense = outside
+
+
+REFUSALS: dict[str, tuple[Callable[[Bench], object], str]] = {
+    # name: (what happens while the machine waits, why the press then starts nothing)
+    "frames missing": (lambda b: setattr(b.joints[0], "tamper", faults.drop(4)), "not all devices answer"),
+    "device not in OP": (lambda b: _fall(b.nodes["force_torque"]), "not all devices answer"),
+    "drive fault": (lambda b: setattr(b.joints[2], "fault", 0x2310), "devices report an error; reset"),
+    "e-stop": (lambda b: setattr(b.plc, "emergency_stop", (True, True)), "the emergency stop is pressed"),
+    "scanner": (lambda b: setattr(b.plc, "scanner_clear", False), "in the scanned field"),
+    "STO": (lambda b: setattr(b.plc, "_latched", True), "the safety PLC holds the torque off"),
+    "no recorder": (lambda b: b.run(1, Command.UNRECORDED), "the recorder is gone"),
+    "latched stop": (
+        lambda b: b.memory.latch.take(Verdict(Reaction.HOLD, "test", "a test"), 0),
+        "a stop is latched",
+    ),
+    "stale frames": (
+        lambda b: setattr(b.joints[1], "tamper", lambda can_id, data: [(can_id, data)] * 8),
+        "stale or repeated frames",
+    ),
+    "wrench is NaN": (lambda b: _break(b, "force_torque", "wrench", [nan] * 6), "gives nothing valid"),
+    "joint outside": (_stand_outside, "stands outside its limits"),
+}
+GIANT_REFUSALS: dict[str, tuple[Callable[[Bench], object], str]] = {
+    "carriage IMU is NaN": (
+        lambda b: _break(b, "imu_carriage", "acceleration", [nan] * 3),
+        "gives nothing valid",
+    ),
+}
+
+
+@pytest.mark.parametrize(
+    ("machine", "name"),
+    [("giant", name) for name in (*REFUSALS, *GIANT_REFUSALS)] + [("rhi", "joint outside")],
+)
+def test_a_press_starts_nothing_while_something_is_amiss(bench: Bench, name: str) -> None:
+    happen, why = {**REFUSALS, **GIANT_REFUSALS}[name]
+    bench.until(Mode.READY)
+    bench.run(5)
+    happen(bench)
+    bench.run(2)
+    bench.press(True)
+    bench.run(5)
+    assert bench.mode is Mode.READY
+    assert bench.safe
+    (event,) = [event for event in bench.events if event.startswith("not started")]
+    assert why in event
+
+
+def test_a_stop_or_an_emergency_stop_of_a_waiting_machine_leaves_it_waiting(bench: Bench) -> None:
+    bench.until(Mode.READY)
+    bench.run(5, Command.STOP)
+    bench.plc.emergency_stop = (True, True)
+    bench.run(5)
+    assert bench.mode is Mode.READY
+    assert bench.reason == ""
+
+
 def silence_all(bench: Bench) -> None:
     for node in bench.nodes.nodes:
         node.silent = True
+
+
+def _fall(node: SimNode) -> None:
+    """A device falls back to SAFEOP, reports no error, and goes on answering."""
+    node._watchdog_tripped, node.al_state = True, AlState.SAFEOP
 
 
 STOPS: dict[str, tuple[Callable[[Bench], object], str, bool, int]] = {
@@ -106,6 +182,7 @@ STOPS: dict[str, tuple[Callable[[Bench], object], str, bool, int]] = {
         False,
         9,
     ),
+    "device leaves OP": (lambda b: _fall(b.nodes["force_torque"]), "device_state", True, 3),
     "device restarts": (lambda b: b.joints[0].reset(), "device_state", True, 3),
     "drive in another mode": (lambda b: setattr(b.joints[2], "mode", 8), "drive_state", True, 3),
     "scanner": (lambda b: setattr(b.plc, "scanner_clear", False), "scanner", True, 2),
@@ -305,6 +382,7 @@ def test_a_command_that_is_no_number_never_reaches_a_drive(engaging: Bench, comm
     engaging.run(2)  # there is nothing to ramp with
     assert engaging.mode is Mode.STOPPED
     assert engaging.safe
+    assert engaging.plc.sto  # on request: nobody pressed anything
 
 
 def test_commands_beyond_the_limit_are_clamped_and_stop_after_ten(engaging: Bench) -> None:
@@ -324,17 +402,63 @@ def test_commands_beyond_the_limit_are_clamped_and_stop_after_ten(engaging: Benc
     assert engaging.reason in ("output_beyond_limit", "beyond_limit")
 
 
-def test_a_measured_position_beyond_the_hard_limit_stops(engaging: Bench) -> None:
-    sense = engaging.plant._sense
-    joint, upper = engaging.joints[1], engaging.memory.machine.thresholds.upper[1]
+@pytest.mark.parametrize(("quantity", "limit"), [("link_position", "upper"), ("velocity", "speed")])
+def test_a_measured_position_or_speed_beyond_the_hard_limit_stops(
+    engaging: Bench, quantity: str, limit: str
+) -> None:
+    sense, joint = engaging.plant._sense, engaging.joints[1]
+    measured = getattr(engaging.memory.machine.thresholds, limit)[1] + 0.05
 
     def beyond() -> None:
         sense()
-        joint.link_position = upper + 0.05
+        setattr(joint, quantity, measured)
 
     engaging.plant._sense = beyond  # type: ignore[method-assign]
     engaging.run(6)
     assert engaging.reason == "beyond_limit"
+
+
+@pytest.mark.parametrize("machine", ["giant"])
+def test_a_wrench_that_is_lost_fades_out_of_what_the_machine_feels(moving: Bench) -> None:
+    machine = moving.memory.machine
+    assert isinstance(machine, Giant)
+    _break(moving, "force_torque", "wrench", [nan] * 6, samples=20)
+    moving.run(2)  # the first of them is measured, and sent
+    last = machine._estimator.wrench.copy()
+    assert np.linalg.norm(last) > 1.0
+    for tick in range(1, 21):
+        moving.run(1)
+        assert machine._felt == pytest.approx((1.0 - tick / 20) * last)
+    moving.run(1)
+    assert moving.mode is Mode.ACTIVE
+    assert machine._felt == pytest.approx(machine._estimator.wrench)
+
+
+def test_a_tick_without_commands_of_its_own_sends_none(
+    engaging: Bench, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(cycle, "_control", lambda *_: None)
+    engaging.run(2)
+    assert engaging.reason == "stale_output"
+    assert not engaging.memory.image.word("joints.controlword").any()
+    assert engaging.safe
+
+
+def test_a_ramp_ends_with_its_time_even_where_nothing_comes_to_rest(
+    engaging: Bench, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    config = engaging.lockstep.session.config
+    ramp = round(0.8 * config.safety.stop_time * config.loop.rate)
+    for _ in range(2):  # and a second one has as much
+        with monkeypatch.context() as patch:
+            patch.setattr(engaging.memory.machine, "brake", lambda: False)
+            engaging.press(False)
+            engaging.until(Mode.STOPPING)
+            assert engaging.until(Mode.STOPPED) == ramp - 1  # the first in the tick of the stop
+        engaging.run(10)
+        engaging.run(50, Command.RESET)
+        engaging.press(True)
+        engaging.until(Mode.ENGAGING)
 
 
 def test_a_stop_needs_a_reset_and_a_new_press(engaging: Bench) -> None:
@@ -354,6 +478,7 @@ def test_a_stop_needs_a_reset_and_a_new_press(engaging: Bench) -> None:
     assert bench.safe
     bench.press(True)
     bench.until(Mode.ENGAGING)
+    assert bench.memory.gain == 0.0  # and the wrench fades in from the beginning
 
 
 @pytest.mark.parametrize("cause", ["e-stop", "drive fault", "all silent"])
@@ -373,6 +498,7 @@ def test_a_reset_with_the_cause_present_is_refused_and_works_once_it_is_gone(
     bench.run(600, Command.RESET)
     assert bench.mode is Mode.STOPPED
     assert any("reset refused" in event for event in bench.events)
+    assert bench.plc.request == 0
     bench.plc.emergency_stop = (False, False)
     for node in bench.nodes.nodes:
         node.silent = False
@@ -381,6 +507,7 @@ def test_a_reset_with_the_cause_present_is_refused_and_works_once_it_is_gone(
     bench.run(10)
     bench.run(600, Command.RESET)
     assert bench.mode is Mode.READY, bench.events[-3:]
+    assert bench.plc.request == 0
     bench.press(True)
     bench.until(Mode.ENGAGING)
 
@@ -456,12 +583,17 @@ def test_a_stall_of_12_ms_is_recorded_or_stops_as_the_configuration_says(
     assert bench.mode is mode
 
 
-def test_a_daemon_that_sleeps_for_20_ms_finds_its_drives_safe(engaging: Bench) -> None:
+def test_a_daemon_that_sleeps_for_20_ms_finds_its_drives_safe_and_may_reset_them(engaging: Bench) -> None:
     engaging.run(1, skipped=25)
     engaging.run(3)
     assert engaging.safe
     assert engaging.mode >= Mode.STOPPING
     assert engaging.reason in ("sto", "device_fault", "device_state", "drive_state")
+    engaging.press(False)
+    engaging.until(Mode.STOPPED)
+    engaging.run(50, Command.RESET)
+    engaging.press(True)  # the watchdogs that acted have let go
+    engaging.until(Mode.ENGAGING)
 
 
 def test_arming_by_command_needs_the_command_before_the_press(machine: str) -> None:
@@ -481,6 +613,13 @@ def test_arming_by_command_needs_the_command_before_the_press(machine: str) -> N
     bench.press(True)
     bench.run(10)
     assert bench.mode > Mode.READY
+    bench.press(False)  # a stop and its reset take the command back
+    bench.until(Mode.STOPPED)
+    bench.run(50, Command.RESET)
+    bench.press(True)
+    bench.run(10)
+    assert bench.mode is Mode.READY
+    assert bench.events[-1].startswith("not started: arming was not commanded")
 
 
 def test_a_missing_device_fails_the_bring_up_without_moving_anything(bench: Bench) -> None:

@@ -1,6 +1,7 @@
 """Settings that the kernel may refuse, and the choice whether to spin."""
 
 import os
+import time
 from pathlib import Path
 
 import pytest
@@ -83,6 +84,13 @@ def test_stages_add_up_and_the_log_s_stays_until_its_next_end() -> None:
     assert log > 0
     assert stages.begin() > start
     assert stages.ns == (*[0] * 10, log)
+    time.sleep(2e-3)
+    durations = []
+    for _ in range(100):
+        stages.mark(Stage.LOG)
+        durations.append(stages.ns[Stage.LOG])
+    assert durations[0] > 2_000_000
+    assert min(durations) < 2_000_000  # of its last run, not of all together
 
 
 def test_vital_signs_see_memory_that_grows_and_faults_since_arming() -> None:

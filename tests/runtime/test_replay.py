@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from itertools import islice
 from pathlib import Path
 
 import msgspec
@@ -11,9 +12,12 @@ import pytest
 from hapticd.runtime import lockstep_run
 from hapticd.runtime.cli import main
 from hapticd.runtime.errors import LogError, LogModelError, LogTruncatedError
+from hapticd.runtime.giant import machine as giant
 from hapticd.runtime.log import open_log
-from hapticd.runtime.record import parse
+from hapticd.runtime.modes import Mode
+from hapticd.runtime.record import INPUTS, TIMING, Record, differences, parse
 from hapticd.runtime.replay import replay
+from hapticd.runtime.session import build
 from mcap.reader import make_reader
 from mcap.writer import Writer
 
@@ -113,6 +117,82 @@ def test_one_changed_byte_of_a_recorded_frame_is_found_and_named(
         assert found.first[0].field.startswith("joint_1.")
 
 
+@pytest.fixture(scope="module")
+def active(recording: Path) -> Record:
+    """A tick of the rendered twin."""
+    return next(islice(open_log(str(recording)).records(), 4200, None))
+
+
+def flipped(data: bytes, at: int) -> bytes:
+    return data[:at] + bytes([data[at] ^ 0x01]) + data[at + 1 :]
+
+
+def test_every_byte_of_a_record_but_its_durations_decides_whether_it_is_the_same(active: Record) -> None:
+    fields = active.fixed.dtype.fields
+    assert fields is not None
+    places = [range(fields[name][1], fields[name][1] + fields[name][0].itemsize) for name in TIMING]
+    durations = {at for place in places for at in place}
+    assert len(durations) < 100 < len(active.data)
+    for at in range(len(active.data)):
+        assert active.same_as(flipped(active.data, at)) == (at in durations)
+    assert not active.same_as(active.data[:-1])
+
+
+def test_every_field_that_differs_is_named(active: Record) -> None:
+    dtype, network = active.fixed.dtype, build(loaded()).network
+    assert dtype.fields is not None
+    computed = [name for name in dtype.names or () if name not in (*TIMING, *INPUTS, "raw", "state")]
+    places = {name: dtype.fields[name] for name in computed}
+    state, start = dtype.fields["state"][:2]
+    places |= {f"state.{name}": (kind, start + at) for name, (kind, at, *_) in (state.fields or {}).items()}
+    for name, (kind, at, *_) in places.items():
+        other = parse(flipped(active.data, at + kind.itemsize - 1), dtype)
+        if name == "out_bytes":
+            assert other is None  # its frames would end elsewhere
+            continue
+        assert other is not None
+        ((field, before, after),) = differences(active, other, network)
+        assert field.replace("frames received (digest)", "digest").startswith(name)
+        assert before != after
+    other = parse(flipped(active.data, len(active.data) - 1), dtype)
+    assert other is not None
+    assert [field for field, _, _ in differences(active, other, network)] == ["frames sent"]
+
+
+def test_a_recording_whose_outputs_are_others_than_the_cycle_s_is_found_out(
+    recording: Path, tmp_path: Path
+) -> None:
+    log = open_log(str(recording))
+    fields = log.dtype.fields
+    assert fields is not None
+    state, start = fields["state"][:2]
+    assert state.fields is not None
+    places = {
+        1000: fields["mode"][1],
+        2000: fields["admitted"][1],
+        3000: start + state.fields["qdd"][1],
+        4000: log.dtype.itemsize - 1,  # the process image ends with what was sent
+        4400: -1,  # the last frame sent
+    }
+    copy = tmp_path / "changed.mcap"
+    rewrite(recording, copy, lambda i, data: flipped(data, places[i] % len(data)) if i in places else data)
+    found = replay(open_log(str(copy)))
+    assert found.differing_ticks == len(places)
+    assert {(d.tick, d.field) for d in found.first} == {(1000, "mode")}
+
+
+def test_a_program_that_computes_something_else_is_found_out(
+    recording: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    modes = [int(record.fixed["mode"]) for record in open_log(str(recording)).records()]
+    stopping = modes.index(Mode.STOPPING)
+    monkeypatch.setattr(giant, "WRENCH_FADE_S", giant.WRENCH_FADE_S * (1.0 + 1e-9))
+    found = replay(open_log(str(recording)))
+    assert found.first[0].tick == stopping
+    assert any(d.field.startswith("state.wrench") for d in found.first)
+    assert 1 <= found.differing_ticks <= len(modes) - stopping
+
+
 def test_the_command_line_verifies_with_its_exit_status_and_json(
     recording: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -146,6 +226,21 @@ def test_a_truncated_recording_is_a_typed_error(recording: Path, tmp_path: Path)
         cut.write_bytes(data[:size])
         with pytest.raises(LogTruncatedError, match="ends in the middle"):
             replay(open_log(str(cut)))
+
+
+def test_ticks_that_do_not_match_their_checksum_are_damaged(recording: Path, tmp_path: Path) -> None:
+    data = bytearray(recording.read_bytes())
+    with recording.open("rb") as stream:
+        summary = make_reader(stream).get_summary()
+    assert summary is not None
+    chunk = summary.chunk_indexes[len(summary.chunk_indexes) // 2]
+    # opcode, length, first and last time and size stand in front of the checksum (MCAP, "Chunk")
+    data[chunk.chunk_start_offset + 1 + 4 * 8] ^= 0x01
+    path = tmp_path / "damaged.mcap"
+    path.write_bytes(data)
+    with pytest.raises(LogError, match="is damaged") as caught:
+        replay(open_log(str(path)))
+    assert caught.value.exit_status == 2
 
 
 def test_damage_anywhere_is_a_typed_error_or_a_difference(recording: Path, tmp_path: Path) -> None:

@@ -6,6 +6,9 @@ import numpy as np
 import pytest
 from hapticd.runtime.ring import CAPACITY, LONGEST_RECORD, Ring, RingError
 
+LENGTH, SPACE = 60_000, 60_008
+"""Of a record: its bytes, and what it takes with its length in front and padded to eights."""
+
 
 def test_records_come_out_as_they_went_in_across_many_turns_of_the_ring() -> None:
     ring = Ring.create()
@@ -42,6 +45,23 @@ def test_a_full_ring_drops_new_records_and_counts_them() -> None:
     for _ in range(kept):
         assert other.pop() == record
     assert other.pop() is None
+
+
+def test_what_is_left_over_at_the_end_of_the_ring_is_no_room() -> None:
+    ring = Ring.create()
+    first, longer, last = b"a" * LENGTH, b"b" * (LENGTH + 8), b"c" * LENGTH
+    kept = 0
+    while ring.push(first):
+        kept += 1
+    assert 8 <= CAPACITY - kept * SPACE < SPACE  # left over
+    assert ring.pop() == first
+    # there are bytes enough for the longer one, but not in one piece
+    assert not ring.push(longer)
+    assert ring.push(last)
+    for _ in range(kept - 1):
+        assert ring.pop() == first
+    assert ring.pop() == last
+    assert ring.pop() is None
 
 
 def test_memory_that_holds_no_ring_is_refused() -> None:

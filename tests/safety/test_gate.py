@@ -114,6 +114,14 @@ def test_a_gap_in_what_is_no_number_starts_its_count_anew(gate: Gate) -> None:
         assert admit(gate, [command, 0.0]).reaction is Reaction.SANITISE
 
 
+@pytest.mark.parametrize(("bad", "harmless"), [(150.0, 9), (nan, 2)])
+def test_a_new_arming_counts_from_nothing(gate: Gate, bad: float, harmless: int) -> None:
+    for _ in range(3):
+        for _ in range(harmless):
+            assert admit(gate, [bad, 0.0]).reaction is Reaction.SANITISE
+        gate.admit([0.0, 0.0], [0.0, 0.0], [0.0, 0.0], False, 7, 7)
+
+
 def test_whatever_comes_in_nothing_beyond_the_limits_goes_out(gate: Gate) -> None:
     rng = np.random.default_rng(11)
     strange = [nan, inf, -inf, 0.0, -0.0, 1e308, -1e308, 5e-324]

@@ -135,9 +135,10 @@ def test_a_tripped_watchdog_stays_until_the_master_acknowledges_and_resets(enabl
     assert joint.al_state is AlState.SAFEOP
     assert joint.torque == 0.0
     assert enabled.image.al_state[0] == AlState.SAFEOP
-    assert enabled.image.emcy[0] == 0x8250
+    assert enabled.image.emcy[[0, 11]].tolist() == [0x8250, 0x8250]  # of a drive and of the controller
     enabled.run(1, operational=False)
     enabled.run(5)
+    assert enabled.image.emcy[[0, 11]].tolist() == [0x8250, 0]  # a drive's fault is to be reset
     assert joint.al_state is AlState.OP
     assert joint.torque == 0.0
     assert joint.error_code == 0x8250
