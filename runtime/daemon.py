@@ -165,6 +165,10 @@ class Daemon:
             self._rhythm.start(loop.add_tick, START_DELAY_NS)
             self._supervision.start(loop)
             await self._done.wait()
+        except NotRealtimeError:
+            self._collect()
+            self._log.unlink()
+            raise
         finally:
             self._rhythm.stop(loop.remove_reader)
             self._rhythm.slack.close()
