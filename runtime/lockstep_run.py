@@ -7,6 +7,8 @@ from io import FileIO
 from pathlib import Path
 from time import perf_counter
 
+import msgspec
+
 from .config import Loaded
 from .daemon import END_LIMIT_S, Outcome, outcome
 from .lockstep import Lockstep
@@ -50,7 +52,8 @@ def run(loaded: Loaded, log: Path, duration: float | None, live: bool) -> Outcom
         while memory.mode.powered and lockstep.inputs.tick < ticks + END_LIMIT_S * rate:
             lockstep.tick()
             keep()
-        report = summary.report(0, str(log))
+        report = summary.report(0)
         recording.finish(as_json(report))
+    report = msgspec.structs.replace(report, log=str(log))  # the file itself does not depend on its name
     speed_x = round((lockstep.inputs.tick + 1) / rate / (perf_counter() - begin), 2)
     return outcome(memory, report, speed_x)

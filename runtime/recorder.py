@@ -118,11 +118,10 @@ def main(arguments: list[str]) -> int:
         recorder = Recorder(session, Ring.attach(int(ring_fd)), log, dtype)
         os.write(1, b"\n")  # ready
         told = _serve(recorder, control, live == "1")
-        report = recorder.summary.report(recorder._ring.dropped, path)
-        text = as_json(report)
-        log.finish(text)
+        report = recorder.summary.report(recorder._ring.dropped)
+        log.finish(as_json(report))
     if told:
-        os.write(1, text.encode())
+        os.write(1, as_json(msgspec.structs.replace(report, log=path)).encode())
     else:
         print(f"hapticd: the daemon died; its log is complete: {path}", file=sys.stderr)
     return 0

@@ -194,7 +194,7 @@ class Summary:
         )
         return known is None
 
-    def report(self, shed: int, log: str) -> Report:
+    def report(self, shed: int) -> Report:
         """The session so far; ``shed`` records did not reach this summary."""
         return Report(
             ticks=self.ticks,
@@ -217,7 +217,7 @@ class Summary:
             overstays=list(self.overstays.values()),
             vitals=self.vitals,
             limits=[_limit_report(extent) for extent in self.extents if extent.low <= extent.high],
-            log=log,
+            log="",
         )
 
 
