@@ -156,10 +156,14 @@ class Daemon:
             warm_up(self._session.loaded)
             settle_memory()
             self._become_realtime()
-            self._rhythm.slack.add(self._forensics.watch_host())
-            self._rhythm.slack.add(self._vitals.watch(), LOOK_NS)
-            self._rhythm.slack.add(self._watch_recorder())
-            self._rhythm.slack.add(self._watch_bus())
+            works = (
+                self._forensics.watch_host(),
+                self._vitals.watch(),
+                self._watch_recorder(),
+                self._watch_bus(),
+            )
+            for work in works:
+                self._rhythm.slack.add(work, LOOK_NS)
             loop.watch = self._watch
             loop.set_exception_handler(self._crashed)
             self._rhythm.start(loop.add_tick, START_DELAY_NS)
