@@ -139,12 +139,13 @@ def test_the_clock_of_the_bus_ticks_whatever_the_daemon_does_and_costs_no_plant_
     bus = served[1]._bus
     server = PlantServer(plant, bus, PERIOD, clock=BusClock(bus, PERIOD))
     frames, stamps = Frames(), 0
-    end = time.monotonic() + 0.1
-    while time.monotonic() < end:
+    begin = time.monotonic()
+    while stamps < 50:
         assert server.serve()
         daemon.receive(frames)
         stamps += sum(can_id == TIME for can_id, _ in frames)
-    assert 20 <= stamps <= 100  # fewer where the host stalls
+    end = time.monotonic()
+    assert end - begin >= 48 * PERIOD  # never more than one a period
     assert plant.time == 0.0
     send(daemon)
     while plant.time < 0.011:
