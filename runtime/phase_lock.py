@@ -9,7 +9,7 @@ LARGEST_SHARE = 0.02
 """Of the period by which one tick may be moved, so that no tick is ever far from dt apart from the last."""
 LARGEST_DRIFT = 500e-6
 """Between the two clocks."""
-LOCKED_SHARE = 0.05
+LOCKED_SHARE = 0.15
 """Mean phase error, as a share of the period, below which the loop counts as locked."""
 MEAN_TICKS = 50.0
 LOST_TICKS = 100

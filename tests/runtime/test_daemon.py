@@ -227,9 +227,10 @@ def test_ticks_follow_the_clock_of_the_bus(
     start: Callable[..., Live], write_config: Callable[..., Path]
 ) -> None:
     config = str(write_config(('rate = "1 kHz"', 'rate = "1 kHz"\nsync = "bus"')))
-    live = start(config, "--duration", "3", "--json")
+    live = start(config, "--duration", "60")
+    live.wait_for("ticks follow the clock of the bus")
+    live.type("q\n")
     assert live.end() == 0, live.errors
-    assert "ticks follow the clock of the bus" in live.errors
     verify = [sys.executable, "-m", "hapticd.runtime", "replay", str(live.log), "--verify"]
     assert subprocess.run(verify, capture_output=True, check=False).returncode == 0
 
