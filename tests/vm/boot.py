@@ -81,7 +81,7 @@ def _unpack(package: str, folder: Path) -> None:
 def initramfs(kernel: Path, busybox: Path, job: str) -> bytes:
     """The first files of the machine: busybox, modules in loading order, `init` and the job."""
     modules = _modules(next((kernel / "lib" / "modules").iterdir()))
-    entries = [_entry(name, 0o040755) for name in ("bin", "modules", "host", "memory", "root")]
+    entries = [_entry(name, 0o040755) for name in ("bin", "modules", "host", "memory", "guest")]
     entries += [_entry(name, 0o040755) for name in ("proc", "sys", "dev")]
     entries += [_entry(f"modules/{name}.ko", 0o100644, data) for name, data in modules.items()]
     entries += [
@@ -130,7 +130,7 @@ def run(command: list[str]) -> int:
         VmError: the machine cannot be made.
     """
     kernel, busybox = prepare()
-    job = f"export PATH={shlex.quote(os.environ['PATH'])} HOME=/root\ncd {shlex.quote(os.getcwd())}\n"
+    job = f"export PATH={shlex.quote(os.environ['PATH'])} HOME=/\ncd {shlex.quote(os.getcwd())}\n"
     image = CACHE / "initramfs"
     image.write_bytes(initramfs(kernel, busybox, job + shlex.join(command) + "\n"))
     machine = [QEMU, "-nodefaults", "-no-user-config", "-no-reboot", "-display", "none"]
