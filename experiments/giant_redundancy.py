@@ -17,7 +17,7 @@ from ..control.serial import SerialChain
 from ..models import Array, Robot
 from ..models.giant import Branch, UnreachableError, inverse_kinematics
 from ..runtime import config
-from ..runtime.config import GiantConfig
+from ..runtime.giant.config import GiantConfig
 from ..runtime.giant.names import JOINTS, PPU_JOINTS
 from .outcome import Outcome, Progress, Row
 

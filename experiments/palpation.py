@@ -16,7 +16,7 @@ from ..control.manipulability import Shape, force_ellipsoid
 from ..control.self_motion import Ellipsoid, best_posture
 from ..models import Array, Robot
 from ..runtime import config
-from ..runtime.config import RhiConfig
+from ..runtime.rhi.config import RhiConfig
 from ..runtime.rhi.machine import contact_aware, redundant_arm
 from ..sim.hand import PointHand
 from ..sim.rigid import RigidArm

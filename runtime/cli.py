@@ -7,13 +7,14 @@ import sys
 from datetime import datetime
 from importlib import import_module, metadata
 from pathlib import Path
-from typing import Any
 
 import msgspec
 
 from ..devices.errors import DeviceError
 from ..models import ModelError
 from . import config
+from .arguments import Commands, positive
+from .benchmarks import add_benchmarks
 from .errors import ConfigError, HapticdError
 
 EPILOG = """examples:
@@ -64,12 +65,18 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--version", action="version", version=f"hapticd {metadata.version('hapticd')}")
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
 
+    for add in (_add_run, _add_replay, _add_check, _add_doctor, _add_plant, add_benchmarks, _add_experiment):
+        add(commands)
+    return parser
+
+
+def _add_run(commands: Commands) -> None:
     run = commands.add_parser("run", help="run a machine", description="Run a machine, live or in lockstep.")
     run.add_argument(
         "config", metavar="CONFIG", help="a TOML file, or the name of a built-in machine: giant, rhi"
     )
     run.add_argument(
-        "--duration", type=_positive, metavar="S", help="seconds; default: as the configuration says"
+        "--duration", type=positive, metavar="S", help="seconds; default: as the configuration says"
     )
     run.add_argument("--log", type=Path, metavar="FILE", help="recording; default: log/CONFIG-DATE-TIME.mcap")
     run.add_argument(
@@ -78,6 +85,8 @@ def _parser() -> argparse.ArgumentParser:
     run.add_argument("--json", action="store_true", help="print the summary as one JSON object")
     run.set_defaults(handler=_run)
 
+
+def _add_replay(commands: Commands) -> None:
     replay = commands.add_parser(
         "replay",
         help="re-run a recorded session",
@@ -97,6 +106,8 @@ def _parser() -> argparse.ArgumentParser:
     )
     replay.set_defaults(handler=_replay)
 
+
+def _add_check(commands: Commands) -> None:
     check = commands.add_parser(
         "check",
         help="check a configuration and its model",
@@ -105,27 +116,9 @@ def _parser() -> argparse.ArgumentParser:
     check.add_argument("config", metavar="CONFIG", help="a TOML file, or the name of a built-in machine")
     check.add_argument("--json", action="store_true", help="print the findings as JSON")
     check.set_defaults(handler=_check)
-    _add_doctor(commands)
-    _add_plant(commands)
-    _add_bench(commands.add_parser("bench", help="benchmarks", description="Benchmarks."))
-
-    experiment = commands.add_parser(
-        "experiment",
-        help="run the papers' figures and tables",
-        description="Run figures and tables of the papers in simulation; write plots and docs/fidelity.md.",
-    )
-    which = experiment.add_mutually_exclusive_group(required=True)
-    which.add_argument("name", nargs="?", metavar="NAME", help="for example rhi_fig9")
-    which.add_argument("--all", action="store_true", help="every experiment; takes some minutes")
-    experiment.add_argument(
-        "--docs", type=Path, default=Path("docs"), metavar="DIR", help="folder of fidelity.md; default: docs"
-    )
-    experiment.add_argument("--json", action="store_true", help="print the figures as JSON, one line each")
-    experiment.set_defaults(handler=_experiment)
-    return parser
 
 
-def _add_doctor(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+def _add_doctor(commands: Commands) -> None:
     doctor = commands.add_parser(
         "doctor",
         help="is this host fit for real time",
@@ -139,7 +132,7 @@ def _add_doctor(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
     doctor.set_defaults(handler=_doctor)
 
 
-def _add_plant(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+def _add_plant(commands: Commands) -> None:
     plant = commands.add_parser(
         "plant",
         help="simulate a machine on a CAN FD interface",
@@ -152,96 +145,20 @@ def _add_plant(commands: argparse._SubParsersAction[argparse.ArgumentParser]) ->
     plant.set_defaults(handler=_plant, json=False)
 
 
-def _add_bench(bench: argparse.ArgumentParser) -> None:
-    benchmarks = bench.add_subparsers(required=True, metavar="BENCHMARK")
-
-    solve = benchmarks.add_parser(
-        "solve",
-        help="the solver beside its peers",
-        description="Time the solver on recorded problems, cold and warm, beside its peers and a"
-        " factorisation floor, and how a cold solve grows with the problem. Peers come with hapticd[bench].",
+def _add_experiment(commands: Commands) -> None:
+    experiment = commands.add_parser(
+        "experiment",
+        help="run the papers' figures and tables",
+        description="Run figures and tables of the papers in simulation; write plots and docs/fidelity.md.",
     )
-    solve.add_argument(
-        "--data",
-        type=Path,
-        nargs="+",
-        metavar="FILE",
-        help="recordings; default: those of the giant, and growth",
+    which = experiment.add_mutually_exclusive_group(required=True)
+    which.add_argument("name", nargs="?", metavar="NAME", help="for example rhi_fig9")
+    which.add_argument("--all", action="store_true", help="every experiment; takes some minutes")
+    experiment.add_argument(
+        "--docs", type=Path, default=Path("docs"), metavar="DIR", help="folder of fidelity.md; default: docs"
     )
-    solve.add_argument(
-        "--rounds",
-        type=_count,
-        default=5,
-        metavar="N",
-        help="rounds in which the solvers take turns; default: 5",
-    )
-    solve.add_argument(
-        "--every", type=_count, default=100, metavar="N", help="cascades solve every N-th tick; default: 100"
-    )
-    solve.add_argument("--plot", type=Path, metavar="FILE", help="draw the growth, e.g. as growth.svg")
-    solve.add_argument("--json", action="store_true", help="print {data set: {solver: {figure: number}}}")
-    solve.set_defaults(handler=_bench_solve)
-
-    jitter = benchmarks.add_parser(
-        "jitter",
-        help="punctuality of the loop",
-        description="Lateness of the daemon's loop, with and without spinning, beside cyclictest, a bare C"
-        " loop and asyncio's own timers, in alternating rounds.",
-    )
-    jitter.add_argument("--rate", type=_positive, default=1000.0, metavar="HZ", help="default: 1000")
-    jitter.add_argument(
-        "--plot", type=Path, metavar="FILE", help="draw the distributions, e.g. as jitter.svg"
-    )
-    jitter.set_defaults(handler=_bench_jitter)
-
-    tick = benchmarks.add_parser(
-        "tick",
-        help="cost of the whole tick, by stage",
-        description="Run the whole daemon live on its simulated machine, beside a bare C loop in"
-        " alternating rounds; prints the cost of a tick by stage.",
-    )
-    tick.add_argument("config", nargs="?", default="giant", metavar="CONFIG", help="default: giant")
-    tick.add_argument(
-        "--rate",
-        type=_positive,
-        nargs="+",
-        default=[1000.0, 2000.0, 4000.0],
-        metavar="HZ",
-        help="default: 1000 2000 4000",
-    )
-    tick.set_defaults(handler=_bench_tick)
-    for benchmark in (jitter, tick):
-        benchmark.add_argument("--rounds", type=_count, default=5, metavar="N", help="default: 5")
-        benchmark.add_argument(
-            "--seconds", type=_positive, default=10.0, metavar="S", help="of each round; default: 10"
-        )
-        benchmark.add_argument("--json", action="store_true", help="print the figures as JSON")
-
-    nasty = benchmarks.add_parser(
-        "nasty",
-        help="random hierarchies of every nasty kind",
-        description="Solve random hierarchies of every nasty kind and judge each answer by its certificate."
-        " Exit status 1 where one is not solved or wrong by more than 1e-6.",
-    )
-    nasty.add_argument("--count", type=_count, default=1000, metavar="N", help="of each kind; default: 1000")
-    nasty.add_argument("--json", action="store_true", help="print {kind: {figure: number}}")
-    nasty.set_defaults(handler=_bench_nasty)
-
-
-def _count(text: str) -> int:
-    if not text.isdecimal() or int(text) == 0:
-        raise argparse.ArgumentTypeError(f"'{text}' is no positive whole number")
-    return int(text)
-
-
-def _positive(text: str) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        value = 0.0
-    if not 0.0 < value < float("inf"):
-        raise argparse.ArgumentTypeError(f"'{text}' is no positive number")
-    return value
+    experiment.add_argument("--json", action="store_true", help="print the figures as JSON, one line each")
+    experiment.set_defaults(handler=_experiment)
 
 
 def _fail(options: argparse.Namespace, code: str, message: str, status: int) -> int:
@@ -299,40 +216,6 @@ class LogPathError(HapticdError):
 
     code = "log-path"
     exit_status = 2
-
-
-class BenchmarkError(HapticdError):
-    """A benchmark cannot run as asked."""
-
-    code = "bench"
-    exit_status = 2
-
-
-def _benchmark(name: str, *arguments: object) -> Any:
-    """Run a benchmark by name: benchmarks build on the runtime, and the runtime must not import them."""
-    try:
-        return import_module(f"hapticd.bench.{name}").run(*arguments)
-    except ModuleNotFoundError as error:
-        raise BenchmarkError(f"needs {error.name}; pip install 'hapticd[bench]'") from error
-
-
-def _bench_solve(options: argparse.Namespace) -> int:
-    _benchmark("solve", options.data, options.rounds, options.every, options.plot, options.json)
-    return 0
-
-
-def _bench_jitter(options: argparse.Namespace) -> int:
-    _benchmark("jitter", options.rate, options.rounds, options.seconds, options.plot, options.json)
-    return 0
-
-
-def _bench_tick(options: argparse.Namespace) -> int:
-    _benchmark("tick", options.config, options.rate, options.rounds, options.seconds, options.json)
-    return 0
-
-
-def _bench_nasty(options: argparse.Namespace) -> int:
-    return 1 if _benchmark("nasty", options.count, options.json) else 0
 
 
 def _replay(options: argparse.Namespace) -> int:

@@ -27,9 +27,9 @@ from ..safety import (
     describe,
     refusals,
 )
-from .config import Config
 from .machine import Machine
 from .modes import Command, Mode
+from .sections import Config
 from .stages import Mark, Stage
 
 TRANSITION_DEADLINE_S = 0.2

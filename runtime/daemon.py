@@ -10,7 +10,6 @@ import stat
 import subprocess
 import sys
 import traceback
-from dataclasses import dataclass
 from pathlib import Path
 from time import time_ns
 from typing import Any
@@ -22,20 +21,21 @@ from ..devices.frames import CAPACITY, Frames
 from ..devices.image import COUNTERS
 from ..devices.python_can import python_can
 from ..devices.socket_adapter import SocketAdapter, socketcan
-from ..safety import describe
-from . import config as c
+from .children import CHILD_LIMIT_S, Child, ChildError, reap, spawn, until_ready
 from .config import Loaded
-from .cycle import Inputs, Memory, Outputs, cycle
+from .cycle import Inputs, Outputs, cycle
 from .errors import HapticdError
 from .forensics import Forensics
 from .loop import FixedRate
 from .modes import Command, Mode
 from .notify import ServiceManager, Supervision
+from .outcome import END_LIMIT_S, Outcome, outcome
 from .phase_lock import PhaseLock
 from .realtime import DAEMON_PRIORITY, automatic_spin_ns, become_realtime, leave_cpu, settle_memory
 from .record import RecordWriter
 from .recorder import EVENT, FINISH, LATE, OVERSTAY, TICK, VITALS
 from .ring import Ring
+from .sections import PythonCanBus, SimulatedBus, SocketCanBus
 from .session import Session, build
 from .slack import Slack, pause
 from .stages import Stage, Stages
@@ -47,23 +47,13 @@ from .watch import Overstay, Watch, WatchedLoop
 START_DELAY_NS = 20_000_000
 STALL_LIMIT_S = 1.0
 """How long a simulated plant may stall with its socket open before it counts as lost."""
-END_LIMIT_S = 2.0
-"""How long the machine may take to come to rest at the end of a session."""
 RECORDER_S = 0.2
 """Between two looks at the recorder."""
 BUS_S = 0.5
 """Between two looks at what the bus dropped."""
 NOTEWORTHY = ("unsent", "malformed", *(name for name in COUNTERS if name not in ("frames", "misses")))
 """Counters that a person hears of; missing frames have their own words."""
-CHILD_LIMIT_S = 30.0
-"""How long a child process may take to start or to finish."""
 KEYS = {"s": Command.STOP, "r": Command.RESET, "a": Command.ARM}
-
-
-class ChildError(HapticdError):
-    """A child process did not start."""
-
-    code = "child"
 
 
 class InternalError(HapticdError):
@@ -76,39 +66,6 @@ class NotRealtimeError(HapticdError):
     """A real machine is not run without what the kernel must grant (fault matrix, row 23)."""
 
     code = "realtime"
-
-
-@dataclass(slots=True)
-class Outcome:
-    """How a live session ended.
-
-    Attributes:
-        report: its summary, None where the recorder was lost.
-        status: exit status of the program.
-        message: why, for people.
-        speed_x: how many times faster than real time a lockstep session ran; None where it was live.
-    """
-
-    report: Report | None
-    status: int
-    message: str
-    speed_x: float | None = None
-
-
-def outcome(memory: Memory, report: Report | None, speed_x: float | None = None, lost: str = "") -> Outcome:
-    """What became of a session that is over; ``lost`` says whether the bus is gone."""
-    if memory.mode is Mode.FAILED:
-        return Outcome(report, 1, f"the devices did not come up: {memory.failure}", speed_x)
-    if memory.stopped_by:
-        return Outcome(report, 3, f"stopped by safety: {describe(memory.stopped_by)}", speed_x)
-    if memory.mode.powered:
-        why = f"not at rest within {END_LIMIT_S:g} s; the watchdogs of the drives take over"
-        return Outcome(report, 3, why, speed_x)
-    if lost:
-        return Outcome(report, 3, lost, speed_x)
-    if report is None:
-        return Outcome(None, 1, "the recorder was lost; there is no summary", speed_x)
-    return Outcome(report, 0, "", speed_x)
 
 
 class Daemon:
@@ -134,7 +91,7 @@ class Daemon:
         self._rhythm = FixedRate(round(1e9 / self._rate), self._tick, slack=slack)
         self._lock = PhaseLock(self._rhythm.period_ns) if loaded.config.loop.sync == "bus" else None
         self._forensics, self._vitals = Forensics(self._rhythm.period_ns), VitalSigns()
-        self._plant: subprocess.Popen[bytes] | None = None
+        self._plant: Child | None = None
         memory = self._session.memory
         # the counter of the last SYNC proves a completed tick
         self._supervision = Supervision(
@@ -189,9 +146,9 @@ class Daemon:
 
     async def _until_children_are_ready(self) -> None:
         try:
-            await _until_ready("recorder", self._recorder)
+            await until_ready("recorder", self._recorder)
             if self._plant:
-                await _until_ready("plant", self._plant)
+                await until_ready("plant", self._plant)
         except ChildError:
             for child in filter(None, (self._plant, self._recorder)):
                 child.kill()
@@ -205,7 +162,7 @@ class Daemon:
         granted = become_realtime(DAEMON_PRIORITY, wish.cpu)
         automatic = automatic_spin_ns(granted, wish.cpu)
         self._rhythm.spin_ns = automatic if wish.spin is None else round(1e9 * wish.spin)
-        simulated = isinstance(self._session.config.bus, c.SimulatedBus)
+        simulated = isinstance(self._session.config.bus, SimulatedBus)
         if granted.lost and not simulated and not wish.best_effort:
             raise NotRealtimeError("; ".join([*granted.lost, "or write best_effort = true under [loop]"]))
         for warning in granted.lost:
@@ -295,15 +252,15 @@ class Daemon:
 
     def _open_bus(self) -> Adapter:
         match self._session.config.bus:
-            case c.SimulatedBus():
+            case SimulatedBus():
                 here, there = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
                 name = self._session.loaded.name
-                self._plant = _spawn("plant_process", [name, str(there.fileno())], [there.fileno()])
+                self._plant = spawn("plant_process", [name, str(there.fileno())], [there.fileno()])
                 there.close()
                 return SocketAdapter(here)
-            case c.SocketCanBus(interface=interface):
+            case SocketCanBus(interface=interface):
                 return socketcan(interface)
-            case c.PythonCanBus(interface=interface, channel=channel):
+            case PythonCanBus(interface=interface, channel=channel):
                 return python_can(interface, channel)
 
     def _start_recorder(self) -> None:
@@ -316,7 +273,7 @@ class Daemon:
             str(time_ns()),
             "1" if self._live else "0",
         ]
-        self._recorder = _spawn("recorder", arguments, [self._ring.fd, theirs])
+        self._recorder = spawn("recorder", arguments, [self._ring.fd, theirs])
         os.close(theirs)
 
     def _listen(self, loop: asyncio.AbstractEventLoop) -> None:
@@ -377,7 +334,7 @@ class Daemon:
     def _conclude(self) -> Outcome:
         report = self._collect()
         if self._plant:
-            _reap(self._plant)
+            reap(self._plant)
         return outcome(self._session.memory, report, lost=self._lost)
 
     def _collect(self) -> Report | None:
@@ -391,36 +348,6 @@ class Daemon:
             return None
         finally:
             os.close(self._control)
-
-
-def _spawn(module: str, arguments: list[str], fds: list[int]) -> subprocess.Popen[bytes]:
-    command = [sys.executable, "-m", f"hapticd.runtime.{module}", *arguments]
-    return subprocess.Popen(command, pass_fds=fds, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE)
-
-
-async def _until_ready(name: str, child: subprocess.Popen[bytes]) -> None:
-    """A child writes one byte when it is ready."""
-    assert child.stdout is not None
-    loop, ready = asyncio.get_running_loop(), asyncio.Event()
-    loop.add_reader(child.stdout, ready.set)
-    try:
-        async with asyncio.timeout(CHILD_LIMIT_S):
-            await ready.wait()
-        said = os.read(child.stdout.fileno(), 1)
-    except TimeoutError:
-        said = b""
-    finally:
-        loop.remove_reader(child.stdout)
-    if not said:
-        child.kill()
-        raise ChildError(f"the {name} process did not start; its message stands above")
-
-
-def _reap(child: subprocess.Popen[bytes]) -> None:
-    try:
-        child.wait(CHILD_LIMIT_S)
-    except subprocess.TimeoutExpired:
-        child.kill()
 
 
 def _may_read_stdin() -> bool:

@@ -10,10 +10,10 @@ from time import perf_counter
 import msgspec
 
 from .config import Loaded
-from .daemon import END_LIMIT_S, Outcome, outcome
 from .lockstep import Lockstep
 from .log import LogWriter
 from .modes import Command, Mode
+from .outcome import END_LIMIT_S, Outcome, outcome
 from .record import NO_TIMING, RecordWriter
 from .session import build, fingerprint
 from .summary import Summary, as_json

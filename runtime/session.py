@@ -15,20 +15,24 @@ from ..devices.frames import Frames
 from ..devices.image import ProcessImage
 from ..devices.network import Network
 from ..models import ModelError, Robot
-from . import config as c
-from .config import Config, GiantConfig, Loaded, RhiConfig, key_lines, line_of
+from . import sections as s
+from .config import Loaded
 from .cycle import Memory
 from .errors import ConfigError, Finding
 from .giant.check import check_giant
+from .giant.config import GiantConfig
 from .giant.limits import GiantLimits
 from .giant.machine import Giant
 from .giant.plant import giant_plant
 from .machine import Machine, MachineLimits
 from .rhi.check import check_rhi
+from .rhi.config import RhiConfig
 from .rhi.limits import RhiLimits
 from .rhi.machine import RedundantInterface
 from .rhi.plant import rhi_plant
+from .sections import Config
 from .stages import Mark, no_mark
+from .toml_lines import key_lines, line_of
 
 
 class Plant(Protocol):
@@ -182,12 +186,12 @@ def _check_loop(config: Config) -> list[tuple[str, str, str]]:
         if not 0.0 < margin <= LARGEST_MARGIN:
             fix = f"give more than 0 and at most {LARGEST_MARGIN:g}"
             found.append((f"safety.{name}", f"{margin:g} is no margin", fix))
-    simulated = isinstance(config.bus, c.SimulatedBus)
+    simulated = isinstance(config.bus, s.SimulatedBus)
     if not simulated and config.loop.on_overrun != "stop":
         found.append(("loop.on_overrun", "a real bus must stop on overruns", 'write "stop"'))
     if not simulated and config.arming.by != "command":
         found.append(("arming.by", "a real machine must not arm by itself", 'write "command"'))
-    if config.loop.sync == "bus" and isinstance(config.bus, c.PythonCanBus):
+    if config.loop.sync == "bus" and isinstance(config.bus, s.PythonCanBus):
         found.append(("loop.sync", "python-can gives no arrival times", 'write "free", or use socketcan'))
     if config.arming.fade < 3.0:
         found.append(("arming.fade", f"{config.arming.fade:g} s is too sudden", 'write at least "3 s"'))
@@ -207,9 +211,9 @@ def _check_hand(config: Config) -> list[tuple[str, str, str]]:
     return found
 
 
-def _device(name: str, device: c.Device) -> Device:
+def _device(name: str, device: s.Device) -> Device:
     match device:
-        case c.JointDrive():
+        case s.JointDrive():
             return drive.JointDrive(
                 name=name,
                 node=device.node,
@@ -218,13 +222,13 @@ def _device(name: str, device: c.Device) -> Device:
                 link_counts_per_turn=device.link_counts_per_turn,
                 rated_torque=float(device.rated_torque),
             )
-        case c.AxisDrive():
+        case s.AxisDrive():
             return drive.AxisDrive(name=name, node=device.node, counts_per_metre=device.counts_per_metre)
-        case c.ForceTorque():
+        case s.ForceTorque():
             return force_torque.ForceTorque(
                 name=name, node=device.node, force=float(device.force), torque=float(device.torque)
             )
-        case c.Imu():
+        case s.Imu():
             return imu.Imu(name=name, node=device.node, acceleration=float(device.acceleration))
-        case c.SafetyPlc():
+        case s.SafetyPlc():
             return safety_plc.SafetyPlc(name=name, node=device.node)

@@ -7,14 +7,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..devices.frames import Frames
 from ..devices.network import Network
 from ..models import Robot
-from .drives import SimAxisDrive, SimDrive, SimJointDrive
+from .drives import SimAxisDrive, SimJointDrive
 from .dynamics import SeriesElasticArm, VelocityAxes
 from .hand import Hand
 from .nodes import SimNodes
-from .plc import DeadManScript, SimSafetyPlc
+from .plant import SimPlant
 from .sensors import SimForceTorque, SimImu
 
 Vector = list[float]
@@ -45,13 +44,11 @@ class Noise:
     acceleration: float
 
 
-class GiantPlant:
-    """Advances the whole machine by one period of plant time at a time.
+class GiantPlant(SimPlant):
+    """A series-elastic arm carried by a gantry, its handle in a hand.
 
     Attributes:
-        nodes: the simulated devices.
         arm, ppu, hand: the parts.
-        time: plant time [s].
     """
 
     def __init__(
@@ -67,15 +64,11 @@ class GiantPlant:
         seed: int,
     ) -> None:
         """The robot gives the sensors' places; dead_man the times at which the switch changes."""
-        self.nodes = SimNodes(network)
+        super().__init__(network, dead_man, seed)
         self.arm, self.ppu, self.hand = arm, ppu, hand
-        self.time = 0.0
         self._tool, self._centre = tool, list(tool.centre)
         self._noise = np.repeat([noise.acceleration, noise.acceleration, noise.force, noise.torque], 3)
-        self._random = np.random.default_rng(seed)
         self._joints, self._axes = self.nodes.of(SimJointDrive), self.nodes.of(SimAxisDrive)
-        (plc,) = self.nodes.of(SimSafetyPlc)
-        self._dead_man = DeadManScript(plc, dead_man)
         (self._force_torque,) = self.nodes.of(SimForceTorque)
         self._imu_carriage = _imu(self.nodes, "imu_carriage")
         self._imu_handle = _imu(self.nodes, "imu_handle")
@@ -85,14 +78,9 @@ class GiantPlant:
         self._imu = (T_handle @ robot.placement(zero, "imu_handle"))[:3, 3].tolist()
         self._base = np.zeros(3)
         self._wrench = np.zeros(6)
-        self._sense()
+        self._measure()
 
-    def exchange(self, frames_in: Frames, frames_out: Frames) -> None:
-        """Let the devices take frames and answer."""
-        self.nodes.receive(frames_in, frames_out)
-
-    def step(self, dt: float) -> None:
-        """Advance plant time by dt."""
+    def _move(self, dt: float) -> None:
         arm, ppu = self.arm, self.ppu
         ppu.step([axis.velocity_command for axis in self._axes], [axis.brake for axis in self._axes], dt)
         self._base[:2] = ppu.acceleration
@@ -103,14 +91,6 @@ class GiantPlant:
         self._wrench = self.hand.update(self.time, position, arm.rotation, twist)
         torque = np.array([joint.torque for joint in self._joints])
         arm.step(torque, [joint.brake for joint in self._joints], self._wrench, self._base, dt)
-        self.time += dt
-        self.nodes.advance(dt)
-        self._sense()
-
-    @property
-    def safe(self) -> bool:
-        """Whether every drive is in its safe state: no torque, brake closed."""
-        return all(drive.brake for drive in self.nodes.of(SimDrive))
 
     def _sense(self) -> None:
         arm, ppu = self.arm, self.ppu
@@ -136,7 +116,6 @@ class GiantPlant:
         self._imu_handle.angular_velocity = omega
         wrench = self._sensed_wrench(specific, alpha, omega, force, torque)
         self._force_torque.wrench = [w + e for w, e in zip(wrench, noise[6:].tolist(), strict=True)]
-        self._dead_man.advance(self.time)
 
     def _sensed_wrench(
         self, specific: Vector, alpha: Vector, omega: Vector, force: Vector, torque: Vector

@@ -8,10 +8,12 @@ from configparser import ConfigParser
 from pathlib import Path
 
 import pytest
-from hapticd.runtime.daemon import CHILD_LIMIT_S, END_LIMIT_S, STALL_LIMIT_S
+from hapticd.runtime.children import CHILD_LIMIT_S
+from hapticd.runtime.daemon import STALL_LIMIT_S
 from hapticd.runtime.doctor import cpu, kernel
 from hapticd.runtime.doctor.host import Host
 from hapticd.runtime.doctor.line import State
+from hapticd.runtime.outcome import END_LIMIT_S
 from hapticd.runtime.realtime import DAEMON_PRIORITY
 
 DEPLOY = Path(__file__).parent.parent / "deploy"

@@ -8,7 +8,7 @@ from collections.abc import Callable
 
 import msgspec
 
-from ..config import Config, SocketCanBus
+from ..sections import Config, SocketCanBus
 from . import cpu, kernel, permissions
 from .can import can_lines
 from .host import Host

@@ -7,8 +7,9 @@ from math import pi
 
 from ...models import Robot
 from ...models.giant import DROP
-from ..config import AxisDrive, ForceTorque, GiantConfig, Imu, JointDrive, SafetyPlc
 from ..machine import MOST_PERMILLE, RAMP_SHARE
+from ..sections import AxisDrive, ForceTorque, Imu, JointDrive, SafetyPlc
+from .config import GiantConfig
 from .machine import braking_time
 from .names import JOINTS, PPU_JOINTS
 

@@ -7,8 +7,8 @@ from math import hypot
 import numpy as np
 
 from ...models.giant import points
-from ..config import GiantConfig
 from ..machine import LimitSpec
+from .config import GiantConfig
 from .names import JOINTS
 
 

@@ -21,9 +21,9 @@ from ...devices.image import ProcessImage
 from ...devices.imu import Imus
 from ...models import Array, Robot
 from ...safety import AxisLimits, Thresholds
-from ..config import GiantConfig
 from ..machine import GATE_SHARE, SPEED_MARGIN
 from ..stages import Mark, Stage
+from .config import GiantConfig
 from .names import JOINTS, PPU_JOINTS
 
 AT_REST = 1e-6

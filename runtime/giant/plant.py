@@ -9,7 +9,7 @@ from ...models import Robot
 from ...sim.dynamics import SeriesElasticArm, VelocityAxes
 from ...sim.giant import GiantPlant, Noise, Tool
 from ...sim.hand import Grip, Hand, Path
-from ..config import GiantConfig
+from .config import GiantConfig
 from .names import PPU_JOINTS
 
 HARD_STOP = 0.15

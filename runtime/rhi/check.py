@@ -6,8 +6,9 @@ import numpy as np
 
 from ...control.manipulability import velocity_ellipsoid
 from ...models import Robot
-from ..config import ForceTorque, JointDrive, RhiConfig, SafetyPlc
 from ..machine import MOST_PERMILLE, RAMP_SHARE
+from ..sections import ForceTorque, JointDrive, SafetyPlc
+from .config import RhiConfig
 from .machine import drive_names, redundant_arm
 
 Found = list[tuple[str, str, str]]

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..config import RhiConfig
 from ..machine import LimitSpec
+from .config import RhiConfig
 from .machine import drive_names
 
 

@@ -21,9 +21,10 @@ from ...devices.force_torque import ForceTorques
 from ...devices.image import ProcessImage
 from ...models import Robot
 from ...safety import AxisLimits, Thresholds
-from ..config import JointDrive, RhiConfig
 from ..machine import GATE_SHARE, SPEED_MARGIN
+from ..sections import JointDrive
 from ..stages import Mark, Stage
+from .config import RhiConfig
 
 
 def state_layout(n: int, m: int) -> np.dtype[np.void]:

@@ -9,7 +9,7 @@ from ...models import Robot
 from ...sim.hand import Path, PointHand
 from ...sim.rhi import RhiPlant
 from ...sim.rigid import RigidArm
-from ..config import RhiConfig
+from .config import RhiConfig
 
 
 def rhi_plant(config: RhiConfig, robot: Robot, network: Network) -> RhiPlant:

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from hapticd.devices.cia301 import AlState
 from hapticd.runtime import cycle
-from hapticd.runtime.daemon import outcome
 from hapticd.runtime.giant.machine import Giant
 from hapticd.runtime.modes import Command, Mode
+from hapticd.runtime.outcome import outcome
 from hapticd.runtime.rhi.machine import RedundantInterface
 from hapticd.safety import Reaction, Verdict
 from hapticd.sim import faults

@@ -1,0 +1,139 @@
+"""The benchmarks on the command line.
+
+Each is imported by name when it runs: benchmarks build on the runtime, and the runtime must not import them.
+"""
+
+from __future__ import annotations
+
+import argparse
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+from .arguments import Commands, count, positive
+from .errors import HapticdError
+
+
+class BenchmarkError(HapticdError):
+    """A benchmark cannot run as asked."""
+
+    code = "bench"
+    exit_status = 2
+
+
+def add_benchmarks(commands: Commands) -> None:
+    """Add `hapticd bench`."""
+    bench = commands.add_parser("bench", help="benchmarks", description="Benchmarks.")
+    benchmarks = bench.add_subparsers(required=True, metavar="BENCHMARK")
+    for add in (_add_solve, _add_jitter, _add_tick, _add_nasty):
+        add(benchmarks)
+
+
+def _add_solve(benchmarks: Commands) -> None:
+    solve = benchmarks.add_parser(
+        "solve",
+        help="the solver beside its peers",
+        description="Time the solver on recorded problems, cold and warm, beside its peers and a"
+        " factorisation floor, and how a cold solve grows with the problem. Peers come with hapticd[bench].",
+    )
+    solve.add_argument(
+        "--data",
+        type=Path,
+        nargs="+",
+        metavar="FILE",
+        help="recordings; default: those of the giant, and growth",
+    )
+    solve.add_argument(
+        "--rounds",
+        type=count,
+        default=5,
+        metavar="N",
+        help="rounds in which the solvers take turns; default: 5",
+    )
+    solve.add_argument(
+        "--every", type=count, default=100, metavar="N", help="cascades solve every N-th tick; default: 100"
+    )
+    solve.add_argument("--plot", type=Path, metavar="FILE", help="draw the growth, e.g. as growth.svg")
+    solve.add_argument("--json", action="store_true", help="print {data set: {solver: {figure: number}}}")
+    solve.set_defaults(handler=_solve)
+
+
+def _add_jitter(benchmarks: Commands) -> None:
+    jitter = benchmarks.add_parser(
+        "jitter",
+        help="punctuality of the loop",
+        description="Lateness of the daemon's loop, with and without spinning, beside cyclictest, a bare C"
+        " loop and asyncio's own timers, in alternating rounds.",
+    )
+    jitter.add_argument("--rate", type=positive, default=1000.0, metavar="HZ", help="default: 1000")
+    jitter.add_argument(
+        "--plot", type=Path, metavar="FILE", help="draw the distributions, e.g. as jitter.svg"
+    )
+    _add_rounds(jitter)
+    jitter.set_defaults(handler=_jitter)
+
+
+def _add_tick(benchmarks: Commands) -> None:
+    tick = benchmarks.add_parser(
+        "tick",
+        help="cost of the whole tick, by stage",
+        description="Run the whole daemon live on its simulated machine, beside a bare C loop in"
+        " alternating rounds; prints the cost of a tick by stage.",
+    )
+    tick.add_argument("config", nargs="?", default="giant", metavar="CONFIG", help="default: giant")
+    tick.add_argument(
+        "--rate",
+        type=positive,
+        nargs="+",
+        default=[1000.0, 2000.0, 4000.0],
+        metavar="HZ",
+        help="default: 1000 2000 4000",
+    )
+    _add_rounds(tick)
+    tick.set_defaults(handler=_tick)
+
+
+def _add_rounds(benchmark: argparse.ArgumentParser) -> None:
+    benchmark.add_argument("--rounds", type=count, default=5, metavar="N", help="default: 5")
+    benchmark.add_argument(
+        "--seconds", type=positive, default=10.0, metavar="S", help="of each round; default: 10"
+    )
+    benchmark.add_argument("--json", action="store_true", help="print the figures as JSON")
+
+
+def _add_nasty(benchmarks: Commands) -> None:
+    nasty = benchmarks.add_parser(
+        "nasty",
+        help="random hierarchies of every nasty kind",
+        description="Solve random hierarchies of every nasty kind and judge each answer by its certificate."
+        " Exit status 1 where one is not solved or wrong by more than 1e-6.",
+    )
+    nasty.add_argument("--count", type=count, default=1000, metavar="N", help="of each kind; default: 1000")
+    nasty.add_argument("--json", action="store_true", help="print {kind: {figure: number}}")
+    nasty.set_defaults(handler=_nasty)
+
+
+def _run(name: str, *arguments: object) -> Any:
+    try:
+        return import_module(f"hapticd.bench.{name}").run(*arguments)
+    except ModuleNotFoundError as error:
+        raise BenchmarkError(f"needs {error.name}; pip install 'hapticd[bench]'") from error
+
+
+def _solve(options: argparse.Namespace) -> int:
+    _run("solve", options.data, options.rounds, options.every, options.plot, options.json)
+    return 0
+
+
+def _jitter(options: argparse.Namespace) -> int:
+    _run("jitter", options.rate, options.rounds, options.seconds, options.plot, options.json)
+    return 0
+
+
+def _tick(options: argparse.Namespace) -> int:
+    _run("tick", options.config, options.rate, options.rounds, options.seconds, options.json)
+    return 0
+
+
+def _nasty(options: argparse.Namespace) -> int:
+    return 1 if _run("nasty", options.count, options.json) else 0

@@ -1,0 +1,61 @@
+"""What every simulated machine has: devices on a bus, plant time, a dead-man switch with a script."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+
+import numpy as np
+
+from ..devices.frames import Frames
+from ..devices.network import Network
+from .drives import SimDrive
+from .nodes import SimNodes
+from .plc import DeadManScript, SimSafetyPlc
+
+
+class SimPlant(ABC):
+    """Advances a whole machine by one period of plant time at a time.
+
+    A machine adds its mechanics in ``_move`` and what its devices measure of them in ``_sense``.
+
+    Attributes:
+        nodes: the simulated devices.
+        time: plant time [s].
+    """
+
+    def __init__(self, network: Network, dead_man: Sequence[tuple[float, bool]], seed: int) -> None:
+        """Make the devices of a network; dead_man gives the times at which the switch changes [s]."""
+        self.nodes = SimNodes(network)
+        self.time = 0.0
+        self._random = np.random.default_rng(seed)
+        (plc,) = self.nodes.of(SimSafetyPlc)
+        self._dead_man = DeadManScript(plc, dead_man)
+
+    def exchange(self, frames_in: Frames, frames_out: Frames) -> None:
+        """Let the devices take frames and answer."""
+        self.nodes.receive(frames_in, frames_out)
+
+    def step(self, dt: float) -> None:
+        """Advance plant time by dt."""
+        self._move(dt)
+        self.time += dt
+        self.nodes.advance(dt)
+        self._measure()
+
+    @property
+    def safe(self) -> bool:
+        """Whether every drive is in its safe state: no torque, brake closed."""
+        return all(drive.brake for drive in self.nodes.of(SimDrive))
+
+    def _measure(self) -> None:
+        self._sense()
+        self._dead_man.advance(self.time)
+
+    @abstractmethod
+    def _move(self, dt: float) -> None:
+        """Advance the mechanics by dt under what the drives do."""
+
+    @abstractmethod
+    def _sense(self) -> None:
+        """Give the devices what they would measure now."""
