@@ -112,12 +112,12 @@ def engaging(machine: str) -> Bench:
 
 @pytest.fixture
 def write_config(tmp_path: Path) -> Callable[..., Path]:
-    """A changed giant as files in a folder of their own."""
+    """A changed machine as files in a folder of their own."""
 
-    def write(*changes: tuple[str, str], model: str = "") -> Path:
-        (tmp_path / "giant.urdf").write_text(model or read_text("giant.urdf"))
+    def write(*changes: tuple[str, str], machine: str = "giant", model: str = "") -> Path:
+        (tmp_path / f"{machine}.urdf").write_text(model or read_text(f"{machine}.urdf"))
         path = tmp_path / "machine.toml"
-        path.write_text(changed(*changes))
+        path.write_text(changed(*changes, machine=machine))
         return path
 
     return write

@@ -100,9 +100,9 @@ def wait_until_gone(pid: int) -> None:
 
 
 def test_a_short_session_ends_with_a_summary_and_one_log_that_replays(
-    start: Callable[..., Live], tmp_path: Path
+    start: Callable[..., Live], machine: str, tmp_path: Path
 ) -> None:
-    live = start("giant", "--duration", "1.5", "--json")
+    live = start(machine, "--duration", "1.5", "--json")
     assert live.end() == 0, live.errors
     report = msgspec.json.decode(live.output)
     assert report["ticks"] + report["skipped"] >= 1500
@@ -132,12 +132,11 @@ def test_a_killed_plant_stops_the_daemon_with_a_ramp_and_a_readable_log(
 
 
 def test_a_plant_that_dies_before_the_machine_is_armed_ends_the_session(
-    start: Callable[..., Live], write_config: Callable[..., Path]
+    start: Callable[..., Live], machine: str, write_config: Callable[..., Path]
 ) -> None:
     later = 'dead_man = [{ at = "20 s", pressed = true }]'
-    live = start(
-        str(write_config(('dead_man = [{ at = "0.3 s", pressed = true }]', later))), "--duration", "30"
-    )
+    config = write_config(('dead_man = [{ at = "0.3 s", pressed = true }]', later), machine=machine)
+    live = start(str(config), "--duration", "30")
     live.wait_for("READY")
     os.kill(live.child("plant_process"), signal.SIGKILL)
     assert live.end() == 3
@@ -145,8 +144,10 @@ def test_a_plant_that_dies_before_the_machine_is_armed_ends_the_session(
     assert open_log(str(live.log)).events()
 
 
-def test_a_killed_recorder_is_told_at_once_and_ends_in_an_error(start: Callable[..., Live]) -> None:
-    live = start("giant", "--duration", "4")
+def test_a_killed_recorder_is_told_at_once_and_ends_in_an_error(
+    start: Callable[..., Live], machine: str
+) -> None:
+    live = start(machine, "--duration", "4")
     live.wait_for("ENGAGING")
     os.kill(live.child("recorder"), signal.SIGKILL)
     live.wait_for("the recorder died")
@@ -176,14 +177,13 @@ def test_after_the_daemon_is_killed_every_drive_is_safe_by_itself_and_the_log_op
 
 
 def test_releasing_the_dead_man_stops_and_needs_a_reset_and_a_new_press(
-    start: Callable[..., Live], write_config: Callable[..., Path]
+    start: Callable[..., Live], machine: str, write_config: Callable[..., Path]
 ) -> None:
     presses = [(0.3, True), (0.8, False), (1.2, True), (4.0, False), (7.0, True)]
     script = ", ".join(f'{{ at = "{at} s", pressed = {str(pressed).lower()} }}' for at, pressed in presses)
     later = f"dead_man = [{script}]"
-    live = start(
-        str(write_config(('dead_man = [{ at = "0.3 s", pressed = true }]', later))), "--duration", "30"
-    )
+    config = write_config(('dead_man = [{ at = "0.3 s", pressed = true }]', later), machine=machine)
+    live = start(str(config), "--duration", "30")
     live.wait_for("R3 dead_man")
     live.wait_for("STOPPED")
     time.sleep(2.0)  # the second press, at 1.2 s, does nothing
@@ -202,16 +202,18 @@ def test_releasing_the_dead_man_stops_and_needs_a_reset_and_a_new_press(
     assert live.end() == 0
 
 
-def test_an_interrupt_ends_the_session_after_the_machine_came_to_rest(start: Callable[..., Live]) -> None:
-    live = start("giant", "--duration", "30")
+def test_an_interrupt_ends_the_session_after_the_machine_came_to_rest(
+    start: Callable[..., Live], machine: str
+) -> None:
+    live = start(machine, "--duration", "30")
     live.wait_for("ENGAGING")
     live.process.send_signal(signal.SIGINT)
     assert live.end() == 0
     assert live.modes()[-1] is Mode.STOPPED
 
 
-def test_a_plant_that_hangs_counts_as_lost(start: Callable[..., Live]) -> None:
-    live = start("giant", "--duration", "30")
+def test_a_plant_that_hangs_counts_as_lost(start: Callable[..., Live], machine: str) -> None:
+    live = start(machine, "--duration", "30")
     live.wait_for("ENGAGING")
     plant = live.child("plant_process")
     os.kill(plant, signal.SIGSTOP)

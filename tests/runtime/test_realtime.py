@@ -53,6 +53,22 @@ assert granted.fifo == (not any("SCHED_FIFO" in text for text in granted.lost))
     assert in_child(work) == 0
 
 
+def test_the_wish_to_stay_awake_is_held_until_the_process_ends(tmp_path: Path) -> None:
+    limit = tmp_path / "cpu_dma_latency"
+    assert not realtime.stay_awake(limit)
+    limit.write_bytes(b"")
+    work = f"""
+import os
+from pathlib import Path
+from hapticd.runtime.realtime import stay_awake
+assert stay_awake(Path({str(limit)!r}))
+held = [os.path.realpath(f"/proc/self/fd/{{fd}}") for fd in os.listdir("/proc/self/fd")]
+assert {str(limit)!r} in held
+"""
+    assert in_child(work) == 0
+    assert limit.read_bytes() == bytes(4)
+
+
 def test_other_processes_leave_the_loop_s_processor() -> None:
     cpus = sorted(os.sched_getaffinity(0))
     if len(cpus) < 2:
