@@ -1,7 +1,5 @@
 """The redundant interface on the runtime: its session, its recording, its configuration."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 from hapticd.runtime import config, lockstep_run
