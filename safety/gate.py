@@ -12,11 +12,10 @@ from math import isfinite
 
 from .verdict import PASS, Reaction, Verdict, strongest
 
-CLAMPS_BEFORE_HOLD = 10
-"""Ticks in a row with commands beyond a limit before the machine stops (fault matrix, row 24)."""
-CLAMPED_RAMP_S, CLAMPED_OFF_S = 0.1, 0.15
-"""Commands beyond a limit for so long lead to more. Braking as hard as the torque allows is such a command,
-too, for some 50 ms; a stop that goes on like that is none."""
+CLAMPED_HOLD_S, CLAMPED_RAMP_S, CLAMPED_OFF_S = 0.01, 0.1, 0.15
+"""How long commands may go on beyond a limit (fault matrix, row 24): 10 ticks at 1 kHz, and as long at any
+rate, for a motor that gives all it has for some milliseconds does so at every rate. Braking as hard as the
+torque allows is such a command, too, for some 50 ms; a stop that goes on like that is none."""
 LOST_BEFORE_OFF = 3
 """Ticks in a row with commands that are no numbers before the torque goes off: there is no ramp without."""
 
@@ -56,7 +55,7 @@ class Gate:
         self._clamps = (
             (round(CLAMPED_OFF_S * rate), Reaction.OFF),
             (round(CLAMPED_RAMP_S * rate), Reaction.RAMP),
-            (CLAMPS_BEFORE_HOLD, Reaction.HOLD),
+            (round(CLAMPED_HOLD_S * rate), Reaction.HOLD),
         )
         self.admitted = [0.0] * len(self._axes)
         self.enable = False

@@ -5,15 +5,20 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 import pytest
 from hapticd.configs import read_text
+from hapticd.devices.cia301 import AlState
 from hapticd.runtime import config
 from hapticd.runtime.lockstep import Lockstep
 from hapticd.runtime.modes import Command, Mode
 from hapticd.runtime.session import build
 from hapticd.sim.drives import SimDrive, SimJointDrive
+from hapticd.sim.node import SimNode
 
 MACHINES = ("giant", "rhi")
+RAMP_TICKS = 150
+"""Detection and ramp together: the declared stop time."""
 
 
 def changed(*changes: tuple[str, str], machine: str = "giant") -> str:
@@ -72,6 +77,32 @@ class Bench:
     def press(self, pressed: bool) -> None:
         self.plc.dead_man = (pressed, pressed)
 
+    def silence_all(self) -> None:
+        for node in self.nodes.nodes:
+            node.silent = True
+
+    def after_sensing(self, change: Callable[[], object]) -> None:
+        """Change what the devices measure, whenever they have measured."""
+        sense = self.plant._sense  # type: ignore[attr-defined]
+
+        def changed() -> None:
+            sense()
+            change()
+
+        self.plant._sense = changed  # type: ignore[attr-defined]
+
+    def break_sensor(self, node: str, field: str, value: object, samples: int = 1 << 30) -> None:
+        """A sensor reports a value instead of what it measures, for some samples."""
+        left = samples
+
+        def broken() -> None:
+            nonlocal left
+            if left > 0:
+                left -= 1
+                setattr(self.nodes[node], field, value)
+
+        self.after_sensing(broken)
+
     @property
     def joints(self) -> list[SimJointDrive]:
         return self.nodes.of(SimJointDrive)
@@ -88,6 +119,11 @@ class Bench:
     @property
     def safe(self) -> bool:
         return self.plant.safe
+
+
+def fall(node: SimNode) -> None:
+    """A device falls back to SAFEOP, reports no error, and goes on answering."""
+    node._watchdog_tripped, node.al_state = True, AlState.SAFEOP
 
 
 @pytest.fixture(params=MACHINES)
@@ -107,6 +143,16 @@ def engaging(machine: str) -> Bench:
     bench = Bench(machine=machine)
     bench.until(Mode.ENGAGING)
     bench.run(50)
+    return bench
+
+
+@pytest.fixture
+def moving(machine: str) -> Bench:
+    """The hand walks, and the machine follows."""
+    bench = Bench(machine=machine)
+    bench.until(Mode.ACTIVE, limit=5000)
+    bench.run(1500)
+    assert np.abs(bench.plant.arm.qd).max() > 0.2  # type: ignore[attr-defined]
     return bench
 
 

@@ -109,6 +109,12 @@ def test_clamped_ticks_in_a_row_stop_ever_more_strongly_and_one_good_tick_forgiv
     assert gate.clamps == 164
 
 
+def test_a_motor_that_gives_all_it_has_may_do_so_for_as_long_at_any_rate() -> None:
+    gate = Gate([JOINT, AXIS], 4000.0)
+    found = [admit(gate, [150.0, 0.0]).reaction for _ in range(40)]
+    assert found == [*[Reaction.SANITISE] * 39, Reaction.HOLD]
+
+
 def test_a_gap_in_what_is_no_number_starts_its_count_anew(gate: Gate) -> None:
     for command in (nan, nan, 150.0, nan, nan):
         assert admit(gate, [command, 0.0]).reaction is Reaction.SANITISE

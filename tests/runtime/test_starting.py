@@ -1,0 +1,173 @@
+"""The cycle in closed loop with the simulated machine: bring-up, arming, engaging."""
+
+from collections.abc import Callable
+from math import nan
+
+import numpy as np
+import pytest
+from hapticd.runtime.modes import Command, Mode
+from hapticd.safety import Reaction, Verdict
+from hapticd.sim import faults
+
+from .conftest import Bench, fall
+
+
+def stand_outside(bench: Bench) -> None:
+    """A joint is measured between its limit and the one that stops the machine."""
+    upper = bench.memory.machine.axes[1].upper + 1e-3
+    bench.after_sensing(lambda: setattr(bench.joints[1], "link_position", upper))
+
+
+def test_a_session_comes_up_by_itself_and_waits_for_a_press(bench: Bench) -> None:
+    bench.until(Mode.READY)
+    bench.run(100)
+    assert bench.mode is Mode.READY
+    assert bench.safe
+    assert not any(bench.torques)
+    bench.until(Mode.ENABLING)
+    assert bench.tick_index == pytest.approx(301, abs=3)  # the scripted press at 0.3 s
+    bench.until(Mode.ENGAGING)
+    assert not bench.safe
+
+
+def test_engaging_fades_in_over_three_seconds_from_the_measured_posture(bench: Bench) -> None:
+    bench.until(Mode.ENGAGING)
+    gains = []
+    posture = bench.plant.arm.q.copy()
+    while bench.mode is Mode.ENGAGING:
+        bench.run(1)
+        gains.append(bench.memory.gain)
+        if len(gains) < 100:
+            assert np.abs(bench.plant.arm.q - posture).max() < 5e-3  # no jump
+    assert len(gains) == pytest.approx(3000, abs=2)
+    steps = np.diff(gains)
+    assert (steps > 0.0).all() and (steps <= 1 / 3000 + 1e-12).all()
+    assert bench.mode is Mode.ACTIVE
+
+
+def test_a_joint_that_stands_beyond_its_limit_is_engaged_without_a_jump() -> None:
+    bench = Bench(
+        ('posture = "-0.9026 1.5724', 'posture = "-0.9026 2.412'),
+        ('force = "150 N"', 'force = "0.1 N"'),  # a hand that hardly holds on
+        ('torque = "12 N m"', 'torque = "0.01 N m"'),
+    )
+    bench.until(Mode.ENGAGING)
+    fastest = 0.0
+    for _ in range(100):
+        bench.run(1)
+        fastest = max(fastest, np.abs(bench.plant.arm.qd).max())
+    assert bench.mode is Mode.ENGAGING
+    assert fastest < 0.06  # what follows is prepositioning
+
+
+def test_a_dead_man_held_from_the_start_does_not_arm(machine: str) -> None:
+    bench = Bench(
+        ('dead_man = [{ at = "0.3 s", pressed = true }]', 'dead_man = [{ at = "0 s", pressed = true }]'),
+        machine=machine,
+    )
+    bench.run(600)
+    assert bench.mode is Mode.READY
+    bench.press(False)
+    bench.run(5)
+    bench.press(True)
+    bench.run(5)
+    assert bench.mode > Mode.READY
+
+
+def test_one_channel_of_the_dead_man_is_no_press(bench: Bench) -> None:
+    bench.until(Mode.READY)
+    bench.plc.dead_man = (True, False)
+    bench.run(50)
+    assert bench.mode is Mode.READY
+
+
+REFUSALS: dict[str, tuple[Callable[[Bench], object], str]] = {
+    # name: (what happens while the machine waits, why the press then starts nothing)
+    "frames missing": (lambda b: setattr(b.joints[0], "tamper", faults.drop(4)), "not all devices answer"),
+    "device not in OP": (lambda b: fall(b.nodes["force_torque"]), "not all devices answer"),
+    "drive fault": (lambda b: setattr(b.joints[2], "fault", 0x2310), "devices report an error; reset"),
+    "e-stop": (lambda b: setattr(b.plc, "emergency_stop", (True, True)), "the emergency stop is pressed"),
+    "scanner": (lambda b: setattr(b.plc, "scanner_clear", False), "in the scanned field"),
+    "STO": (lambda b: setattr(b.plc, "_latched", True), "the safety PLC holds the torque off"),
+    "no recorder": (lambda b: b.run(1, Command.UNRECORDED), "the recorder is gone"),
+    "latched stop": (
+        lambda b: b.memory.latch.take(Verdict(Reaction.HOLD, "test", "a test"), 0),
+        "a stop is latched",
+    ),
+    "stale frames": (
+        lambda b: setattr(b.joints[1], "tamper", lambda can_id, data: [(can_id, data)] * 8),
+        "stale or repeated frames",
+    ),
+    "wrench is NaN": (lambda b: b.break_sensor("force_torque", "wrench", [nan] * 6), "gives nothing valid"),
+    "joint outside": (stand_outside, "stands outside its limits"),
+}
+GIANT_REFUSALS: dict[str, tuple[Callable[[Bench], object], str]] = {
+    "carriage IMU is NaN": (
+        lambda b: b.break_sensor("imu_carriage", "acceleration", [nan] * 3),
+        "gives nothing valid",
+    ),
+}
+
+
+@pytest.mark.parametrize(
+    ("machine", "name"),
+    [("giant", name) for name in (*REFUSALS, *GIANT_REFUSALS)] + [("rhi", "joint outside")],
+)
+def test_a_press_starts_nothing_while_something_is_amiss(bench: Bench, name: str) -> None:
+    happen, why = {**REFUSALS, **GIANT_REFUSALS}[name]
+    bench.until(Mode.READY)
+    bench.run(5)
+    happen(bench)
+    bench.run(2)
+    bench.press(True)
+    bench.run(5)
+    assert bench.mode is Mode.READY
+    assert bench.safe
+    (event,) = [event for event in bench.events if event.startswith("not started")]
+    assert why in event
+
+
+def test_a_stop_or_an_emergency_stop_of_a_waiting_machine_leaves_it_waiting(bench: Bench) -> None:
+    bench.until(Mode.READY)
+    bench.run(5, Command.STOP)
+    bench.plc.emergency_stop = (True, True)
+    bench.run(5)
+    assert bench.mode is Mode.READY
+    assert bench.reason == ""
+
+
+def test_arming_by_command_needs_the_command_before_the_press(machine: str) -> None:
+    bench = Bench(
+        ('by = "dead-man"', 'by = "command"'),
+        ('dead_man = [{ at = "0.3 s", pressed = true }]', "dead_man = []"),
+        machine=machine,
+    )
+    bench.until(Mode.READY)
+    bench.press(True)
+    bench.run(10)
+    assert bench.mode is Mode.READY
+    assert any("arming was not commanded" in event for event in bench.events)
+    bench.press(False)
+    bench.run(10)
+    bench.run(10, Command.ARM)
+    bench.press(True)
+    bench.run(10)
+    assert bench.mode > Mode.READY
+    bench.press(False)  # a stop and its reset take the command back
+    bench.until(Mode.STOPPED)
+    bench.run(50, Command.RESET)
+    bench.press(True)
+    bench.run(10)
+    assert bench.mode is Mode.READY
+    assert bench.events[-1].startswith("not started: arming was not commanded")
+
+
+def test_a_missing_device_fails_the_bring_up_without_moving_anything(bench: Bench) -> None:
+    bench.joints[-1].silent = True
+    bench.until(Mode.FAILED, limit=4000)
+    name = bench.joints[-1].device.name
+    assert any(name in event for event in bench.events)
+    bench.run(50)
+    assert bench.safe
+    assert bench.mode is Mode.FAILED
+    assert len(bench.lockstep.outputs.frames) == 0

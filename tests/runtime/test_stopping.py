@@ -1,0 +1,299 @@
+"""The cycle in closed loop with the simulated machine: what stops it, how fast and why."""
+
+from collections.abc import Callable
+from math import inf, nan
+
+import numpy as np
+import pytest
+from hapticd.runtime import cycle
+from hapticd.runtime.giant.machine import Giant
+from hapticd.runtime.modes import Command, Mode
+from hapticd.runtime.rhi.machine import RedundantInterface
+from hapticd.sim import faults
+
+from .conftest import MACHINES, RAMP_TICKS, Bench, fall
+
+STOPS: dict[str, tuple[Callable[[Bench], object], str, bool, int]] = {
+    # name: (what happens, reason, drives off at the end, ticks until it is detected)
+    "dead-man released": (lambda b: b.press(False), "dead_man", True, 2),
+    "one dead-man channel open": (lambda b: setattr(b.plc, "dead_man", (True, False)), "dead_man", True, 2),
+    "e-stop": (lambda b: setattr(b.plc, "emergency_stop", (True, True)), "e_stop", True, 2),
+    "one e-stop channel": (lambda b: setattr(b.plc, "emergency_stop", (True, False)), "e_stop", True, 2),
+    "drive fault": (lambda b: setattr(b.joints[2], "fault", 0x2310), "device_fault", True, 3),
+    "device silent": (lambda b: setattr(b.joints[1], "silent", True), "device_silent", True, 22),
+    "all devices silent": (Bench.silence_all, "device_silent", True, 22),
+    "five frames lost": (
+        lambda b: setattr(b.last_drive, "tamper", faults.drop(6)),
+        "device_silent",
+        False,
+        7,
+    ),
+    "stale frames": (
+        lambda b: setattr(b.joints[-2], "tamper", faults.duplicate(8)),
+        "stale_frames",
+        False,
+        9,
+    ),
+    "device leaves OP": (lambda b: fall(b.nodes["force_torque"]), "device_state", True, 3),
+    "device restarts": (lambda b: b.joints[0].reset(), "device_state", True, 3),
+    "drive in another mode": (lambda b: setattr(b.joints[2], "mode", 8), "drive_state", True, 3),
+    "scanner": (lambda b: setattr(b.plc, "scanner_clear", False), "scanner", True, 2),
+    "wrench is NaN": (
+        lambda b: b.break_sensor("force_torque", "wrench", [nan] * 6),
+        "wrench_lost",
+        False,
+        25,
+    ),
+    "commanded stop": (lambda b: b.run(1, Command.STOP), "operator", True, 1),
+}
+
+GIANT_STOPS: dict[str, tuple[Callable[[Bench], object], str, bool, int]] = {
+    # of sensors that only the giant has
+    "handle IMU is NaN": (
+        lambda b: b.break_sensor("imu_handle", "acceleration", [nan] * 3),
+        "wrench_lost",
+        False,
+        25,
+    ),
+    "handle IMU is absurd": (
+        lambda b: b.break_sensor("imu_handle", "acceleration", [1e30] * 3),
+        "wrench_lost",
+        False,
+        25,
+    ),
+    "carriage IMU is NaN": (
+        lambda b: b.break_sensor("imu_carriage", "acceleration", [nan] * 3),
+        "acceleration_lost",
+        False,
+        25,
+    ),
+}
+
+
+CASES = [(machine, name) for machine in MACHINES for name in STOPS] + [
+    ("giant", name) for name in GIANT_STOPS
+]
+
+
+@pytest.mark.parametrize(("machine", "name"), CASES)
+def test_a_fault_stops_the_machine_in_time_latched_and_with_its_reason(engaging: Bench, name: str) -> None:
+    happen, reason, off, detect = {**STOPS, **GIANT_STOPS}[name]
+    bench = engaging
+    happen(bench)
+    for _ in range(detect):
+        bench.run(1)
+        if bench.mode >= Mode.STOPPING:
+            break
+    assert bench.mode >= Mode.STOPPING, f"not detected within {detect} ticks"
+    took = bench.until(Mode.STOPPED, Mode.HOLDING, limit=RAMP_TICKS)
+    assert took <= RAMP_TICKS
+    bench.run(30)
+    assert bench.reason == reason
+    assert (bench.mode is Mode.STOPPED) == off
+    assert bench.safe == off
+    assert np.abs(bench.plant.arm.qd).max() < 0.05
+    bench.run(200)
+    assert bench.mode in (Mode.STOPPED, Mode.HOLDING)  # latched
+
+
+def test_an_emergency_stop_takes_the_torque_in_the_same_tick(engaging: Bench) -> None:
+    engaging.plc.emergency_stop = (True, True)
+    engaging.run(3)
+    assert engaging.mode is Mode.STOPPED
+    assert engaging.safe
+    assert engaging.plc.sto
+
+
+def test_up_to_four_lost_frames_stop_nothing(engaging: Bench) -> None:
+    engaging.joints[3].tamper = faults.drop(4)
+    engaging.run(200)
+    assert engaging.mode is Mode.ENGAGING
+    assert engaging.memory.image.counters[13] >= 4  # misses are counted
+
+
+def test_malformed_frames_are_dropped_and_counted(engaging: Bench) -> None:
+    engaging.joints[3].tamper = faults.truncate(2)
+    engaging.nodes["force_torque"].tamper = faults.corrupt(1, 0, 0xFF)
+    engaging.run(100)
+    assert engaging.mode is Mode.ENGAGING
+
+
+def test_a_second_master_stops_the_machine(engaging: Bench) -> None:
+    engaging.lockstep._bus.send(_frames((0x000, b"\x01\x00")))
+    engaging.run(2)
+    assert engaging.reason == "second_master"
+
+
+def _frames(*frames: tuple[int, bytes]):  # type: ignore[no-untyped-def]
+    from hapticd.devices.frames import Frames
+
+    made = Frames()
+    for can_id, data in frames:
+        made.append(can_id, data)
+    return made
+
+
+def test_a_failed_solve_brakes_at_once_and_stops_on_the_third(
+    engaging: Bench, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    machine = engaging.memory.machine
+    if isinstance(machine, Giant):
+        control = machine.force_control
+        monkeypatch.setattr(control, "optimise", lambda: (control.brake(), False)[1])
+    else:
+        assert isinstance(machine, RedundantInterface)
+        monkeypatch.setattr(machine.controller.resolution, "resolve", lambda part, gain: False)
+    engaging.run(2)
+    assert engaging.mode is Mode.ENGAGING
+    engaging.run(2)
+    assert engaging.reason == "solve_failed"
+    engaging.until(Mode.HOLDING, limit=RAMP_TICKS)
+
+
+@pytest.mark.parametrize(("machine", "node"), [("giant", "imu_carriage"), ("giant", "imu_handle")])
+@pytest.mark.parametrize("value", [nan, inf, -1e30, 90.0])
+def test_one_bad_sample_of_an_accelerometer_changes_nothing_for_good(
+    moving: Bench, node: str, value: float
+) -> None:
+    before = moving.torques
+    moving.break_sensor(node, "acceleration", [value] * 3, samples=1)
+    for _ in range(5):
+        moving.run(1)
+        assert np.abs(np.subtract(moving.torques, before)).max() < 10.0
+    moving.run(100)
+    assert moving.mode is Mode.ACTIVE
+    assert all(np.isfinite(moving.torques))
+
+
+@pytest.mark.parametrize(
+    ("machine", "node"),
+    [("giant", "imu_carriage"), ("giant", "imu_handle"), ("giant", "force_torque"), ("rhi", "force_torque")],
+)
+def test_a_sensor_that_stays_broken_stops_the_moving_machine_without_a_lurch(
+    moving: Bench, node: str
+) -> None:
+    field = "wrench" if node == "force_torque" else "acceleration"
+    fastest = np.abs(moving.plant.arm.qd).max()
+    moving.break_sensor(node, field, [1e30] * (6 if node == "force_torque" else 3))
+    moving.run(25)
+    assert moving.mode in (Mode.STOPPING, Mode.HOLDING)
+    for _ in range(600):  # the gantry takes 0.4 s from full speed
+        moving.run(1)
+        assert np.abs(moving.plant.arm.qd).max() < 1.2 * fastest
+    assert moving.mode is Mode.HOLDING
+    assert np.abs(moving.plant.arm.qd).max() < 0.15  # the hand goes on pulling at the springs
+
+
+def test_a_controlled_stop_that_does_not_come_to_rest_becomes_a_ramp_with_no_time_left(
+    moving: Bench, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    machine = moving.memory.machine
+    monkeypatch.setattr(machine, "brake", lambda: False)  # never at rest
+    moving.break_sensor("force_torque", "wrench", [nan] * 6)
+    moving.run(24)
+    assert moving.reason == "wrench_lost"
+    slack = moving.memory.hold_limit
+    assert slack - 30 < moving.until(Mode.STOPPED, limit=700) <= slack
+    assert moving.reason == "stop_timeout"
+
+
+@pytest.mark.parametrize("command", [nan, inf])
+def test_a_command_that_is_no_number_never_reaches_a_drive(engaging: Bench, command: float) -> None:
+    machine = engaging.memory.machine
+    update = machine.update
+
+    def broken(gain: float, trust: float) -> None:
+        update(gain, trust)
+        machine.commands[1] = command
+
+    machine.update = broken  # type: ignore[method-assign]
+    for _ in range(4):
+        engaging.run(1)
+        assert all(np.isfinite(engaging.torques))
+    assert engaging.reason == "output_not_finite"
+    engaging.run(2)  # there is nothing to ramp with
+    assert engaging.mode is Mode.STOPPED
+    assert engaging.safe
+    assert engaging.plc.sto  # on request: nobody pressed anything
+
+
+def test_commands_beyond_the_limit_are_clamped_and_stop_after_ten(engaging: Bench) -> None:
+    machine = engaging.memory.machine
+    update = machine.update
+
+    def broken(gain: float, trust: float) -> None:
+        update(gain, trust)
+        machine.commands[3] = 1e6
+
+    machine.update = broken  # type: ignore[method-assign]
+    engaging.run(9)
+    assert engaging.mode is Mode.ENGAGING
+    for torque, axis in zip(engaging.torques, machine.axes, strict=False):
+        assert abs(torque) <= axis.command
+    engaging.run(3)
+    assert engaging.reason in ("output_beyond_limit", "beyond_limit")
+
+
+@pytest.mark.parametrize(("quantity", "limit"), [("link_position", "upper"), ("velocity", "speed")])
+def test_a_measured_position_or_speed_beyond_the_hard_limit_stops(
+    engaging: Bench, quantity: str, limit: str
+) -> None:
+    measured = getattr(engaging.memory.machine.thresholds, limit)[1] + 0.05
+    engaging.after_sensing(lambda: setattr(engaging.joints[1], quantity, measured))
+    engaging.run(6)
+    assert engaging.reason == "beyond_limit"
+
+
+@pytest.mark.parametrize("machine", ["giant"])
+def test_a_wrench_that_is_lost_fades_out_of_what_the_machine_feels(moving: Bench) -> None:
+    machine = moving.memory.machine
+    assert isinstance(machine, Giant)
+    moving.break_sensor("force_torque", "wrench", [nan] * 6, samples=20)
+    moving.run(2)  # the first of them is measured, and sent
+    last = machine._estimator.wrench.copy()
+    assert np.linalg.norm(last) > 1.0
+    for tick in range(1, 21):
+        moving.run(1)
+        assert machine._felt == pytest.approx((1.0 - tick / 20) * last)
+    moving.run(1)
+    assert moving.mode is Mode.ACTIVE
+    assert machine._felt == pytest.approx(machine._estimator.wrench)
+
+
+def test_a_tick_without_commands_of_its_own_sends_none(
+    engaging: Bench, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(cycle, "_control", lambda *_: None)
+    engaging.run(2)
+    assert engaging.reason == "stale_output"
+    assert not engaging.memory.image.word("joints.controlword").any()
+    assert engaging.safe
+
+
+def test_a_ramp_ends_with_its_time_even_where_nothing_comes_to_rest(
+    engaging: Bench, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    config = engaging.lockstep.session.config
+    ramp = round(0.8 * config.safety.stop_time * config.loop.rate)
+    for _ in range(2):  # and a second one has as much
+        with monkeypatch.context() as patch:
+            patch.setattr(engaging.memory.machine, "brake", lambda: False)
+            engaging.press(False)
+            engaging.until(Mode.STOPPING)
+            assert engaging.until(Mode.STOPPED) == ramp - 1  # the first in the tick of the stop
+        engaging.run(10)
+        engaging.run(50, Command.RESET)
+        engaging.press(True)
+        engaging.until(Mode.ENGAGING)
+
+
+@pytest.mark.parametrize(("policy", "mode"), [("record", Mode.ENGAGING), ("stop", Mode.HOLDING)])
+def test_a_stall_of_12_ms_is_recorded_or_stops_as_the_configuration_says(
+    policy: str, mode: Mode, machine: str
+) -> None:
+    bench = Bench(('on_overrun = "record"', f'on_overrun = "{policy}"'), machine=machine)
+    bench.until(Mode.ENGAGING)
+    bench.run(100)
+    bench.run(1, skipped=12)
+    bench.run(RAMP_TICKS)
+    assert bench.mode is mode
