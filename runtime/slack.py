@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Callable, Coroutine, Generator
 from dataclasses import dataclass
 from types import coroutine
@@ -13,6 +12,9 @@ from .watch import BUDGET_NS, Watch
 
 GUARD_NS = 50_000
 """Kept free before the next tick."""
+PATIENCE_NS = 1_000_000_000
+"""How long work waits for a slice that fits. Then it gets one that does not: rather a late tick a second than
+a session that nobody supervises."""
 
 Work = Coroutine[float, None, None]
 """An ``async def`` that awaits nothing but ``pause``."""
@@ -28,35 +30,37 @@ def pause(rest_s: float = 0.0) -> Generator[float, None, None]:
 class _Task:
     work: Any  # typeshed's Coroutine lacks cr_frame
     budget_ns: int
-    due_ns: int = 0
+    due_ns: int
 
 
 class Slack:
     """The supervisory work of a loop.
 
     Each slice has a budget: it only starts where the budget fits in before the next tick, and is reported
-    where it took longer.
+    where it took longer. Work whose slices never fit in gets one a second all the same.
     """
 
     def __init__(self, watch: Watch, failed: Callable[[str], None] = lambda _: None) -> None:
         """``failed`` is told of work that raised; the work is dropped, the loop goes on."""
         self._watch, self._failed = watch, failed
-        self._tasks: deque[_Task] = deque()
+        self._tasks: list[_Task] = []
 
     def add(self, work: Work, budget_ns: int = BUDGET_NS) -> None:
         """Begin work."""
-        self._tasks.append(_Task(work, budget_ns))
+        self._tasks.append(_Task(work, budget_ns, int(lib.rt_now())))
 
     def serve(self, until_ns: int) -> None:
         """One slice of each piece of work that is due and fits in; the others come first next time."""
         now = int(lib.rt_now())
-        for _ in range(len(self._tasks)):
-            task = self._tasks[0]
-            if now + task.budget_ns + GUARD_NS > until_ns:
-                return
-            self._tasks.rotate(-1)
-            if task.due_ns <= now:
+        for task in tuple(self._tasks):
+            waited = now - task.due_ns
+            fits = now + task.budget_ns + GUARD_NS <= until_ns
+            if waited >= 0 and (fits or waited > PATIENCE_NS):
+                self._tasks.remove(task)
+                self._tasks.append(task)
                 now = self._slice(task, now)
+                if not fits:
+                    return
 
     def close(self) -> None:
         """Drop all work."""

@@ -3,6 +3,8 @@
 import time
 from itertools import pairwise
 
+import pytest
+from hapticd.runtime import slack as slack_module
 from hapticd.runtime.loop import now_ns
 from hapticd.runtime.slack import GUARD_NS, Slack, pause
 from hapticd.runtime.watch import Overstay, Watch
@@ -52,6 +54,31 @@ def test_no_slice_starts_where_its_budget_does_not_fit_and_it_comes_first_next_t
     assert done[:3] == ["a", "b", "long"]  # and no time was left
     slack.serve(now_ns() + FAR)
     assert done[3:] == ["c", "a", "b"]
+
+
+def test_work_that_never_fits_in_gets_a_slice_after_a_second_and_keeps_nobody_waiting(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(slack_module, "PATIENCE_NS", 20_000_000)
+    done: list[str] = []
+
+    async def work(name: str) -> None:
+        while True:
+            done.append(name)
+            await pause()
+
+    slack = Slack(Watch())
+    begin = now_ns()
+    slack.add(work("long"), FAR)
+    slack.add(work("longer"), FAR)
+    slack.add(work("short"), 0)
+    while done.count("longer") < 2:
+        had = len(done)
+        slack.serve(now_ns() + FAR // 2)
+        assert not {"long", "longer"} <= set(done[had:])  # never two in one tick
+    assert now_ns() - begin > 40_000_000
+    assert done.count("long") == 2
+    assert done.count("short") > 10
 
 
 def test_a_rest_is_kept() -> None:
