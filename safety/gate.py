@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import isfinite
+from math import ceil, isfinite
 
 from .verdict import PASS, Reaction, Verdict, strongest
 
@@ -53,9 +53,9 @@ class Gate:
         """The rate in ticks a second."""
         self._axes = tuple(axes)
         self._clamps = (
-            (round(CLAMPED_OFF_S * rate), Reaction.OFF),
-            (round(CLAMPED_RAMP_S * rate), Reaction.RAMP),
-            (round(CLAMPED_HOLD_S * rate), Reaction.HOLD),
+            (ceil(CLAMPED_OFF_S * rate), Reaction.OFF),
+            (ceil(CLAMPED_RAMP_S * rate), Reaction.RAMP),
+            (ceil(CLAMPED_HOLD_S * rate), Reaction.HOLD),
         )
         self.admitted = [0.0] * len(self._axes)
         self.enable = False
