@@ -25,7 +25,7 @@ CACHE = HERE.parent.parent / "build" / "vm"
 QEMU = "qemu-system-x86_64"
 KERNELS = ("linux-image-6.12-rt-amd64", "linux-image-rt-amd64")
 """Packages that depend on the newest kernel of their kind, the wanted one first."""
-MODULES = ("9pnet_virtio", "9p", "overlay", "can_raw", "can_dev", "vcan")
+MODULES = ("virtio_pci", "9pnet_virtio", "9p", "overlay", "can_raw", "can_dev", "vcan")
 LIMIT_S = 1800
 MEMORY = "2G"
 SILENCE = "quiet loglevel=3 panic=-1 mitigations=off tsc=reliable no_timer_check random.trust_cpu=on"
