@@ -8,14 +8,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import ceil, isfinite
+from math import isfinite
 
 from .verdict import PASS, Reaction, Verdict, strongest
 
-CLAMPED_HOLD_S, CLAMPED_RAMP_S, CLAMPED_OFF_S = 0.01, 0.1, 0.15
-"""How long commands may go on beyond a limit (fault matrix, row 24): 10 ticks at 1 kHz, and as long at any
-rate, for a motor that gives all it has for some milliseconds does so at every rate. Braking as hard as the
-torque allows is such a command, too, for some 50 ms; a stop that goes on like that is none."""
+CLAMPS_BEFORE_HOLD, CLAMPED_HOLD_S = 10, 0.01
+"""Ticks in a row with commands beyond a limit, and how long they take together, before the machine stops
+(fault matrix, row 24): a motor that gives all it has for some milliseconds does so at every rate, and at slow
+rates a few ticks are no habit."""
+CLAMPED_RAMP_S, CLAMPED_OFF_S = 0.1, 0.15
+"""Commands beyond a limit for so long lead to more. Braking as hard as the torque allows is such a command,
+too, for some 50 ms; a stop that goes on like that is none."""
 LOST_BEFORE_OFF = 3
 """Ticks in a row with commands that are no numbers before the torque goes off: there is no ramp without."""
 
@@ -53,9 +56,9 @@ class Gate:
         """The rate in ticks a second."""
         self._axes = tuple(axes)
         self._clamps = (
-            (ceil(CLAMPED_OFF_S * rate), Reaction.OFF),
-            (ceil(CLAMPED_RAMP_S * rate), Reaction.RAMP),
-            (ceil(CLAMPED_HOLD_S * rate), Reaction.HOLD),
+            (round(CLAMPED_OFF_S * rate), Reaction.OFF),
+            (round(CLAMPED_RAMP_S * rate), Reaction.RAMP),
+            (max(CLAMPS_BEFORE_HOLD, round(CLAMPED_HOLD_S * rate)), Reaction.HOLD),
         )
         self.admitted = [0.0] * len(self._axes)
         self.enable = False
