@@ -13,6 +13,8 @@ from .cpu_list import parse_cpus
 
 DAEMON_PRIORITY = 80
 PLANT_PRIORITY = 70
+TIMER_PRIORITY = DAEMON_PRIORITY + 1
+"""Of the threads in which a PREEMPT_RT kernel lets timers expire: what delays them delays the tick."""
 SPIN_NS = 60_000
 """How early the timer fires where the loop may spin: the latest wake-ups of an idle processor."""
 ISOLATED = Path("/sys/devices/system/cpu/isolated")

@@ -1,9 +1,11 @@
-"""The kernel: preemption, limits on real-time processes, clock, swap."""
+"""The kernel: preemption, timers, limits on real-time processes, clock, swap."""
 
 from __future__ import annotations
 
 import platform
 
+from ..cpu_list import format_cpus
+from ..realtime import DAEMON_PRIORITY, TIMER_PRIORITY
 from .host import Host
 from .line import Line, State
 
@@ -17,12 +19,37 @@ def preempt_rt(host: Host) -> Line:
     """A kernel that can interrupt itself for a tick."""
     why = "Only a PREEMPT_RT kernel lets a tick interrupt the kernel's own work within microseconds."
     release = host.read("/proc/sys/kernel/osrelease") or "unknown"
-    version = host.read("/proc/sys/kernel/version") or ""
-    if host.read("/sys/kernel/realtime") == "1" or "PREEMPT_RT" in version:
+    if _preempts(host):
         return Line("preempt_rt", State.PASS, f"Linux {release}, PREEMPT_RT", why)
     package = RT_KERNEL.get(platform.machine(), "linux-image-rt-*")
     fix = f"sudo apt install {package} && sudo reboot"
     return Line("preempt_rt", State.FAIL, f"Linux {release} without PREEMPT_RT", why, fix)
+
+
+def timer_threads(host: Host) -> Line:
+    """The threads in which timers expire under PREEMPT_RT, the timer of the tick, too."""
+    why = (
+        "The tick's timer expires in a kernel thread: real-time processes of a higher priority than its delay"
+        " the tick, even those that the daemon itself could interrupt."
+    )
+    if not _preempts(host):
+        return Line("timer_threads", State.PASS, "timers expire in the interrupt", why)
+    threads = "ktimers"
+    priorities = _priorities(host, threads)
+    if not priorities:  # a kernel that leaves timers to all soft interrupts' thread
+        threads = "ksoftirqd"
+        priorities = _priorities(host, threads)
+    fix = f"for p in $(pgrep ^{threads}/); do sudo chrt --fifo --pid {TIMER_PRIORITY} $p; done"
+    if not priorities:
+        return Line("timer_threads", State.WARN, "root alone can see them", why, fix)
+    low = {cpu for cpu, priority in priorities.items() if priority <= DAEMON_PRIORITY}
+    lowest = min(priorities.values())
+    if not low:
+        return Line(
+            "timer_threads", State.PASS, f"{threads} at {lowest}, the daemon at {DAEMON_PRIORITY}", why
+        )
+    found = f"{threads} at {lowest} on CPU {format_cpus(low)}, the daemon at {DAEMON_PRIORITY}"
+    return Line("timer_threads", State.WARN, found, why, fix)
 
 
 def rt_throttling(host: Host) -> Line:
@@ -85,6 +112,22 @@ def swap(host: Host) -> Line:
     names = ", ".join(row.split()[0] for row in rows)
     fix = r"sudo swapoff -a && sudo sed -i -E 's/^[^#].*\sswap\s/#&/' /etc/fstab"
     return Line("swap", State.WARN, names, why, fix)
+
+
+def _preempts(host: Host) -> bool:
+    version = host.read("/proc/sys/kernel/version") or ""
+    return host.read("/sys/kernel/realtime") == "1" or "PREEMPT_RT" in version
+
+
+def _priorities(host: Host, threads: str) -> dict[int, int]:
+    """Real-time priority (0: none) of the kernel's threads ``threads/CPU``, by CPU."""
+    found = {}
+    for path in host.find("/proc/[0-9]*/comm"):
+        name, _, cpu = (host.read(path) or "").partition("/")
+        status = host.read(f"{path.removesuffix('comm')}stat")
+        if name == threads and status:
+            found[int(cpu)] = int(status.rpartition(")")[2].split()[37])  # rt_priority, see proc(5)
+    return found
 
 
 def _version(release: str) -> tuple[int, int]:

@@ -17,6 +17,7 @@ from .line import Line, State
 
 CHECKS: tuple[Callable[[Host], Line], ...] = (
     kernel.preempt_rt,
+    kernel.timer_threads,
     kernel.rt_throttling,
     kernel.fair_server,
     permissions.fifo,

@@ -53,6 +53,12 @@ def irq(number: int, cpus: str, effective: str = "") -> Files:
     }
 
 
+def thread(pid: int, name: str, priority: int) -> Files:
+    fields = ["S", *["0"] * 36, str(priority), "1", "0"]
+    return {f"/proc/{pid}/comm": f"{name}\n", f"/proc/{pid}/stat": f"{pid} ({name}) {' '.join(fields)}\n"}
+
+
+PREEMPT_RT: Files = {"/sys/kernel/realtime": "1\n"}
 ISOLATED: Files = {f"{CPUS}/isolated": "3\n", f"{CPUS}/online": "0-3\n", f"{CPUS}/nohz_full": "3\n"}
 
 PASSES: list[tuple[Callable[[Host], Line], Files, str]] = [
@@ -62,6 +68,13 @@ PASSES: list[tuple[Callable[[Host], Line], Files, str]] = [
         "6.1.0-rt",
     ),
     (kernel.preempt_rt, {"/proc/sys/kernel/version": "#1 SMP PREEMPT_RT Debian"}, "PREEMPT_RT"),
+    (kernel.timer_threads, thread(18, "ktimers/0", 1), "in the interrupt"),  # not PREEMPT_RT
+    (
+        kernel.timer_threads,
+        {**PREEMPT_RT, **thread(17, "ksoftirqd/0", 0), **thread(18, "ktimers/0", 81)},
+        "ktimers at 81, the daemon at 80",
+    ),
+    (kernel.timer_threads, {**PREEMPT_RT, **thread(17, "ksoftirqd/0", 90)}, "ksoftirqd at 90"),
     (kernel.rt_throttling, {"/proc/sys/kernel/sched_rt_runtime_us": "-1\n"}, "off"),
     (kernel.rt_throttling, {}, "does not throttle"),
     (kernel.fair_server, {"/proc/sys/kernel/osrelease": "6.1.0-rt-amd64"}, "has none"),
@@ -95,6 +108,26 @@ PROBLEMS: list[tuple[Callable[[Host], Line], Files, State, str, str]] = [
         "Linux 6.1.0-amd64 without PREEMPT_RT",
         "sudo apt install linux-image-rt-",
     ),
+    (
+        kernel.timer_threads,
+        {
+            **PREEMPT_RT,
+            **thread(18, "ktimers/0", 81),
+            **thread(28, "ktimers/1", 1),
+            **thread(38, "ktimers/2", 80),
+        },
+        State.WARN,
+        "ktimers at 1 on CPU 1-2, the daemon at 80",
+        "for p in $(pgrep ^ktimers/); do sudo chrt --fifo --pid 81 $p; done",
+    ),
+    (
+        kernel.timer_threads,
+        {**PREEMPT_RT, **thread(17, "ksoftirqd/0", 0)},
+        State.WARN,
+        "ksoftirqd at 0 on CPU 0",
+        "pgrep ^ksoftirqd/",
+    ),
+    (kernel.timer_threads, PREEMPT_RT, State.WARN, "root alone", "pgrep ^ksoftirqd/"),
     (
         kernel.rt_throttling,
         {"/proc/sys/kernel/sched_rt_runtime_us": "950000", "/proc/sys/kernel/sched_rt_period_us": "1000000"},
