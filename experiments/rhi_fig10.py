@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -39,49 +40,52 @@ def multistart(device: Device, x: Array, objective: Objective, seed: int) -> tup
     return found.reshape(k, BEST, n)[np.arange(k), best], reached
 
 
+@dataclass(frozen=True, slots=True)
+class Field:
+    """Forces over the workspace, for the k points of the grid in reach of both ellipsoids' postures.
+
+    Attributes:
+        inside: points of the grid where a posture was looked for (GRID, GRID).
+        good: those of them with one (k,).
+        force: along u [N] in the postures ``free``, ``stiff``, ``exact`` and ``robust`` (k,).
+        worst: least force [N] in a cone around u in the last three (k,).
+    """
+
+    inside: NDArray[np.bool_]
+    good: NDArray[np.bool_]
+    force: dict[str, Array]
+    worst: dict[str, Array]
+
+
 def run(progress: Progress) -> Outcome:
-    """Optimise every point of the grid for both ellipsoids and for the robust polytope."""
-    device = Device()
+    """Optimise every point of the grid for both ellipsoids and for both polytopes."""
     axis = np.linspace(-FAR, FAR, GRID)
-    grid = np.stack(np.meshgrid(axis, axis), axis=-1)
-    radius = np.linalg.norm(grid, axis=-1)
-    inside = (NEAR < radius) & (radius < FAR)
-    x, u = grid[inside], device.u
-    directions = cone(u, CONE)
-    progress(f"{len(x)} points, free")
-    free, reached_free = multistart(device, x, device.desired(False), 1)
-    progress(f"{len(x)} points, stiff")
-    stiff, reached_stiff = multistart(device, x, device.desired(True), 2)
-    good = reached_free & reached_stiff
-    J_free, J_stiff = device.arm.reach(free)[1], device.arm.reach(stiff)[1]
-    force = {"free": force_limit(J_free, device.limit, u), "stiff": force_limit(J_stiff, device.limit, u)}
-    worst = {"stiff": worst_force(J_stiff, device.limit, directions)}
-    values = np.linalg.eigvalsh(velocity_ellipsoid(J_stiff, device.limit))
-    condition = values[:, -1] / values[:, 0]
-    for name, aims in (("exact", u[None]), ("robust", directions)):
-        progress(f"{len(x)} points, {name} polytope")
-        strong = _strongest(device, stiff, x, condition, aims)
-        J = device.arm.reach(strong)[1]
-        force[name], worst[name] = force_limit(J, device.limit, u), worst_force(J, device.limit, directions)
+    field = _optimise(axis, progress)
+    good, force, worst = field.good, field.force, field.worst
     ratio = (force["stiff"] / force["free"])[good]
     gain = (force["exact"] / force["stiff"])[good]
-    robust = (worst["robust"] / worst["stiff"])[good]
+    robust, fragile = ((worst[name] / worst["stiff"])[good] for name in ("robust", "exact"))
     share = float(np.mean(ratio > 1.0))
+    cone_name = "least force in a cone of +-20 degrees"
     rows = [
-        Row("points of the 31 x 31 grid in reach", "-", f"{int(good.sum())} of {len(x)}"),
+        Row("points of the 31 x 31 grid in reach", "-", f"{int(good.sum())} of {len(good)}"),
         Row("points where stiff renders more than free", "all", f"{100 * share:.1f} %"),
-        Row("stiff over free, mean / median", "considerably larger", _pair(ratio)),
-        Row("exact polytope over stiff ellipsoid, mean / largest", "-", _ends(gain), "at equal conditioning"),
         Row(
-            "least force in a cone of +-20 degrees, robust polytope over ellipsoid, mean / least",
-            "-",
-            f"{robust.mean():.3f} / {robust.min():.3f}",
+            "stiff over free, mean / median",
+            "considerably larger",
+            f"{ratio.mean():.2f} / {np.median(ratio):.2f}",
         ),
+        Row(
+            "exact polytope over stiff ellipsoid, mean / largest",
+            "-",
+            f"{gain.mean():.3f} / {gain.max():.2f}",
+            "at equal conditioning",
+        ),
+        Row(f"{cone_name}, robust polytope over ellipsoid, mean / least", "-", _mean_least(robust)),
         Row(
             "the same, exact polytope over ellipsoid, mean / least",
             "-",
-            f"{(worst['exact'] / worst['stiff'])[good].mean():.3f}"
-            f" / {(worst['exact'] / worst['stiff'])[good].min():.3f}",
+            _mean_least(fragile),
             "strong along u, fragile beside it",
         ),
     ]
@@ -95,17 +99,31 @@ def run(progress: Progress) -> Outcome:
         "robust_worst_mean": float(robust.mean()),
         "robust_worst_min": float(robust.min()),
     }
+    return Outcome(rows, figures, lambda figure: _draw(figure, axis, field), (10.0, 3.8))
 
-    def draw(figure: Any) -> None:
-        axes = figure.subplots(1, 3, sharey=True)
-        for a, name in zip(axes, ("free", "stiff", "robust"), strict=True):
-            image = np.full(inside.shape, np.nan)
-            image[inside] = np.where(good, np.minimum(force[name], 30.0), np.nan)
-            mesh = a.pcolormesh(axis, axis, image, vmin=0.0, vmax=30.0, cmap="viridis", rasterized=True)
-            a.set(title=f"{name}: force along u [N]", aspect="equal", xlabel="x [m]")
-        figure.colorbar(mesh, ax=axes)
 
-    return Outcome(rows, figures, draw, (10.0, 3.8))
+def _optimise(axis: Array, progress: Progress) -> Field:
+    device = Device()
+    grid = np.stack(np.meshgrid(axis, axis), axis=-1)
+    radius = np.linalg.norm(grid, axis=-1)
+    inside = (NEAR < radius) & (radius < FAR)
+    x, u = grid[inside], device.u
+    directions = cone(u, CONE)
+    progress(f"{len(x)} points, free")
+    free, reached_free = multistart(device, x, device.desired(False), 1)
+    progress(f"{len(x)} points, stiff")
+    stiff, reached_stiff = multistart(device, x, device.desired(True), 2)
+    J_free, J_stiff = device.arm.reach(free)[1], device.arm.reach(stiff)[1]
+    force = {"free": force_limit(J_free, device.limit, u), "stiff": force_limit(J_stiff, device.limit, u)}
+    worst = {"stiff": worst_force(J_stiff, device.limit, directions)}
+    values = np.linalg.eigvalsh(velocity_ellipsoid(J_stiff, device.limit))
+    condition = values[:, -1] / values[:, 0]
+    for name, aims in (("exact", u[None]), ("robust", directions)):
+        progress(f"{len(x)} points, {name} polytope")
+        strong = _strongest(device, stiff, x, condition, aims)
+        J = device.arm.reach(strong)[1]
+        force[name], worst[name] = force_limit(J, device.limit, u), worst_force(J, device.limit, directions)
+    return Field(inside, reached_free & reached_stiff, force, worst)
 
 
 def _strongest(device: Device, start: Array, x: Array, condition: Array, directions: Array) -> Array:
@@ -117,9 +135,15 @@ def _strongest(device: Device, start: Array, x: Array, condition: Array, directi
     return np.asarray(np.where((after > before)[:, None], found, start))
 
 
-def _pair(values: Array) -> str:
-    return f"{values.mean():.2f} / {np.median(values):.2f}"
+def _mean_least(values: Array) -> str:
+    return f"{values.mean():.3f} / {values.min():.3f}"
 
 
-def _ends(values: Array) -> str:
-    return f"{values.mean():.3f} / {values.max():.2f}"
+def _draw(figure: Any, axis: Array, field: Field) -> None:
+    axes = figure.subplots(1, 3, sharey=True)
+    for a, name in zip(axes, ("free", "stiff", "robust"), strict=True):
+        image = np.full(field.inside.shape, np.nan)
+        image[field.inside] = np.where(field.good, np.minimum(field.force[name], 30.0), np.nan)
+        mesh = a.pcolormesh(axis, axis, image, vmin=0.0, vmax=30.0, cmap="viridis", rasterized=True)
+        a.set(title=f"{name}: force along u [N]", aspect="equal", xlabel="x [m]")
+    figure.colorbar(mesh, ax=axes)

@@ -27,20 +27,19 @@ class Granted:
 
     Attributes:
         memory, fifo, cpu: locked memory, SCHED_FIFO, the processor that was asked for.
-        awake: processors do not sleep; refused to ordinary users, where the host's settings decide.
         lost: what was refused, with the fix.
     """
 
     memory: bool = True
     fifo: bool = True
     cpu: bool = True
-    awake: bool = False
     lost: list[str] = field(default_factory=list)
 
 
 def become_realtime(priority: int, cpu: int | None = None) -> Granted:
     """Locked memory, processors awake, the process bound to one where one is named, and SCHED_FIFO last."""
-    granted = Granted(awake=stay_awake())
+    granted = Granted()
+    stay_awake()  # refused to ordinary users, where the host's settings decide
     error = -int(lib.rt_lock_memory())
     if error:
         granted.memory = False

@@ -1,7 +1,7 @@
 """Supervisory work runs between ticks, never into the next one."""
 
 import time
-from itertools import pairwise
+from itertools import count, pairwise
 
 import pytest
 from hapticd.runtime import slack as slack_module
@@ -13,33 +13,28 @@ BUDGET = 200_000
 FAR = 10**12
 
 
+async def write(name: str, done: list[str], slices: int | None = None) -> None:
+    """Supervisory work that says when it has had a slice."""
+    for _ in count() if slices is None else range(slices):
+        done.append(name)
+        await pause()
+
+
 def test_slices_alternate_and_work_ends() -> None:
     done: list[str] = []
-
-    async def work(name: str, slices: int) -> None:
-        for k in range(slices):
-            done.append(f"{name}{k}")
-            await pause()
-
     slack = Slack(Watch())
-    slack.add(work("a", 2))
-    slack.add(work("b", 3))
+    slack.add(write("a", done, 2))
+    slack.add(write("b", done, 3))
     for _ in range(5):
         slack.serve(now_ns() + FAR)
-    assert done == ["a0", "b0", "a1", "b1", "b2"]
+    assert done == ["a", "b", "a", "b", "b"]
 
 
 def test_no_slice_starts_where_its_budget_does_not_fit_and_it_comes_first_next_time() -> None:
     done: list[str] = []
-
-    async def work(name: str) -> None:
-        while True:
-            done.append(name)
-            await pause()
-
     slack = Slack(Watch())
-    slack.add(work("a"), BUDGET)
-    slack.add(work("b"), BUDGET)
+    slack.add(write("a", done), BUDGET)
+    slack.add(write("b", done), BUDGET)
     slack.serve(now_ns() + BUDGET + GUARD_NS - 1)
     assert done == []
 
@@ -49,7 +44,7 @@ def test_no_slice_starts_where_its_budget_does_not_fit_and_it_comes_first_next_t
         await pause()
 
     slack.add(long(), BUDGET)
-    slack.add(work("c"), BUDGET)
+    slack.add(write("c", done), BUDGET)
     slack.serve(now_ns() + 3 * BUDGET + GUARD_NS + 600_000)
     assert done[:3] == ["a", "b", "long"]  # and no time was left
     slack.serve(now_ns() + FAR)
@@ -61,17 +56,11 @@ def test_work_that_never_fits_in_gets_a_slice_after_a_second_and_keeps_nobody_wa
 ) -> None:
     monkeypatch.setattr(slack_module, "PATIENCE_NS", 20_000_000)
     done: list[str] = []
-
-    async def work(name: str) -> None:
-        while True:
-            done.append(name)
-            await pause()
-
     slack = Slack(Watch())
     begin = now_ns()
-    slack.add(work("long"), FAR)
-    slack.add(work("longer"), FAR)
-    slack.add(work("short"), 0)
+    slack.add(write("long", done), FAR)
+    slack.add(write("longer", done), FAR)
+    slack.add(write("short", done), 0)
     while done.count("longer") < 2:
         had = len(done)
         slack.serve(now_ns() + FAR // 2)

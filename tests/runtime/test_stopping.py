@@ -5,6 +5,8 @@ from math import inf, nan
 
 import numpy as np
 import pytest
+from hapticd.devices.frames import Frames
+from hapticd.devices.image import COUNTERS
 from hapticd.runtime import cycle
 from hapticd.runtime.giant.machine import Giant
 from hapticd.runtime.modes import Command, Mode
@@ -108,7 +110,7 @@ def test_up_to_four_lost_frames_stop_nothing(engaging: Bench) -> None:
     engaging.joints[3].tamper = faults.drop(4)
     engaging.run(200)
     assert engaging.mode is Mode.ENGAGING
-    assert engaging.memory.image.counters[13] >= 4  # misses are counted
+    assert counted(engaging, "misses") >= 4
 
 
 def test_malformed_frames_are_dropped_and_counted(engaging: Bench) -> None:
@@ -116,21 +118,21 @@ def test_malformed_frames_are_dropped_and_counted(engaging: Bench) -> None:
     engaging.nodes["force_torque"].tamper = faults.corrupt(1, 0, 0xFF)
     engaging.run(100)
     assert engaging.mode is Mode.ENGAGING
+    assert counted(engaging, "length") == 2
+    assert counted(engaging, "ahead") == 1  # the corrupted sequence number
+    assert counted(engaging, "misses") == 3
+
+
+def counted(bench: Bench, event: str) -> int:
+    return int(bench.memory.image.counters[COUNTERS.index(event)])
 
 
 def test_a_second_master_stops_the_machine(engaging: Bench) -> None:
-    engaging.lockstep._bus.send(_frames((0x000, b"\x01\x00")))
+    frames = Frames()
+    frames.append(0x000, b"\x01\x00")
+    engaging.lockstep._bus.send(frames)
     engaging.run(2)
     assert engaging.reason == "second_master"
-
-
-def _frames(*frames: tuple[int, bytes]):  # type: ignore[no-untyped-def]
-    from hapticd.devices.frames import Frames
-
-    made = Frames()
-    for can_id, data in frames:
-        made.append(can_id, data)
-    return made
 
 
 def test_a_failed_solve_brakes_at_once_and_stops_on_the_third(
