@@ -21,7 +21,7 @@ import msgspec
 
 from ..runtime.histogram import Histogram, nanosleep_loop
 from ..runtime.loop import FixedRate, now_ns
-from ..runtime.realtime import DAEMON_PRIORITY, SPIN_NS, become_realtime, settle_memory
+from ..runtime.realtime import DAEMON_PRIORITY, SPIN_NS, become_realtime, settle_memory, stay_awake
 from ..runtime.watch import WatchedLoop
 from .picture import pyplot
 
@@ -274,6 +274,7 @@ def main(arguments: Sequence[str]) -> None:
     """One contender of one round; its ``Round`` goes to standard output."""
     name, rate, ticks = arguments
     settle_memory()
+    stay_awake()
     granted = become_realtime(DAEMON_PRIORITY)
     found = CONTENDERS[name](float(rate), int(ticks))
     found.warnings = granted.lost

@@ -184,11 +184,12 @@ def _run(options: argparse.Namespace) -> int:
             log.unlink()
     if outcome.report and options.json:
         speed = {} if outcome.speed_x is None else {"speed_x": outcome.speed_x}
-        print(as_json(outcome.report, status=outcome.status, message=outcome.message, **speed))
+        print(as_json(outcome.report, log=str(log), status=outcome.status, message=outcome.message, **speed))
     elif outcome.report:
         print(table(outcome.report))
         if outcome.speed_x is not None:
             print(f"lockstep: {outcome.speed_x:g} times real time")
+        print(f"log: {log}")
         print(f"replay: hapticd replay {log} --verify")
     if outcome.message:
         print(f"hapticd: {outcome.message}", file=sys.stderr)

@@ -31,7 +31,14 @@ from .modes import Command, Mode
 from .notify import ServiceManager, Supervision
 from .outcome import END_LIMIT_S, Outcome, outcome
 from .phase_lock import PhaseLock
-from .realtime import DAEMON_PRIORITY, automatic_spin_ns, become_realtime, leave_cpu, settle_memory
+from .realtime import (
+    DAEMON_PRIORITY,
+    automatic_spin_ns,
+    become_realtime,
+    leave_cpu,
+    settle_memory,
+    stay_awake,
+)
 from .record import RecordWriter
 from .recorder import EVENT, FINISH, LATE, OVERSTAY, TICK, VITALS
 from .ring import Ring
@@ -113,14 +120,11 @@ class Daemon:
             warm_up(self._session.loaded)
             settle_memory()
             self._become_realtime()
-            works = (
-                self._forensics.watch_host(),
-                self._vitals.watch(),
-                self._watch_recorder(),
-                self._watch_bus(),
-            )
-            for work in works:
-                self._rhythm.slack.add(work, LOOK_NS)
+            slack = self._rhythm.slack
+            slack.add(self._watch_recorder())
+            slack.add(self._watch_bus())
+            slack.add(self._forensics.watch_host(), LOOK_NS)
+            slack.add(self._vitals.watch(), LOOK_NS)
             loop.watch = self._watch
             loop.set_exception_handler(self._crashed)
             self._rhythm.start(loop.add_tick, START_DELAY_NS)
@@ -159,6 +163,8 @@ class Daemon:
         wish = self._session.config.loop
         for child in filter(None, (self._plant, self._recorder)):
             leave_cpu(child.pid, wish.cpu)
+        awake = "are kept awake" if stay_awake() else "may sleep between ticks as far as the host lets them"
+        self._event(0, f"the processors {awake}")
         granted = become_realtime(DAEMON_PRIORITY, wish.cpu)
         automatic = automatic_spin_ns(granted, wish.cpu)
         self._rhythm.spin_ns = automatic if wish.spin is None else round(1e9 * wish.spin)

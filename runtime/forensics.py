@@ -36,7 +36,8 @@ class LateTick(msgspec.Struct, frozen=True):
         callbacks: what else ran since the tick before, with its duration.
         minor_faults, major_faults: pages that had to be mapped, or read from disk.
         preempted: times that another process was given the processor.
-        stolen_us: what the hypervisor took from this host's processors within the last second.
+        stolen_us: what the hypervisor took from this host's processors since the last look but one, a second
+            or two ago where there is time.
         cause: the most likely one, for people.
     """
 

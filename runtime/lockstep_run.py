@@ -7,8 +7,6 @@ from io import FileIO
 from pathlib import Path
 from time import perf_counter
 
-import msgspec
-
 from .config import Loaded
 from .lockstep import Lockstep
 from .log import LogWriter
@@ -54,6 +52,5 @@ def run(loaded: Loaded, log: Path, duration: float | None, live: bool) -> Outcom
             keep()
         report = summary.report(0)
         recording.finish(as_json(report))
-    report = msgspec.structs.replace(report, log=str(log))  # the file itself does not depend on its name
     speed_x = round((lockstep.inputs.tick + 1) / rate / (perf_counter() - begin), 2)
     return outcome(memory, report, speed_x)

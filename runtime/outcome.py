@@ -15,7 +15,7 @@ END_LIMIT_S = 2.0
 
 @dataclass(slots=True)
 class Outcome:
-    """How a live session ended.
+    """How a session ended.
 
     Attributes:
         report: its summary, None where the recorder was lost.

@@ -9,8 +9,9 @@ LARGEST_SHARE = 0.02
 """Of the period by which one tick may be moved, so that no tick is ever far from dt apart from the last."""
 LARGEST_DRIFT = 500e-6
 """Between the two clocks."""
-LOCKED_SHARE = 0.15
-"""Mean phase error, as a share of the period, below which the loop counts as locked."""
+LOCKED_SHARE, UNLOCKED_SHARE = 0.1, 0.25
+"""Mean phase error in shares of the period, below which the loop counts as locked, and above which no longer.
+What lies between, such as stamps that a busy host delays, makes no news."""
 MEAN_TICKS = 50.0
 LOST_TICKS = 100
 """Without a stamp until the lock counts as lost; meanwhile and afterwards the drift is held."""
@@ -50,7 +51,7 @@ class PhaseLock:
         error = (stamp_ns + period // 2 - deadline_ns + period // 2) % period - period // 2
         self.error_ns = error
         self._mean_ns += (abs(error) - self._mean_ns) / MEAN_TICKS
-        self.locked = self._mean_ns < LOCKED_SHARE * period
+        self.locked = self._mean_ns < (UNLOCKED_SHARE if self.locked else LOCKED_SHARE) * period
         most = LARGEST_DRIFT * period
         self._drift_ns = min(max(self._drift_ns + INTEGRAL * error, -most), most)
         most = LARGEST_SHARE * period

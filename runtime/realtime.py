@@ -37,9 +37,8 @@ class Granted:
 
 
 def become_realtime(priority: int, cpu: int | None = None) -> Granted:
-    """Locked memory, processors awake, the process bound to one where one is named, and SCHED_FIFO last."""
+    """Locked memory, the process bound to a processor where one is named, and SCHED_FIFO last."""
     granted = Granted()
-    stay_awake()  # refused to ordinary users, where the host's settings decide
     error = -int(lib.rt_lock_memory())
     if error:
         granted.memory = False
@@ -73,11 +72,15 @@ def stay_awake(path: Path = WAKE_UP_LIMIT) -> bool:
     Waking up takes tens of microseconds, and what runs next finds its caches and its frequency gone.
     """
     try:
-        fd = os.open(path, os.O_WRONLY)  # never closed: the kernel forgets the wish with the descriptor
-        os.write(fd, (0).to_bytes(4, sys.byteorder))
+        fd = os.open(path, os.O_WRONLY)
     except OSError:
         return False
-    return True
+    try:
+        os.write(fd, (0).to_bytes(4, sys.byteorder))
+    except OSError:
+        os.close(fd)
+        return False
+    return True  # and not closed: the kernel forgets the wish with the descriptor
 
 
 def automatic_spin_ns(granted: Granted, cpu: int | None) -> int:

@@ -121,7 +121,7 @@ def main(arguments: list[str]) -> int:
         report = recorder.summary.report(recorder._ring.dropped)
         log.finish(as_json(report))
     if told:
-        os.write(1, as_json(msgspec.structs.replace(report, log=path)).encode())
+        os.write(1, as_json(report).encode())
     else:
         print(f"hapticd: the daemon died; its log is complete: {path}", file=sys.stderr)
     return 0

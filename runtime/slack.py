@@ -1,4 +1,4 @@
-"""Supervisory work in slices, run only where the time until the next tick allows it."""
+"""Supervisory work in slices between the ticks."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from .watch import BUDGET_NS, Watch
 GUARD_NS = 50_000
 """Kept free before the next tick."""
 PATIENCE_NS = 1_000_000_000
-"""How long work waits for a slice that fits. Then it gets one that does not: rather a late tick a second than
-a session that nobody supervises."""
+"""How long work waits for a slice that fits, before it gets one that does not; such slices, of all work
+together, keep this distance, too. Rather a late tick a second than a session that nobody supervises."""
 
 Work = Coroutine[float, None, None]
 """An ``async def`` that awaits nothing but ``pause``."""
@@ -37,29 +37,33 @@ class Slack:
     """The supervisory work of a loop.
 
     Each slice has a budget: it only starts where the budget fits in before the next tick, and is reported
-    where it took longer. Work whose slices never fit in gets one a second all the same.
+    where it took longer. Once a second a slice may start that does not fit, so that all work goes on.
     """
 
     def __init__(self, watch: Watch, failed: Callable[[str], None] = lambda _: None) -> None:
         """``failed`` is told of work that raised; the work is dropped, the loop goes on."""
         self._watch, self._failed = watch, failed
         self._tasks: list[_Task] = []
+        self._forced_ns = 0
 
     def add(self, work: Work, budget_ns: int = BUDGET_NS) -> None:
         """Begin work."""
         self._tasks.append(_Task(work, budget_ns, int(lib.rt_now())))
 
     def serve(self, until_ns: int) -> None:
-        """One slice of each piece of work that is due and fits in; the others come first next time."""
+        """One slice of each piece of work that is due and fits in; the others come first next time.
+
+        Of those that have waited too long for that, one a second gets its slice all the same.
+        """
         now = int(lib.rt_now())
         for task in tuple(self._tasks):
-            waited = now - task.due_ns
             fits = now + task.budget_ns + GUARD_NS <= until_ns
-            if waited >= 0 and (fits or waited > PATIENCE_NS):
+            if now >= task.due_ns and (fits or self._overdue(task, now)):
                 self._tasks.remove(task)
                 self._tasks.append(task)
                 now = self._slice(task, now)
                 if not fits:
+                    self._forced_ns = now
                     return
 
     def close(self) -> None:
@@ -67,6 +71,9 @@ class Slack:
         for task in self._tasks:
             task.work.close()
         self._tasks.clear()
+
+    def _overdue(self, task: _Task, now: int) -> bool:
+        return now - max(task.due_ns, self._forced_ns) > PATIENCE_NS
 
     def _slice(self, task: _Task, start: int) -> int:
         work = task.work

@@ -97,7 +97,6 @@ class Report(msgspec.Struct, frozen=True):
     overstays: list[OverstayReport]
     vitals: Vitals
     limits: list[LimitReport]
-    log: str
 
 
 @dataclass(slots=True)
@@ -217,7 +216,6 @@ class Summary:
             overstays=list(self.overstays.values()),
             vitals=self.vitals,
             limits=[_limit_report(extent) for extent in self.extents if extent.low <= extent.high],
-            log="",
         )
 
 
@@ -256,8 +254,6 @@ def table(report: Report) -> str:
         lines += map(_limit_line, report.limits)
     if report.stop:
         lines.append(f"stopped: {report.stop}")
-    if report.log:
-        lines.append(f"log: {report.log}")
     return "\n".join(lines)
 
 

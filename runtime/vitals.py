@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from math import inf
 
 import msgspec
 
@@ -56,14 +57,14 @@ class VitalSigns:
         self._rss = self._resident()
 
     async def watch(self) -> None:
-        """Supervisory work: a look a second."""
+        """Supervisory work: a look a second, where there is time."""
         self.settle()
-        seconds = 0.0
+        settles_ns = float(lib.rt_now() + 1e9 * SETTLED_S)
         while True:
             await pause(LOOK_S)
-            seconds += LOOK_S
-            if seconds == SETTLED_S:
+            if lib.rt_now() >= settles_ns:
                 self.settle()
+                settles_ns = inf
             self._look_at_memory()
             await pause()
             self._look_at_threads()

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import isfinite
+from math import ceil, isfinite
 
 from .verdict import PASS, Reaction, Verdict, strongest
 
@@ -58,7 +58,7 @@ class Gate:
         self._clamps = (
             (round(CLAMPED_OFF_S * rate), Reaction.OFF),
             (round(CLAMPED_RAMP_S * rate), Reaction.RAMP),
-            (max(CLAMPS_BEFORE_HOLD, round(CLAMPED_HOLD_S * rate)), Reaction.HOLD),
+            (max(CLAMPS_BEFORE_HOLD, ceil(CLAMPED_HOLD_S * rate)), Reaction.HOLD),
         )
         self.admitted = [0.0] * len(self._axes)
         self.enable = False

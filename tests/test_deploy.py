@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 import subprocess
 from configparser import ConfigParser
@@ -63,6 +64,14 @@ def test_systemd_accepts_the_units(analyze: str, tmp_path: Path) -> None:
     assert told.returncode == 0, told.stderr
 
 
+THREAD = "18 (ktimers/0) S" + 36 * " 0"
+PROGRAMS = {
+    "pgrep": 'cd "$HOST/proc" && grep -lE "$1" [0-9]*/comm | cut -d/ -f1',
+    "chrt": f'[ "$1 $2" = "--fifo --pid" ] && echo "{THREAD} $3 1" >"$HOST/proc/$4/stat"',
+}
+"""Stand-ins that see and change the threads of a host made of files."""
+
+
 def test_the_host_service_makes_the_settings_that_the_doctor_wants(tmp_path: Path) -> None:
     cpus = "sys/devices/system/cpu"
     before = {
@@ -72,20 +81,28 @@ def test_the_host_service_makes_the_settings_that_the_doctor_wants(tmp_path: Pat
         f"{cpus}/cpu0/cpuidle/state2/latency": "100",
         f"{cpus}/cpu0/cpuidle/state2/disable": "0",
         "sys/kernel/debug/sched/fair_server/cpu0/runtime": "50000000",
+        "sys/kernel/realtime": "1",
         "proc/sys/kernel/osrelease": "6.12.0",
+        "proc/17/comm": "ksoftirqd/0",
+        "proc/18/comm": "ktimers/0",
+        "proc/18/stat": f"{THREAD} 1 1",
+        **{f"bin/{name}": f"#!/bin/sh\n{text}\n" for name, text in PROGRAMS.items()},
     }
     for path, text in before.items():
         (tmp_path / path).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / path).write_text(text)
+    for name in PROGRAMS:
+        (tmp_path / "bin" / name).chmod(0o755)
+    environment = {"PATH": f"{tmp_path}/bin:{os.environ['PATH']}", "HOST": str(tmp_path)}
     host = Host(tmp_path)
-    checks = (cpu.governor, cpu.sleep_states, kernel.fair_server)
-    assert [check(host).state for check in checks] == [State.WARN] * 3
+    checks = (cpu.governor, cpu.sleep_states, kernel.fair_server, kernel.timer_threads)
+    assert [check(host).state for check in checks] == [State.WARN] * 4
     for line in (DEPLOY / "hapticd-host.service").read_text().splitlines():
         if line.startswith("ExecStart=-"):
             # as systemd reads it, in a folder that stands for the host
             command = line.removeprefix("ExecStart=-").replace("$$", "$").replace("/sys/", f"{tmp_path}/sys/")
-            subprocess.run(["/bin/sh", "-c", command], check=True)
-    assert [check(host).state for check in checks] == [State.PASS] * 3
+            subprocess.run(["/bin/sh", "-c", command], check=True, env=environment)
+    assert [check(host).state for check in checks] == [State.PASS] * 4
     assert (tmp_path / f"{cpus}/cpu0/cpuidle/state1/disable").read_text().strip() == "0"
 
 

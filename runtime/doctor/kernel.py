@@ -21,8 +21,7 @@ def preempt_rt(host: Host) -> Line:
     release = host.read("/proc/sys/kernel/osrelease") or "unknown"
     if _preempts(host):
         return Line("preempt_rt", State.PASS, f"Linux {release}, PREEMPT_RT", why)
-    package = RT_KERNEL.get(platform.machine(), "linux-image-rt-*")
-    fix = f"sudo apt install {package} && sudo reboot"
+    fix = f"sudo apt install {_rt_kernel()} && sudo reboot"
     return Line("preempt_rt", State.FAIL, f"Linux {release} without PREEMPT_RT", why, fix)
 
 
@@ -34,22 +33,17 @@ def timer_threads(host: Host) -> Line:
     )
     if not _preempts(host):
         return Line("timer_threads", State.PASS, "timers expire in the interrupt", why)
-    threads = "ktimers"
-    priorities = _priorities(host, threads)
-    if not priorities:  # a kernel that leaves timers to all soft interrupts' thread
-        threads = "ksoftirqd"
-        priorities = _priorities(host, threads)
-    fix = f"for p in $(pgrep ^{threads}/); do sudo chrt --fifo --pid {TIMER_PRIORITY} $p; done"
+    priorities = _timer_priorities(host)
     if not priorities:
-        return Line("timer_threads", State.WARN, "root alone can see them", why, fix)
+        found = "no thread ktimers/N is visible; other kernels leave timers to ksoftirqd/N, at no priority"
+        fix = f"sudo hapticd doctor    # still none: sudo apt install {_rt_kernel()}, or Linux 6.13 and later"
+        return Line("timer_threads", State.WARN, found, why, fix)
     low = {cpu for cpu, priority in priorities.items() if priority <= DAEMON_PRIORITY}
-    lowest = min(priorities.values())
+    found = f"priority {min(priorities.values())}, the daemon's is {DAEMON_PRIORITY}"
     if not low:
-        return Line(
-            "timer_threads", State.PASS, f"{threads} at {lowest}, the daemon at {DAEMON_PRIORITY}", why
-        )
-    found = f"{threads} at {lowest} on CPU {format_cpus(low)}, the daemon at {DAEMON_PRIORITY}"
-    return Line("timer_threads", State.WARN, found, why, fix)
+        return Line("timer_threads", State.PASS, found, why)
+    fix = f"for p in $(pgrep ^ktimers/); do sudo chrt --fifo --pid {TIMER_PRIORITY} $p; done"
+    return Line("timer_threads", State.WARN, f"{found} (CPU {format_cpus(low)})", why, fix)
 
 
 def rt_throttling(host: Host) -> Line:
@@ -119,15 +113,18 @@ def _preempts(host: Host) -> bool:
     return host.read("/sys/kernel/realtime") == "1" or "PREEMPT_RT" in version
 
 
-def _priorities(host: Host, threads: str) -> dict[int, int]:
-    """Real-time priority (0: none) of the kernel's threads ``threads/CPU``, by CPU."""
+def _timer_priorities(host: Host) -> dict[int, int]:
+    """Real-time priority (0: none) of the kernel's threads ``ktimers/CPU``, by CPU."""
     found = {}
     for path in host.find("/proc/[0-9]*/comm"):
         name, _, cpu = (host.read(path) or "").partition("/")
-        status = host.read(f"{path.removesuffix('comm')}stat")
-        if name == threads and status:
+        if name == "ktimers" and cpu.isdecimal() and (status := host.read(f"{path[:-4]}stat")):
             found[int(cpu)] = int(status.rpartition(")")[2].split()[37])  # rt_priority, see proc(5)
     return found
+
+
+def _rt_kernel() -> str:
+    return RT_KERNEL.get(platform.machine(), "linux-image-rt-*")
 
 
 def _version(release: str) -> tuple[int, int]:

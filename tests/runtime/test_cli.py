@@ -114,7 +114,7 @@ def test_lockstep_prints_the_summary_and_writes_the_log(
     assert main(["run", "giant", "--lockstep", "--duration", "0.5", "--log", str(log)]) == 0
     out = capsys.readouterr().out
     assert "ticks at 1000 Hz" in out and "times real time" in out
-    assert f"replay {log} --verify" in out
+    assert f"log: {log}\n" in out and f"replay {log} --verify" in out
     again = ["run", "giant", "--lockstep", "--duration", "0.5", "--json", "--log"]
     recorded = log.read_bytes()
     assert main([*again, str(log)]) == 2  # a recording is never overwritten

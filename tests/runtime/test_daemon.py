@@ -231,6 +231,7 @@ def test_ticks_follow_the_clock_of_the_bus(
     config = str(write_config(('rate = "1 kHz"', 'rate = "1 kHz"\nsync = "bus"')))
     live = start(config, "--duration", "60")
     live.wait_for("ticks follow the clock of the bus")
+    live.wait_for("ENGAGING")
     live.type("q\n")
     assert live.end() == 0, live.errors
     verify = [sys.executable, "-m", "hapticd.runtime", "replay", str(live.log), "--verify"]

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hapticd.runtime.phase_lock import LOST_TICKS, PhaseLock
+from hapticd.runtime.phase_lock import LOCKED_SHARE, LOST_TICKS, UNLOCKED_SHARE, PhaseLock
 
 PERIOD = 1_000_000
 
@@ -58,6 +58,21 @@ def test_no_tick_is_moved_by_more_than_a_share_of_the_period() -> None:
     steps = np.diff(clocks.deadlines)
     assert np.abs(steps - PERIOD).max() <= 0.02 * PERIOD
     assert steps.min() > 0
+
+
+def test_between_the_two_shares_nothing_changes() -> None:
+    lock = PhaseLock(PERIOD)
+
+    def off_by(share: float) -> bool:
+        for k in range(500):
+            lock.update(k * PERIOD, round((k + 0.5 + share) * PERIOD))
+        return lock.locked
+
+    assert not off_by(UNLOCKED_SHARE - 0.02)
+    assert off_by(LOCKED_SHARE - 0.02)
+    assert off_by(UNLOCKED_SHARE - 0.02)
+    assert not off_by(UNLOCKED_SHARE + 0.02)
+    assert not off_by(LOCKED_SHARE + 0.02)
 
 
 def test_without_stamps_the_drift_is_held_and_the_lock_is_lost_in_time() -> None:

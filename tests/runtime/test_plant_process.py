@@ -140,11 +140,12 @@ def test_the_clock_of_the_bus_ticks_whatever_the_daemon_does_and_costs_no_plant_
     server = PlantServer(plant, bus, PERIOD, clock=BusClock(bus, PERIOD))
     frames, stamps = Frames(), 0
     begin = time.monotonic()
-    while stamps < 50:
+    while stamps < 50 and time.monotonic() < begin + 10.0:
         assert server.serve()
         daemon.receive(frames)
         stamps += sum(can_id == TIME for can_id, _ in frames)
     end = time.monotonic()
+    assert stamps >= 50
     assert end - begin >= 48 * PERIOD  # never more than one a period
     assert plant.time == 0.0
     send(daemon)

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 from hapticd.runtime import realtime
+from hapticd.runtime import vitals as vitals_module
 from hapticd.runtime.realtime import Granted, automatic_spin_ns, isolated_cpus, leave_cpu
 from hapticd.runtime.stages import Stage, Stages
 from hapticd.runtime.vitals import VitalSigns
@@ -108,6 +109,26 @@ def test_stages_add_up_and_the_log_s_stays_until_its_next_end() -> None:
         durations.append(stages.ns[Stage.LOG])
     assert durations[0] > 2_000_000
     assert min(durations) < 2_000_000  # of its last run, not of all together
+
+
+def test_memory_settles_after_a_time_however_rare_the_looks_are(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(vitals_module, "SETTLED_S", 0.05)
+    vitals = VitalSigns()
+    work = vitals.watch()
+    work.send(None)
+    early = bytearray(b"x" * (16 << 20))
+    work.send(None)
+    assert vitals.found.rss_growth_kib > 15_000
+    work.send(None)
+    time.sleep(0.06)
+    work.send(None)
+    assert vitals.found.rss_growth_kib < 1_000  # counted from here on
+    late = bytearray(b"x" * (16 << 20))
+    work.send(None)
+    work.send(None)
+    assert vitals.found.rss_growth_kib > 15_000
+    work.close()
+    assert len(early) == len(late)
 
 
 def test_vital_signs_see_memory_that_grows_and_faults_since_arming() -> None:

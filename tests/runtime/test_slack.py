@@ -1,4 +1,4 @@
-"""Supervisory work runs between ticks, never into the next one."""
+"""Supervisory work runs between the ticks; into the next one at most once a second."""
 
 import time
 from itertools import count, pairwise
@@ -61,12 +61,10 @@ def test_work_that_never_fits_in_gets_a_slice_after_a_second_and_keeps_nobody_wa
     slack.add(write("long", done), FAR)
     slack.add(write("longer", done), FAR)
     slack.add(write("short", done), 0)
-    while done.count("longer") < 2:
-        had = len(done)
+    while done.count("longer") < 2 and now_ns() < begin + 10 * 10**9:
         slack.serve(now_ns() + FAR // 2)
-        assert not {"long", "longer"} <= set(done[had:])  # never two in one tick
-    assert now_ns() - begin > 40_000_000
-    assert done.count("long") == 2
+    assert [name for name in done if name != "short"] == ["long", "longer", "long", "longer"]
+    assert now_ns() - begin > 80_000_000  # one slice in 20 ms, of both together
     assert done.count("short") > 10
 
 

@@ -11,6 +11,7 @@ from hapticd.runtime import cycle
 from hapticd.runtime.giant.machine import Giant
 from hapticd.runtime.modes import Command, Mode
 from hapticd.runtime.rhi.machine import RedundantInterface
+from hapticd.safety.gate import CLAMPS_BEFORE_HOLD
 from hapticd.sim import faults
 
 from .conftest import MACHINES, RAMP_TICKS, Bench, fall
@@ -217,6 +218,21 @@ def test_a_command_that_is_no_number_never_reaches_a_drive(engaging: Bench, comm
     assert engaging.mode is Mode.STOPPED
     assert engaging.safe
     assert engaging.plc.sto  # on request: nobody pressed anything
+
+
+def test_a_motor_that_gives_all_it_has_for_milliseconds_stops_nothing_at_a_high_rate() -> None:
+    waypoint = 'at = "4.45 s"\nposition = "1.024 -0.6243 -1.05 m"\nangles = "45 60 0 deg"'
+    roll = 'at = "4 s"\nposition = "0.6 -0.8 -1.05 m"\nangles = "-10 60 -90 deg"'
+    bench = Bench(('rate = "1 kHz"', 'rate = "4 kHz"'), (waypoint, roll))
+    bench.run(14_000)
+    longest = clamped = 0
+    for _ in range(1000):
+        before = bench.memory.gate.clamps
+        bench.run(1)
+        clamped = clamped + 1 if bench.memory.gate.clamps > before else 0
+        longest = max(longest, clamped)
+    assert longest > CLAMPS_BEFORE_HOLD  # joint 6 is rolled against its limit
+    assert bench.mode is Mode.ACTIVE, bench.events
 
 
 def test_commands_beyond_the_limit_are_clamped_and_stop_after_ten(engaging: Bench) -> None:

@@ -109,7 +109,7 @@ def test_clamped_ticks_in_a_row_stop_ever_more_strongly_and_one_good_tick_forgiv
     assert gate.clamps == 164
 
 
-@pytest.mark.parametrize(("rate", "ticks"), [(4000.0, 40), (250.0, 10)])
+@pytest.mark.parametrize(("rate", "ticks"), [(4000.0, 40), (1250.0, 13), (250.0, 10)])
 def test_a_motor_may_give_all_it_has_for_10_ticks_and_for_10_ms(rate: float, ticks: int) -> None:
     gate = Gate([JOINT, AXIS], rate)
     found = [admit(gate, [150.0, 0.0]).reaction for _ in range(ticks)]
