@@ -2,6 +2,7 @@
 
 import asyncio
 import inspect
+import sys
 import time
 from functools import partial
 
@@ -37,6 +38,15 @@ def test_a_blocking_coroutine_is_named_with_the_line_where_it_was_resumed() -> N
     resumed = line_of(block_twice, "await asyncio.sleep(0)")
     assert found.where == f"runtime/test_watch.py:{resumed} block_twice"
     assert found.budget_us == 100.0
+
+
+def test_a_name_leaves_nothing_behind_in_the_table_of_interned_strings(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    interned: list[str] = []
+    monkeypatch.setattr(sys, "intern", lambda text: interned.append(text) or text)
+    assert source(block).endswith(" block")
+    assert interned == []
 
 
 @pytest.mark.parametrize("how", ["call_soon", "call_later", "call_at", "call_soon_threadsafe", "add_reader"])
