@@ -58,7 +58,7 @@ RECORDER_S = 0.2
 """Between two looks at the recorder."""
 BUS_S = 0.5
 """Between two looks at what the bus dropped."""
-NOTEWORTHY = ("unsent", "malformed", *(name for name in COUNTERS if name not in ("frames", "misses")))
+NOTEWORTHY = tuple(name for name in COUNTERS if name not in ("frames", "misses"))
 """Counters that a person hears of; missing frames have their own words."""
 KEYS = {"s": Command.STOP, "r": Command.RESET, "a": Command.ARM}
 
@@ -323,15 +323,17 @@ class Daemon:
     async def _watch_bus(self) -> None:
         """Supervisory work: what the bus dropped, and why, becomes an event."""
         image, bus = self._session.memory.image, self._bus
-        before: dict[str, int] = {}
+        columns = [COUNTERS.index(name) for name in NOTEWORTHY]
+        before = [0] * (2 + len(columns))
         while True:
-            counters = dict(zip(COUNTERS, image.counters.tolist(), strict=True))
-            now = {**counters, "unsent": bus.unsent, "malformed": bus.malformed}
-            moved = [f"{now[name] - before.get(name, 0)} {name}" for name in NOTEWORTHY]
-            news = ", ".join(text for text in moved if not text.startswith("0 "))
-            if news:
+            counters = image.counters.tolist()
+            now = [bus.unsent, bus.malformed, *(counters[k] for k in columns)]
+            if now != before:
+                names = ("unsent", "malformed", *NOTEWORTHY)
+                moved = zip(names, now, before, strict=True)
+                news = ", ".join(f"{new - old} {name}" for name, new, old in moved if new != old)
                 self._event(max(0, self._rhythm.tick), f"bus: {news}")
-            before = now
+                before = now
             await pause(BUS_S)
 
     def _event(self, tick: int, text: str) -> None:

@@ -10,12 +10,17 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from types import SimpleNamespace
 
 import msgspec
 import pytest
+from hapticd.devices.image import COUNTERS
+from hapticd.runtime import daemon
 from hapticd.runtime.log import open_log
 from hapticd.runtime.modes import Mode
 from hapticd.runtime.stages import Stage
+
+from .conftest import loaded
 
 PATIENCE_S = 60.0
 
@@ -236,6 +241,27 @@ def test_ticks_follow_the_clock_of_the_bus(
     assert live.end() == 0, live.errors
     verify = [sys.executable, "-m", "hapticd.runtime", "replay", str(live.log), "--verify"]
     assert subprocess.run(verify, capture_output=True, check=False).returncode == 0
+
+
+def test_what_the_bus_drops_becomes_an_event_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    session = daemon.Daemon(loaded(), tmp_path / "session.mcap", None, live=False)
+    events: list[str] = []
+    monkeypatch.setattr(session, "_event", lambda tick, text: events.append(text))
+    bus = SimpleNamespace(unsent=0, malformed=0)
+    monkeypatch.setattr(session, "_bus", bus, raising=False)
+    counters = session._session.memory.image.counters
+    work = session._watch_bus()
+    work.send(None)
+    counters[COUNTERS.index("frames")] += 5
+    counters[COUNTERS.index("misses")] += 1
+    work.send(None)
+    assert events == []
+    counters[COUNTERS.index("length")] += 2
+    bus.malformed += 1
+    work.send(None)
+    work.send(None)
+    assert events == ["bus: 1 malformed, 2 length"]
+    work.close()
 
 
 DISTURBED = """
