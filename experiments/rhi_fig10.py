@@ -42,11 +42,11 @@ def multistart(device: Device, x: Array, objective: Objective, seed: int) -> tup
 
 @dataclass(frozen=True, slots=True)
 class Field:
-    """Forces over the workspace, for the k points of the grid in reach of both ellipsoids' postures.
+    """Forces over the workspace, at the k points of the grid between NEAR and FAR.
 
     Attributes:
-        inside: points of the grid where a posture was looked for (GRID, GRID).
-        good: those of them with one (k,).
+        inside: which points of the grid they are (GRID, GRID).
+        good: whether both ellipsoids' postures reach them (k,).
         force: along u [N] in the postures ``free``, ``stiff``, ``exact`` and ``robust`` (k,).
         worst: least force [N] in a cone around u in the last three (k,).
     """
@@ -66,7 +66,6 @@ def run(progress: Progress) -> Outcome:
     gain = (force["exact"] / force["stiff"])[good]
     robust, fragile = ((worst[name] / worst["stiff"])[good] for name in ("robust", "exact"))
     share = float(np.mean(ratio > 1.0))
-    cone_name = "least force in a cone of +-20 degrees"
     rows = [
         Row("points of the 31 x 31 grid in reach", "-", f"{int(good.sum())} of {len(good)}"),
         Row("points where stiff renders more than free", "all", f"{100 * share:.1f} %"),
@@ -81,7 +80,11 @@ def run(progress: Progress) -> Outcome:
             f"{gain.mean():.3f} / {gain.max():.2f}",
             "at equal conditioning",
         ),
-        Row(f"{cone_name}, robust polytope over ellipsoid, mean / least", "-", _mean_least(robust)),
+        Row(
+            "least force in a cone of +-20 degrees, robust polytope over ellipsoid, mean / least",
+            "-",
+            _mean_least(robust),
+        ),
         Row(
             "the same, exact polytope over ellipsoid, mean / least",
             "-",
