@@ -1,9 +1,10 @@
-"""The eleven levels of seed 000, Table II, written by the C core into arrays that the solver reads."""
+"""The levels of seed 000, Table II, written by the C core into arrays that the solver reads."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,14 +14,17 @@ from ..models import Array
 from ._kernels import ffi, lib
 from .limits import Limits
 
-TWIN_START = 6
-LEVEL_OF_RANGE = 9
-"""Index of level 10, the first that depends on which limits are active."""
 REACHED = 1e-6
 """A row counts as active within this times (1 + |bound|), violated rows included."""
 
 LOWER = int(lib.CHAIN_LOWER_ACTIVE)
 UPPER = int(lib.CHAIN_UPPER_ACTIVE)
+
+ALL_DIRECTIONS = (0, 1, 2, 3, 4, 5)
+
+Rule = Literal["torques", "gauss"]
+"""How limits reach the twin: through constraint torques on the limits that are active, as printed, or as the
+least deviation from its free motion in the metric of its inertia (Gauss's principle)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,19 +50,46 @@ class Horizons:
     point: float
 
 
-def input_shapes(n: int) -> dict[str, tuple[int, ...]]:
-    """Arrays that the levels are written from, by their names in csrc/chain.h, for a twin of n joints.
+@dataclass(frozen=True, slots=True)
+class JointSum:
+    """A weighted sum of joint positions with limits like a joint's, (14); one weight a joint [rad or m]."""
 
-    ``q, qd``: commanded state of the manipulator. ``J, drift, x_H, R_H``: Jacobian, drift acceleration and
-    pose of the handle without the PPU; ``J_elbow, drift_elbow, x_elbow`` the same of the elbow.
-    ``q_p, qd_p, qdd_p``: motion of the PPU. ``q_a, qd_a, J_a, drift_a, M_a``: state, Jacobian and drift at E,
-    inertia of the twin; ``force_a``: J_a^T (w - w_ref) - tau_dis + tau_dri - c_a; ``x_E, R_E, v_E``: pose and
-    twist of E in B.
+    weight: Sequence[float]
+    lower: float
+    upper: float
+
+
+@dataclass(frozen=True, slots=True)
+class BoxedPoint:
+    """A point of the manipulator that stays in a box along the axes of the base, (15) and (16).
+
+    Attributes:
+        position: without the motion of the base, (3,) [m].
+        J: Jacobian, (6, m).
+        drift: acceleration at qdd = 0, (6,).
+        lower, upper: corners of the box, (3,) [m]; infinite where there is no limit.
+    """
+
+    position: Array
+    J: Array
+    drift: Array
+    lower: Sequence[float]
+    upper: Sequence[float]
+
+
+def input_shapes(m: int, n: int) -> dict[str, tuple[int, ...]]:
+    """Arrays that the levels are written from, by their names in csrc/chain.h.
+
+    ``q, qd``: commanded state of the manipulator with m joints. ``J, drift, x_H, R_H``: Jacobian, drift
+    acceleration and pose of the handle without the base's motion ``q_p, qd_p, qdd_p``. ``q_a, qd_a, J_a,
+    drift_a, M_a``: state, Jacobian and drift at E, inertia of the twin with n joints; ``force_a``:
+    J_a^T (w - w_ref) - tau_dis + tau_dri - c_a; ``x_E, R_E, v_E``: pose and twist of E in B.
     """
     return {
-        **dict.fromkeys(("q", "qd", "drift", "drift_elbow", "drift_a", "v_E"), (6,)),
-        **dict.fromkeys(("J", "J_elbow"), (6, 6)),
-        **dict.fromkeys(("x_H", "x_elbow", "x_E"), (3,)),
+        **dict.fromkeys(("q", "qd"), (m,)),
+        **dict.fromkeys(("drift", "drift_a", "v_E"), (6,)),
+        "J": (6, m),
+        **dict.fromkeys(("x_H", "x_E"), (3,)),
         **dict.fromkeys(("R_H", "R_E"), (3, 3)),
         **dict.fromkeys(("q_p", "qd_p", "qdd_p"), (2,)),
         **dict.fromkeys(("q_a", "qd_a", "force_a"), (n,)),
@@ -68,14 +99,22 @@ def input_shapes(n: int) -> dict[str, tuple[int, ...]]:
 
 
 class ChainLevels:
-    """Levels over x = [qdd_m, qdd_a, alpha_a, alpha_m, alpha_sing, alpha_ee, alpha_elbow], see csrc/chain.h.
+    """Levels over x = [qdd_m, qdd_a, constraint torques], see csrc/chain.h.
+
+    Coupling; set A of the manipulator; sums of joints; one level a point; set A of the twin; set B of the
+    manipulator; set B of the twin; the twin's dynamics. Under the printed rule the range of the constraint
+    torques and their size follow; under Gauss's principle the posture, where the coupling leaves one free.
 
     The inputs stay with their owners, who write them in place; ``assemble`` reads them where they are.
 
     Attributes:
-        levels: the eleven levels, always the same objects.
+        levels: always the same objects.
+        range_level: index of the level with the range of the constraint torques (printed rule).
+        safe_levels: how many levels keep the machine inside its limits; the rest shape what is felt.
         error: from H to E after ``assemble``: translation and rotation vector in B, (6,) [m, rad].
-        active: which limits are active, a flag word for each constraint torque, (n + 13,).
+        active: which limits are active, a flag word for each joint of twin and manipulator, sum and
+            direction of a point, in that order.
+        posture: acceleration that the manipulator takes where nothing else decides, (m,).
     """
 
     def __init__(
@@ -83,50 +122,55 @@ class ChainLevels:
         inputs: Mapping[str, Array],
         manipulator: Limits,
         twin: Limits,
-        tilt: tuple[float, float],
-        box: tuple[Sequence[float], Sequence[float]],
+        sums: Sequence[JointSum],
+        points: Sequence[BoxedPoint],
         gains: Gains,
         horizons: Horizons,
         dt: float,
+        rule: Rule = "torques",
+        directions: Sequence[int] = ALL_DIRECTIONS,
     ) -> None:
         """The inputs are those of ``input_shapes``, each a C-contiguous float64 array.
 
         Raises:
-            ValueError: for inputs or limits of another shape.
+            ValueError: for inputs or limits of another shape, or for constraint torques on a manipulator
+                whose coupling cannot be inverted.
         """
-        if manipulator.n != 6:
-            raise ValueError(f"the manipulator has 6 joints, not {manipulator.n}")
-        if not 1 <= twin.n <= lib.CHAIN_MAX_DOF:
-            raise ValueError(f"a twin of {twin.n} joints; 1 to {lib.CHAIN_MAX_DOF} are supported")
-        n = self.n = twin.n
-        self.dim = 6 + 2 * n + 13
+        m, n = self.m, self.n = manipulator.n, twin.n
+        _check(m, n, sums, rule, directions)
+        limits = n + m + len(sums) + 3 * len(points)
+        torques = limits if rule == "torques" else 0
+        self.dim = m + n + torques
         self._keep: list[object] = []
         c = self._c = ffi.new("chain *")
-        c.n, c.dt = n, dt
+        c.m, c.n, c.torques, c.dt = m, n, torques, dt
+        c.rows = len(directions)
+        for i, direction in enumerate(directions):
+            c.direction[i] = direction
         c.viability_horizon, c.point_horizon = horizons.viability, horizons.point
-        c.tilt_lower, c.tilt_upper = tilt
         for i in range(3):
-            c.box_lower[i], c.box_upper[i] = float(box[0][i]), float(box[1][i])
             c.k_p[i], c.k_p[3 + i] = gains.p_translation, gains.p_rotation
             c.k_d[i], c.k_d[3 + i] = gains.d_translation, gains.d_rotation
         c.manipulator, c.twin = self._limits(manipulator), self._limits(twin)
-        for name, shape in input_shapes(n).items():
-            array = inputs[name]
-            if array.shape != shape or array.dtype != np.float64 or not array.flags.c_contiguous:
-                raise ValueError(
-                    f"{name} must be a C-contiguous float64 array of shape {shape}, not {array.shape}"
-                )
-            self._bind(name, array)
+        for name, shape in input_shapes(m, n).items():
+            self._bind(c, name, inputs[name], shape)
+        self._bind_sums(sums)
+        self._bind_points(points)
         self.error = self._array("error", 6)
-        self.active: NDArray[np.uint8] = np.zeros(n + 13, np.uint8)
+        self.active: NDArray[np.uint8] = np.zeros(limits, np.uint8)
         self._active = ffi.cast("unsigned char *", self.active.ctypes.data)
         self._x: Array | None = None
         self._x_pointer = ffi.NULL
+        self._write = lib.chain_dynamics if torques else lib.chain_gauss
+        self.posture = np.zeros(m)
+        self.safe_levels = 6 + len(points)
+        self.range_level = self.safe_levels + 1
         self.levels = self._levels()
 
     def assemble(self) -> bool:
-        """Write levels 1 to 9 from the inputs; False where J or M_a is singular (levels unusable)."""
-        return bool(lib.chain_levels(self._c) == 0)
+        """Write the levels from the inputs; False where they cannot be formed (levels unusable)."""
+        lib.chain_limits(self._c)
+        return bool(self._write(self._c) == 0)
 
     def set_range(self) -> None:
         """Write the bounds of level 10 from ``active``, (26) and (31)."""
@@ -140,11 +184,15 @@ class ChainLevels:
 
     def _array(self, name: str, *shape: int) -> Array:
         array = np.zeros(shape)
-        self._bind(name, array)
+        self._bind(self._c, name, array, shape)
         return array
 
-    def _bind(self, name: str, array: Array) -> None:
-        setattr(self._c, name, ffi.cast("double *", array.ctypes.data))
+    def _bind(self, struct: Any, name: str, array: Array, shape: tuple[int, ...]) -> None:
+        if array.shape != shape or array.dtype != np.float64 or not array.flags.c_contiguous:
+            raise ValueError(
+                f"{name} must be a C-contiguous float64 array of shape {shape}, not {array.shape}"
+            )
+        setattr(struct, name, ffi.cast("double *", array.ctypes.data))
         self._keep.append(array)
 
     def _limits(self, limits: Limits) -> object:
@@ -156,28 +204,71 @@ class ChainLevels:
         self._keep.append(rows)
         return rows
 
+    def _bind_sums(self, sums: Sequence[JointSum]) -> None:
+        self._c.sums = len(sums)
+        self._weight = self._array("weight", len(sums), self.m)
+        lower, upper = self._array("sum_lower", len(sums)), self._array("sum_upper", len(sums))
+        for k, joint_sum in enumerate(sums):
+            self._weight[k], lower[k], upper[k] = joint_sum.weight, joint_sum.lower, joint_sum.upper
+
+    def _bind_points(self, points: Sequence[BoxedPoint]) -> None:
+        structs = ffi.new("chain_point[]", max(1, len(points)))
+        self._c.points, self._c.point = len(points), structs
+        self._keep.append(structs)
+        self._boxes: list[tuple[Array, Array, Array]] = []
+        for struct, point in zip(structs, points, strict=False):
+            self._bind(struct, "x", point.position, (3,))
+            self._bind(struct, "J", point.J, (6, self.m))
+            self._bind(struct, "drift", point.drift, (6,))
+            struct.lower, struct.upper = list(map(float, point.lower)), list(map(float, point.upper))
+            rows = (np.zeros((3, self.dim)), np.zeros(3), np.zeros(3))
+            for name, array in zip(("C", "lb", "ub"), rows, strict=True):
+                self._bind(struct, name, array, array.shape)
+            self._boxes.append(rows)
+
     def _levels(self) -> list[Level]:
-        n, dim = self.n, self.dim
-        torques = n + 13
+        m, n, dim = self.m, self.n, self.dim
+        rows, torques = self._c.rows, self._c.torques
         unit = np.eye(dim)
-        manipulator, twin, alpha = unit[:6], unit[6 : 6 + n], unit[6 + n :]
-        tilt = (unit[3] + unit[4])[None, :]
+        manipulator, twin, alpha = unit[:m], unit[m : m + n], unit[m + n :]
+        sums = np.zeros((len(self._weight), dim))
+        sums[:, :m] = self._weight
         dynamics = self._array("A9", n, dim)
-        dynamics[:, 6 : 6 + n] = np.eye(n)
+        if torques:
+            dynamics[:, m : m + n] = np.eye(n)
 
         def bounds(level: int, rows: int) -> dict[str, Array]:
             return {"lb": self._array(f"lb{level}", rows), "ub": self._array(f"ub{level}", rows)}
 
-        return [
-            Level(A=self._array("A1", 6, dim), b=self._array("b1", 6)),
-            Level(C=manipulator, **bounds(2, 6)),
-            Level(C=tilt, **bounds(3, 1)),
-            Level(C=self._array("C4", 3, dim), **bounds(4, 3)),
-            Level(C=self._array("C5", 3, dim), **bounds(5, 3)),
+        levels = [
+            Level(A=self._array("A1", rows, dim), b=self._array("b1", rows)),
+            Level(C=manipulator, **bounds(2, m)),
+            Level(C=sums, **bounds(3, len(sums))),
+            *(Level(C=C, lb=lb, ub=ub) for C, lb, ub in self._boxes),
             Level(C=twin, **bounds(6, n)),
-            Level(C=manipulator, **bounds(7, 6)),
+            Level(C=manipulator, **bounds(7, m)),
             Level(C=twin, **bounds(8, n)),
             Level(A=dynamics, b=self._array("b9", n)),
-            Level(C=alpha, **bounds(10, torques)),
-            Level(A=alpha, b=np.zeros(torques)),
         ]
+        if torques:
+            levels += [Level(C=alpha, **bounds(10, torques)), Level(A=alpha, b=np.zeros(torques))]
+        elif m > rows:
+            levels.append(Level(A=manipulator, b=self.posture))
+        return levels
+
+
+def _check(m: int, n: int, sums: Sequence[JointSum], rule: Rule, directions: Sequence[int]) -> None:
+    if not 1 <= m <= lib.CHAIN_MAX_JOINTS:
+        raise ValueError(f"a manipulator of {m} joints; 1 to {lib.CHAIN_MAX_JOINTS} are supported")
+    if not 1 <= n <= lib.CHAIN_MAX_DOF:
+        raise ValueError(f"a twin of {n} joints; 1 to {lib.CHAIN_MAX_DOF} are supported")
+    if not directions or sorted(set(directions)) != list(directions) or not set(directions) <= set(range(6)):
+        raise ValueError(f"directions {list(directions)}; give some of 0 to 5 in rising order")
+    if rule == "torques" and (m, len(directions)) != (6, 6):
+        raise ValueError(
+            f"{m} joints coupled in {len(directions)} directions; constraint torques need six of both, "
+            "take Gauss's principle"
+        )
+    for joint_sum in sums:
+        if len(joint_sum.weight) != m:
+            raise ValueError(f"a sum of {len(joint_sum.weight)} joints; the manipulator has {m}")

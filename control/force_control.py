@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Literal, Protocol
 
 import numpy as np
@@ -11,7 +12,7 @@ from numpy.typing import NDArray
 from ..hqp import Solution, Solver, Status
 from ..models import Array, Robot
 from ._kernels import ffi, lib
-from .chain import LEVEL_OF_RANGE, TWIN_START, ChainLevels, Gains, Horizons
+from .chain import ALL_DIRECTIONS, BoxedPoint, ChainLevels, Gains, Horizons, JointSum, Rule
 from .limits import Limits
 from .serial import Frame, SerialChain
 from .twin import Twin
@@ -20,18 +21,32 @@ MAX_REDETECTIONS = 5
 """Solves a tick under the re-detecting rule; it is monotone, and 5 were the most ever seen."""
 MAX_ITERATIONS = 64
 """Of one solve: the bound on its time. Recorded sessions needed 49 at most."""
-SAFE_LEVELS = 8
-"""Levels that keep the machine inside its limits; those after them shape what the operator feels."""
 
-Detection = Literal["previous", "redetect"]
+Detection = Literal["previous", "redetect", "gauss"]
 
 
-class PpuMotion(Protocol):
-    """The PPU's motion, a known disturbance: position, velocity, acceleration, (2,) each [m, s]."""
+class BaseMotion(Protocol):
+    """Motion of a base along x and y, a known disturbance: position, velocity, acceleration, (2,) [m, s]."""
 
     q: Array
     qd: Array
     qdd: Array
+
+
+class FixedBase:
+    """A base that does not move."""
+
+    def __init__(self) -> None:
+        self.q, self.qd, self.qdd = np.zeros(2), np.zeros(2), np.zeros(2)
+
+
+@dataclass(frozen=True, slots=True)
+class Box:
+    """A frame of the manipulator and the box along the axes of B that its origin stays in [m]."""
+
+    frame: str
+    lower: Sequence[float]
+    upper: Sequence[float]
 
 
 class ForceControl:
@@ -42,11 +57,13 @@ class ForceControl:
     Which constraint torques may act follows from the limits that are active, (26). ``detection`` says how
     that is decided: ``previous`` takes the limits of the last tick's optimum (the paper's rule),
     ``redetect`` starts from those and solves again in the same tick until no further limit is reached.
+    ``gauss`` needs no such decision: the twin's acceleration deviates from the free one as little as the
+    limits allow, in the metric of its inertia, so that constraint forces are the multipliers of the limits.
 
     Attributes:
         arm: kinematics at the commanded state; handle: of it, relative to the PPU.
         twin: the rendered mechanism.
-        q, qd, qdd: commanded state of the manipulator, (6,) [rad, s].
+        q, qd, qdd: commanded state of the manipulator, (m,) [rad or m, s].
         solution: of the last solve.
         solves, iterations: of the last tick.
     """
@@ -56,43 +73,68 @@ class ForceControl:
         manipulator: Robot,
         limits: Limits,
         twin: Twin,
-        ppu: PpuMotion,
-        tilt: tuple[float, float],
-        box: tuple[Sequence[float], Sequence[float]],
+        sums: Sequence[JointSum],
+        boxes: Sequence[Box],
         gains: Gains,
         detection: Detection,
         dt: float,
         horizons: Horizons,
+        base: BaseMotion | None = None,
+        directions: Sequence[int] = ALL_DIRECTIONS,
+        handle: str = "handle",
     ) -> None:
-        self.arm = SerialChain(manipulator, ["handle", "joint_4"])
-        handle, elbow = self.arm.frames
-        self.handle: Frame = handle
+        """The directions, 0 to 5, in which handle and twin are coupled; the frame that is the handle."""
+        names = list(dict.fromkeys([handle, *(box.frame for box in boxes)]))
+        self.arm = SerialChain(manipulator, names)
+        frames = dict(zip(names, self.arm.frames, strict=True))
+        self.handle: Frame = frames[handle]
         self.twin = twin
         self.detection: Detection = detection
-        self.q, self.qd, self.qdd = np.zeros(6), np.zeros(6), np.zeros(6)
+        m = self.arm.n
+        self.q, self.qd, self.qdd = np.zeros(m), np.zeros(m), np.zeros(m)
+        base = self._base = base or FixedBase()
         self.solves = self.iterations = 0
         self._dt, self._limits = dt, limits
         inputs = {
-            **{"q": self.q, "qd": self.qd, "J": handle.J, "J_elbow": elbow.J},
-            **{"drift": handle.drift, "drift_elbow": elbow.drift},
-            **{"x_H": handle.position, "R_H": handle.rotation, "x_elbow": elbow.position},
-            **{"q_p": ppu.q, "qd_p": ppu.qd, "qdd_p": ppu.qdd},
-            **{"q_a": twin.q, "qd_a": twin.qd, "J_a": twin.J, "drift_a": twin.drift, "M_a": twin.M},
-            **{"force_a": twin.force, "x_E": twin.position, "R_E": twin.rotation, "v_E": twin.twist},
+            "q": self.q,
+            "qd": self.qd,
+            "J": self.handle.J,
+            "drift": self.handle.drift,
+            "x_H": self.handle.position,
+            "R_H": self.handle.rotation,
+            "q_p": base.q,
+            "qd_p": base.qd,
+            "qdd_p": base.qdd,
+            "q_a": twin.q,
+            "qd_a": twin.qd,
+            "J_a": twin.J,
+            "drift_a": twin.drift,
+            "M_a": twin.M,
+            "force_a": twin.force,
+            "x_E": twin.position,
+            "R_E": twin.rotation,
+            "v_E": twin.twist,
         }
         self.arm.bind(self.q, self.qd)
-        self._ppu = ppu
-        self._chain = ChainLevels(inputs, limits, twin.limits, tilt, box, gains, horizons, dt)
+        points = [
+            BoxedPoint(frame.position, frame.J, frame.drift, box.lower, box.upper)
+            for box in boxes
+            for frame in [frames[box.frame]]
+        ]
+        rule: Rule = "gauss" if detection == "gauss" else "torques"
+        self._chain = ChainLevels(
+            inputs, limits, twin.limits, sums, points, gains, horizons, dt, rule, directions
+        )
         rows = [level.rows for level in self._chain.levels]
         self._solver = Solver(self._chain.dim, rows, max_iterations=MAX_ITERATIONS)
         self.solution: Solution = self._solver.solution
         self._qdd_twin = np.zeros(twin.limits.n)
-        self._twin_part = slice(TWIN_START, TWIN_START + twin.limits.n)
+        self._twin_part = slice(m, m + twin.limits.n)
         self._motion = [ffi.from_buffer("double[]", array) for array in (self.q, self.qd, self.qdd)]
 
     @property
     def active(self) -> NDArray[np.uint8]:
-        """Flag words of the active limits, in the order of the constraint torques, (n + 13,)."""
+        """Flag words of the active limits, in the order of ``ChainLevels.active``."""
         return self._chain.active
 
     @property
@@ -101,11 +143,11 @@ class ForceControl:
         return self._chain.error
 
     def reset(self, q: Array) -> None:
-        """Rest at a posture (6,) [rad]; the twin's E is put on the handle."""
+        """Rest at a posture (m,) [rad or m]; the twin's E is put on the handle."""
         self.q[:], self.qd[:], self.qdd[:] = q, 0.0, 0.0
         self.arm.update()
         position = self.handle.position.copy()
-        position[:2] += self._ppu.q
+        position[:2] += self._base.q
         self.twin.reset(position, self.handle.rotation)
         self._chain.active[:] = 0
         self._solver.reset()
@@ -126,27 +168,32 @@ class ForceControl:
     def optimise(self) -> bool:
         """Solve the levels; False where the solver does not stand by its answer.
 
-        Without a full answer the levels up to SAFE_LEVELS still hold, or else both chains brake.
+        Without a full answer the levels that keep the limits still hold, or else both chains brake.
         """
         chain = self._chain
-        chain.set_range()
+        self._solve()
+        chain.active[:] = 0  # only what this optimum reaches starts the next tick as active
+        chain.detect(self.solution.x)
+        solved = self.solution.status == Status.SOLVED
+        if not solved and self.solution.levels_done < chain.safe_levels:
+            self.brake()
+        else:
+            self.qdd[:] = self.solution.x[: self.arm.n]
+            self._qdd_twin[:] = self.solution.x[self._twin_part]
+        return solved
+
+    def _solve(self) -> None:
+        chain = self._chain
+        if self.detection != "gauss":
+            chain.set_range()
         self.solution = self._solver.solve(chain.levels)
         self.solves, self.iterations = 1, self.solution.iterations
         if self.detection == "redetect":
             while chain.detect(self.solution.x) and self.solves < MAX_REDETECTIONS:
                 chain.set_range()
-                self.solution = self._solver.resolve(chain.levels, LEVEL_OF_RANGE)
+                self.solution = self._solver.resolve(chain.levels, chain.range_level)
                 self.solves += 1
                 self.iterations += self.solution.iterations
-        chain.active[:] = 0  # only what this optimum reaches starts the next tick as active
-        chain.detect(self.solution.x)
-        solved = self.solution.status == Status.SOLVED
-        if not solved and self.solution.levels_done < SAFE_LEVELS:
-            self.brake()
-        else:
-            self.qdd[:] = self.solution.x[:TWIN_START]
-            self._qdd_twin[:] = self.solution.x[self._twin_part]
-        return solved
 
     def brake(self) -> None:
         """Accelerations that stop manipulator and twin as fast as they are rated for."""

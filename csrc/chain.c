@@ -5,14 +5,14 @@
 #include <string.h>
 
 /* Offsets into x, and its length. */
-static int at_twin(void) {
-    return 6;
+static int at_twin(const chain *c) {
+    return c->m;
 }
 static int at_alpha(const chain *c) {
-    return 6 + c->n;
+    return c->m + c->n;
 }
 static int dimension(const chain *c) {
-    return 6 + 2 * c->n + 13;
+    return c->m + c->n + c->torques;
 }
 
 /* Y = J_m^-1 J_a (6 x n), by Gaussian elimination with partial pivoting. */
@@ -81,16 +81,17 @@ static void solve_inertia(int n, const double *L, double *B, int columns, int st
     }
 }
 
-/* A point of the manipulator in B: the PPU carries it along x and y. */
+/* A point of the manipulator in B: the base carries it along x and y. */
 typedef struct {
     double x[3], v[6], drift[6];
-} point;
+} motion;
 
-static point carried(const chain *c, const double *x, const double *J, const double *drift) {
-    point p;
+static motion carried(const chain *c, const double *x, const double *J, const double *drift) {
+    const int m = c->m;
+    motion p;
     for (int i = 0; i < 6; i++) {
         p.v[i] = 0.0;
-        for (int j = 0; j < 6; j++) p.v[i] += J[6 * i + j] * c->qd[j];
+        for (int j = 0; j < m; j++) p.v[i] += J[m * i + j] * c->qd[j];
         p.drift[i] = drift[i];
     }
     for (int i = 0; i < 3; i++) p.x[i] = x[i];
@@ -103,7 +104,7 @@ static point carried(const chain *c, const double *x, const double *J, const dou
 }
 
 /* (11): s = k_P (E - H) + k_D (E - H)', the rotation as the log of C_H^T C_E resolved in B. */
-static void synchronise(const chain *c, const point *H, double *sync) {
+static void synchronise(const chain *c, const motion *H, double *sync) {
     double relative[9], vector[3];
     for (int i = 0; i < 3; i++)
         for (int j = 0; j < 3; j++)
@@ -119,21 +120,22 @@ static void synchronise(const chain *c, const point *H, double *sync) {
 }
 
 /* Level 1, kinematic coupling (12):  J_m qdd_m - J_a qdd_a = s - drift_H + drift_E. */
-static void coupling(const chain *c, const point *H) {
-    const int n = c->n, dim = dimension(c);
+static void coupling(const chain *c, const motion *H) {
+    const int m = c->m, n = c->n, dim = dimension(c);
     double sync[6];
     synchronise(c, H, sync);
-    for (int i = 0; i < 6; i++) {
-        double *row = c->A1 + dim * i;
-        for (int j = 0; j < 6; j++) row[j] = c->J[6 * i + j];
-        for (int j = 0; j < n; j++) row[at_twin() + j] = -c->J_a[n * i + j];
-        c->b1[i] = sync[i] - H->drift[i] + c->drift_a[i];
+    for (int k = 0; k < c->rows; k++) {
+        const int i = c->direction[k];
+        double *row = c->A1 + dim * k;
+        for (int j = 0; j < m; j++) row[j] = c->J[m * i + j];
+        for (int j = 0; j < n; j++) row[at_twin(c) + j] = -c->J_a[n * i + j];
+        c->b1[k] = sync[i] - H->drift[i] + c->drift_a[i];
     }
 }
 
 /* Levels 2 and 7 of the manipulator, 6 and 8 of the twin: (13), (17), (18), (19). */
 static void joint_limits(const chain *c) {
-    for (int i = 0; i < 6; i++) {
+    for (int i = 0; i < c->m; i++) {
         const bounds_interval a = bounds_a(&c->manipulator[i], c->q[i], c->qd[i], c->dt);
         const bounds_interval b = bounds_b(&c->manipulator[i], c->q[i], c->qd[i], c->viability_horizon);
         c->lb2[i] = a.lower, c->ub2[i] = a.upper;
@@ -147,21 +149,49 @@ static void joint_limits(const chain *c) {
     }
 }
 
-/* Level 4 or 5, (15) and (16): lb <= J qdd_m + drift <= ub with the bounds (8) of a point in the box. */
-static void box(const chain *c, const point *p, const double *J, double *C, double *lb, double *ub) {
-    const int dim = dimension(c);
-    for (int i = 0; i < 3; i++) {
-        const bounds_interval limit =
-            bounds_c(c->box_lower[i], c->box_upper[i], p->x[i], p->v[i], c->point_horizon);
-        for (int j = 0; j < 6; j++) C[dim * i + j] = J[6 * i + j];
-        lb[i] = limit.lower - p->drift[i];
-        ub[i] = limit.upper - p->drift[i];
+/* Level 3, (14): sums of joints, with the bounds (8). */
+static void sums(const chain *c) {
+    const int m = c->m;
+    for (int k = 0; k < c->sums; k++) {
+        double s = 0.0, sd = 0.0;
+        for (int j = 0; j < m; j++)
+            s += c->weight[m * k + j] * c->q[j], sd += c->weight[m * k + j] * c->qd[j];
+        const bounds_interval limit = bounds_c(c->sum_lower[k], c->sum_upper[k], s, sd, c->point_horizon);
+        c->lb3[k] = limit.lower, c->ub3[k] = limit.upper;
     }
 }
 
-/* Level 9, (20):  qdd_a - M_a^-1 T alpha = M_a^-1 force_a, with the columns of T from (21) to (24). */
-static int dynamics(const chain *c) {
-    const int n = c->n, dim = dimension(c), torques = n + 13;
+/* Levels 4 and 5, (15) and (16): lb <= J qdd_m + drift <= ub with the bounds (8) of a point in its box. */
+static void box(const chain *c, const chain_point *point) {
+    const int m = c->m, dim = dimension(c);
+    const motion p = carried(c, point->x, point->J, point->drift);
+    for (int i = 0; i < 3; i++) {
+        const bounds_interval limit =
+            bounds_c(point->lower[i], point->upper[i], p.x[i], p.v[i], c->point_horizon);
+        for (int j = 0; j < m; j++) point->C[dim * i + j] = point->J[m * i + j];
+        point->lb[i] = limit.lower - p.drift[i];
+        point->ub[i] = limit.upper - p.drift[i];
+    }
+}
+
+void chain_limits(const chain *c) {
+    const motion H = carried(c, c->x_H, c->J, c->drift);
+    coupling(c, &H);
+    joint_limits(c);
+    sums(c);
+    for (int k = 0; k < c->points; k++) box(c, &c->point[k]);
+}
+
+/* The column of T for a constraint that acts on the manipulator along `row` of its joints: what reaches
+ * joint i of the twin, J_a^T J_m^-T row, (21) to (24). */
+static double transmitted(const chain *c, const double *Y, const double *row, int i) {
+    double sum = 0.0;
+    for (int k = 0; k < 6; k++) sum += Y[c->n * k + i] * row[k];
+    return sum;
+}
+
+int chain_dynamics(const chain *c) {
+    const int n = c->n, dim = dimension(c);
     double Y[6 * CHAIN_MAX_DOF], L[CHAIN_MAX_DOF * CHAIN_MAX_DOF];
     if (solve_coupling(c, Y) < 0) return -1;
     memcpy(L, c->M_a, (size_t)(n * n) * sizeof *L);
@@ -169,39 +199,35 @@ static int dynamics(const chain *c) {
 
     for (int i = 0; i < n; i++) {
         double *T = c->A9 + dim * i + at_alpha(c);
-        double *T_m = T + n, *T_sing = T_m + 6, *T_ee = T_sing + 1, *T_elbow = T_ee + 3;
+        double *T_m = T + n, *T_sum = T_m + 6, *T_point = T_sum + c->sums;
         for (int j = 0; j < n; j++) T[j] = i == j ? -1.0 : 0.0;
-        for (int j = 0; j < 6; j++) T_m[j] = -Y[n * j + i]; /* J_a^T J_m^-T */
-        *T_sing = 0.0;
-        for (int j = 0; j < 3; j++) {
-            *T_sing -= c->J_a[n * (3 + j) + i] * c->J[6 * (3 + j) + 3]; /* axis of joints 4 and 5 */
-            T_ee[j] = -c->J_a[n * j + i];
-            double sum = 0.0;
-            for (int k = 0; k < 6; k++) sum += Y[n * k + i] * c->J_elbow[6 * j + k];
-            T_elbow[j] = -sum;
-        }
+        for (int j = 0; j < 6; j++) T_m[j] = -Y[n * j + i];
+        for (int k = 0; k < c->sums; k++) T_sum[k] = -transmitted(c, Y, c->weight + 6 * k, i);
+        for (int k = 0; k < c->points; k++)
+            for (int j = 0; j < 3; j++) T_point[3 * k + j] = -transmitted(c, Y, c->point[k].J + 6 * j, i);
         c->b9[i] = c->force_a[i];
     }
-    solve_inertia(n, L, c->A9 + at_alpha(c), torques, dim);
+    solve_inertia(n, L, c->A9 + at_alpha(c), c->torques, dim);
     solve_inertia(n, L, c->b9, 1, 1);
     return 0;
 }
 
-int chain_levels(const chain *c) {
-    const point H = carried(c, c->x_H, c->J, c->drift);
-    const point elbow = carried(c, c->x_elbow, c->J_elbow, c->drift_elbow);
-    coupling(c, &H);
-    joint_limits(c);
-    const bounds_interval tilt =
-        bounds_c(c->tilt_lower, c->tilt_upper, c->q[3] + c->q[4], c->qd[3] + c->qd[4], c->point_horizon);
-    c->lb3[0] = tilt.lower, c->ub3[0] = tilt.upper;
-    box(c, &H, c->J, c->C4, c->lb4, c->ub4);
-    box(c, &elbow, c->J_elbow, c->C5, c->lb5, c->ub5);
-    return dynamics(c);
+int chain_gauss(const chain *c) {
+    const int n = c->n, dim = dimension(c);
+    double L[CHAIN_MAX_DOF * CHAIN_MAX_DOF];
+    memcpy(L, c->M_a, (size_t)(n * n) * sizeof *L);
+    if (factor(n, L) < 0) return -1;
+    for (int i = 0; i < n; i++) {
+        double sum = c->force_a[i];
+        for (int k = 0; k < i; k++) sum -= L[n * i + k] * c->b9[k];
+        c->b9[i] = sum / L[n * i + i];
+        for (int j = i; j < n; j++) c->A9[dim * i + at_twin(c) + j] = L[n * j + i];
+    }
+    return 0;
 }
 
 void chain_range(const chain *c, const unsigned char *active) {
-    for (int i = 0; i < c->n + 13; i++) {
+    for (int i = 0; i < c->torques; i++) {
         c->lb10[i] = active[i] & CHAIN_UPPER_ACTIVE ? -INFINITY : 0.0;
         c->ub10[i] = active[i] & CHAIN_LOWER_ACTIVE ? INFINITY : 0.0;
     }
@@ -216,29 +242,30 @@ static int mark(double y, double lb, double ub, double tolerance, unsigned char 
     return added;
 }
 
-static double row_times(const double *row, const double *x) {
+static double row_times(const double *row, const double *x, int m) {
     double sum = 0.0;
-    for (int j = 0; j < 6; j++) sum += row[j] * x[j];
+    for (int j = 0; j < m; j++) sum += row[j] * x[j];
     return sum;
 }
 
 int chain_detect(const chain *c, const double *x, double tolerance, unsigned char *active) {
-    const int n = c->n, dim = dimension(c);
-    unsigned char *twin = active, *manipulator = twin + n, *tilt = manipulator + 6;
-    unsigned char *ee = tilt + 1, *elbow = ee + 3;
+    const int m = c->m, n = c->n, dim = dimension(c);
+    unsigned char *twin = active, *manipulator = twin + n, *sum = manipulator + m, *point = sum + c->sums;
     int added = 0;
     for (int i = 0; i < n; i++) {
-        added += mark(x[at_twin() + i], c->lb6[i], c->ub6[i], tolerance, &twin[i]);
-        added += mark(x[at_twin() + i], c->lb8[i], c->ub8[i], tolerance, &twin[i]);
+        added += mark(x[at_twin(c) + i], c->lb6[i], c->ub6[i], tolerance, &twin[i]);
+        added += mark(x[at_twin(c) + i], c->lb8[i], c->ub8[i], tolerance, &twin[i]);
     }
-    for (int i = 0; i < 6; i++) {
+    for (int i = 0; i < m; i++) {
         added += mark(x[i], c->lb2[i], c->ub2[i], tolerance, &manipulator[i]);
         added += mark(x[i], c->lb7[i], c->ub7[i], tolerance, &manipulator[i]);
     }
-    added += mark(x[3] + x[4], c->lb3[0], c->ub3[0], tolerance, tilt);
-    for (int i = 0; i < 3; i++) {
-        added += mark(row_times(c->C4 + dim * i, x), c->lb4[i], c->ub4[i], tolerance, &ee[i]);
-        added += mark(row_times(c->C5 + dim * i, x), c->lb5[i], c->ub5[i], tolerance, &elbow[i]);
+    for (int k = 0; k < c->sums; k++)
+        added += mark(row_times(c->weight + m * k, x, m), c->lb3[k], c->ub3[k], tolerance, &sum[k]);
+    for (int k = 0; k < c->points; k++) {
+        const chain_point *p = &c->point[k];
+        for (int i = 0; i < 3; i++)
+            added += mark(row_times(p->C + dim * i, x, m), p->lb[i], p->ub[i], tolerance, &point[3 * k + i]);
     }
     return added;
 }

@@ -78,7 +78,7 @@ class Ppu(Strict, frozen=True):
 class ForceControl(Strict, frozen=True):
     """Detection rule and gains of the hierarchical force control."""
 
-    detection: Literal["previous", "redetect"]
+    detection: Literal["previous", "redetect", "gauss"]
     p_gain: RateSquared
     d_gain: Rate
     viability_horizon: Duration

@@ -8,9 +8,9 @@ from math import exp, inf
 import numpy as np
 from numpy.typing import NDArray
 
-from ...control.chain import Gains, Horizons
+from ...control.chain import Gains, Horizons, JointSum
 from ...control.estimation import PpuObserver, WrenchEstimator
-from ...control.force_control import ForceControl
+from ...control.force_control import Box, ForceControl
 from ...control.limits import Limits
 from ...control.prepositioning import PpuLimits, Prepositioning
 from ...control.tracking import SeriesElasticity, Tracking
@@ -33,6 +33,10 @@ JOINTS_AT_REST, PPU_AT_REST = 0.25, 0.05
 [rad/s], and the gantry's inverters lag [m/s]."""
 WRENCH_FADE_S = 5e-3
 """Time constant with which the operator's wrench leaves the feedforward of a stop."""
+TILT = (0.0, 0.0, 0.0, 1.0, 1.0, 0.0)
+"""Weights of the virtual sum joint q4 + q5 (14): the tilt of the handle."""
+ELBOW = "joint_4"
+"""The frame whose origin is the elbow."""
 CARRIAGE, HANDLE = 0, 1
 """The inertial units."""
 
@@ -239,13 +243,13 @@ def _force_control(config: GiantConfig, manipulator: Robot, ppu: PpuObserver, dt
             (twin.velocity, twin.rotational_velocity),
             (twin.acceleration, twin.rotational_acceleration),
         ),
-        ppu,
-        (tilt[0], tilt[1]),
-        (giant.box.lower, giant.box.upper),
+        [JointSum(TILT, tilt[0], tilt[1])],
+        [Box(point, giant.box.lower, giant.box.upper) for point in ("handle", ELBOW)],
         Gains(control.p_gain, control.p_gain, control.d_gain, control.d_gain),
         control.detection,
         dt,
         Horizons(control.viability_horizon, control.point_horizon),
+        ppu,
     )
 
 

@@ -4,7 +4,17 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from hapticd.control._kernels import ffi, lib
-from hapticd.control.chain import LOWER, UPPER, ChainLevels, Gains, Horizons, input_shapes
+from hapticd.control.chain import (
+    LOWER,
+    UPPER,
+    BoxedPoint,
+    ChainLevels,
+    Gains,
+    Horizons,
+    JointSum,
+    Rule,
+    input_shapes,
+)
 from hapticd.control.limits import Limits
 
 DT, HORIZONS, GAINS = 1e-3, Horizons(5e-3, 15e-3), Gains(100.0, 80.0, 20.0, 15.0)
@@ -23,7 +33,8 @@ def twin_limits(n: int) -> Limits:
 
 def random_inputs(n: int, seed: int) -> dict[str, np.ndarray]:
     rng = np.random.default_rng(seed)
-    inputs = {name: rng.standard_normal(shape) for name, shape in input_shapes(n).items()}
+    shapes = input_shapes(6, n) | {"J_elbow": (6, 6), "drift_elbow": (6,), "x_elbow": (3,)}
+    inputs = {name: rng.standard_normal(shape) for name, shape in shapes.items()}
     inputs["R_H"][:] = pin.exp3(rng.standard_normal(3))
     inputs["R_E"][:] = inputs["R_H"] @ pin.exp3(0.2 * rng.standard_normal(3))
     inputs["q"][:] = rng.uniform([-4.0, 0.5, -2.0, -0.5, -0.8, -1.0], [4.0, 2.3, 1.1, 1.1, 2.1, 1.1])
@@ -34,8 +45,13 @@ def random_inputs(n: int, seed: int) -> dict[str, np.ndarray]:
     return inputs
 
 
-def make(inputs: dict[str, np.ndarray], n: int) -> ChainLevels:
-    return ChainLevels(inputs, MANIPULATOR, twin_limits(n), TILT, BOX, GAINS, HORIZONS, DT)
+def make(inputs: dict[str, np.ndarray], n: int, rule: Rule = "torques") -> ChainLevels:
+    tilt = JointSum((0, 0, 0, 1, 1, 0), *TILT)
+    points = [
+        BoxedPoint(inputs["x_H"], inputs["J"], inputs["drift"], *BOX),
+        BoxedPoint(inputs["x_elbow"], inputs["J_elbow"], inputs["drift_elbow"], *BOX),
+    ]
+    return ChainLevels(inputs, MANIPULATOR, twin_limits(n), [tilt], points, GAINS, HORIZONS, DT, rule)
 
 
 def interval(kind: str, limits: Limits, i: int, q: float, qd: float) -> tuple[float, float]:
@@ -100,7 +116,7 @@ def test_the_levels_are_the_formulas_of_the_paper(n: int, seed: int) -> None:
         [
             np.eye(n),
             s["J_a"].T @ J_inverse_transposed,  # (21)
-            (s["J_a"][3:].T @ s["J"][3:, 3])[:, None],  # (22), axis of joint 4
+            (s["J_a"].T @ J_inverse_transposed @ np.array([0, 0, 0, 1, 1, 0]))[:, None],  # (22), see below
             s["J_a"][:3].T,  # (23)
             s["J_a"].T @ J_inverse_transposed @ s["J_elbow"][:3].T,  # (24)
         ]

@@ -5,8 +5,8 @@ from dataclasses import dataclass, field
 import numpy as np
 import pytest
 from hapticd.configs import read_text
-from hapticd.control.chain import UPPER, Gains, Horizons
-from hapticd.control.force_control import Detection, ForceControl
+from hapticd.control.chain import UPPER, Gains, Horizons, JointSum
+from hapticd.control.force_control import Box, Detection, ForceControl
 from hapticd.control.limits import Limits
 from hapticd.control.twin import CartesianTwin
 from hapticd.hqp import Status
@@ -35,13 +35,13 @@ def make(detection: Detection = "redetect", ppu: StillPpu | None = None) -> Forc
         robot,
         LIMITS,
         CartesianTwin(4.0, 0.06, 8.0, 0.25, (3.0, 8.0), (60.0, 200.0)),
-        ppu or StillPpu(),
-        (0.6, np.pi - 0.6),
-        ((-2.2, -2.6, -1.28), (2.2, 2.6, -0.7)),
+        [JointSum((0, 0, 0, 1, 1, 0), 0.6, np.pi - 0.6)],
+        [Box(frame, (-2.2, -2.6, -1.28), (2.2, 2.6, -0.7)) for frame in ("handle", "joint_4")],
         Gains(100.0, 100.0, 20.0, 20.0),
         detection,
         DT,
         Horizons(5e-3, 15e-3),
+        ppu,
     )
     control.reset(POSTURE)
     return control
@@ -76,7 +76,7 @@ def test_the_handle_stays_on_the_twin_while_the_ppu_moves() -> None:
         assert np.abs(control.coupling_error).max() < 2e-5
 
 
-@pytest.mark.parametrize("detection", ["redetect", "previous"])
+@pytest.mark.parametrize("detection", ["redetect", "previous", "gauss"])
 @pytest.mark.parametrize(
     ("wrench", "joint"),
     [((0, 0, 40, 0, 0, 0), 3), ((0, 0, 0, -2.0, 0, -1.0), None), ((60, 0, 0, 0, 0, 0), None)],
