@@ -1,8 +1,13 @@
 """The levels that the C core writes, against the formulas of seed 000 written out in numpy."""
 
+from collections.abc import Sequence
+
 import numpy as np
 import pinocchio as pin
 import pytest
+import quadprog
+from hapticd import hqp
+from hapticd.configs import read_text
 from hapticd.control._kernels import ffi, lib
 from hapticd.control.chain import (
     LOWER,
@@ -16,6 +21,8 @@ from hapticd.control.chain import (
     input_shapes,
 )
 from hapticd.control.limits import Limits
+from hapticd.control.serial import SerialChain
+from hapticd.models import Robot
 
 DT, HORIZONS, GAINS = 1e-3, Horizons(5e-3, 15e-3), Gains(100.0, 80.0, 20.0, 15.0)
 TILT, BOX = (0.6, 2.54), ((-2.2, -2.6, -1.28), (2.2, 2.6, -0.7))
@@ -116,7 +123,9 @@ def test_the_levels_are_the_formulas_of_the_paper(n: int, seed: int) -> None:
         [
             np.eye(n),
             s["J_a"].T @ J_inverse_transposed,  # (21)
-            (s["J_a"].T @ J_inverse_transposed @ np.array([0, 0, 0, 1, 1, 0]))[:, None],  # (22), see below
+            (s["J_a"].T @ J_inverse_transposed @ np.array([0, 0, 0, 1, 1, 0]))[
+                :, None
+            ],  # (22) as a case of (21)
             s["J_a"][:3].T,  # (23)
             s["J_a"].T @ J_inverse_transposed @ s["J_elbow"][:3].T,  # (24)
         ]
@@ -128,6 +137,85 @@ def test_the_levels_are_the_formulas_of_the_paper(n: int, seed: int) -> None:
     np.testing.assert_allclose(levels[8].b, np.linalg.solve(s["M_a"], s["force_a"]), rtol=1e-7)
     assert (levels[9].C == np.eye(dim)[alpha]).all() and (levels[10].A == np.eye(dim)[alpha]).all()
     assert not levels[10].b.any()
+
+
+def test_the_tilts_constraint_torque_is_the_printed_one_on_the_giants_kinematics() -> None:
+    robot = Robot.from_urdf(read_text("giant.urdf"), "giant.urdf").without(["ppu_x", "ppu_y"])
+    arm = SerialChain(robot, ["handle"])
+    rng = np.random.default_rng(3)
+    q, qd = np.zeros(6), np.zeros(6)
+    arm.bind(q, qd)
+    inputs = random_inputs(6, 1)
+    for _ in range(20):
+        q[:] = rng.uniform([-4.0, 0.5, -2.0, 0.2, 0.5, -1.0], [4.0, 2.3, 1.1, 1.1, 2.1, 1.1])
+        arm.update()
+        inputs["J"][:] = arm.frames[0].J
+        chain = make(inputs, 6)
+        assert chain.assemble()
+        printed = inputs["J_a"][3:].T @ inputs["J"][3:, 3]  # (22): the axis of joint 4
+        found = -inputs["M_a"] @ chain.levels[8].A[:, 6 + 6 + 6 + 6]
+        np.testing.assert_allclose(found, printed, atol=1e-6)
+
+
+@pytest.mark.parametrize(("m", "n", "directions"), [(6, 6, range(6)), (7, 6, range(6)), (3, 2, [0, 2])])
+@pytest.mark.parametrize("seed", range(5))
+def test_under_gauss_the_twin_moves_as_the_constrained_multibody_system(
+    m: int, n: int, directions: Sequence[int], seed: int
+) -> None:
+    """Against quadprog: M (a - M^-1 f) is balanced by forces of tight limits alone, each pushing inwards."""
+    rng = np.random.default_rng(seed)
+    s = {name: rng.standard_normal(shape) for name, shape in input_shapes(m, n).items()}
+    s["R_H"][:], s["R_E"][:] = np.eye(3), np.eye(3)
+    for name in ("q", "qd", "q_a", "qd_a", "drift", "drift_a", "q_p", "qd_p", "qdd_p", "x_H", "x_E", "v_E"):
+        s[name][:] = 0.0
+    root = rng.standard_normal((n, n))
+    s["M_a"][:] = root @ root.T + 0.5 * np.eye(n)
+    s["force_a"] *= 30.0
+    joints = Limits(np.full(m, -np.inf), np.full(m, np.inf), np.full(m, 9.0), rng.uniform(2.0, 9.0, m))
+    twin = Limits(np.full(n, -np.inf), np.full(n, np.inf), np.full(n, 9.0), rng.uniform(2.0, 9.0, n))
+    chain = ChainLevels(s, joints, twin, [], [], GAINS, HORIZONS, DT, "gauss", directions)
+    assert chain.assemble()
+    solution = hqp.solve(chain.levels)
+    assert solution.status == hqp.Status.SOLVED
+    # minimise (a - M^-1 f)^T M (a - M^-1 f) / 2 over (qdd_m, a) under coupling and limits
+    weight = np.zeros((m + n, m + n))
+    weight[m:, m:] = s["M_a"]
+    weight[:m, :m] = 1e-10 * np.eye(m)
+    goal = np.concatenate([np.zeros(m), s["force_a"]])
+    rows = np.vstack([chain.levels[0].A, np.eye(m + n), -np.eye(m + n)])
+    most = np.concatenate([joints.acceleration, twin.acceleration])
+    bounds = np.concatenate([chain.levels[0].b, -most, -most])
+    best = quadprog.solve_qp(weight, goal, rows.T, bounds, len(chain.levels[0].b))[0]
+    np.testing.assert_allclose(solution.x[m:], best[m:], atol=1e-5)
+
+
+def test_the_posture_decides_only_what_the_coupling_leaves_free() -> None:
+    rng = np.random.default_rng(8)
+    s = {name: 0.1 * rng.standard_normal(shape) for name, shape in input_shapes(7, 6).items()}
+    s["J"] *= 10.0
+    s["R_H"][:], s["R_E"][:], s["M_a"][:] = np.eye(3), np.eye(3), np.eye(6)
+    wide = [Limits(np.full(k, -np.inf), np.full(k, np.inf), np.full(k, 1e3), np.full(k, 1e3)) for k in (7, 6)]
+    chain = ChainLevels(s, *wide, [], [], GAINS, HORIZONS, DT, "gauss")
+    found = []
+    for posture in (np.zeros(7), rng.standard_normal(7)):
+        chain.posture[:] = posture
+        assert chain.assemble()
+        found.append(hqp.solve(chain.levels).x.copy())
+    np.testing.assert_allclose(found[0][7:], found[1][7:], atol=1e-9)  # the twin does not feel it
+    null = np.eye(7) - np.linalg.pinv(s["J"]) @ s["J"]
+    np.testing.assert_allclose(found[1][:7] - found[0][:7], null @ posture, atol=1e-9)
+
+
+def test_constraint_torques_need_an_invertible_coupling() -> None:
+    inputs = {name: np.zeros(shape) for name, shape in input_shapes(7, 6).items()}
+    wide = [Limits(np.full(k, -1.0), np.ones(k), np.ones(k), np.ones(k)) for k in (7, 6)]
+    with pytest.raises(ValueError, match=r"7 joints coupled in 6 directions.*Gauss"):
+        ChainLevels(inputs, *wide, [], [], GAINS, HORIZONS, DT)
+    for directions in ([], [0, 6], [1, 0], [2, 2]):
+        with pytest.raises(ValueError, match="directions"):
+            ChainLevels(inputs, *wide, [], [], GAINS, HORIZONS, DT, "gauss", directions)
+    with pytest.raises(ValueError, match="a sum of 2 joints; the manipulator has 7"):
+        ChainLevels(inputs, *wide, [JointSum((1, 1), 0, 1)], [], GAINS, HORIZONS, DT, "gauss")
 
 
 def test_the_range_of_a_constraint_torque_follows_from_the_active_limits() -> None:
