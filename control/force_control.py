@@ -41,6 +41,20 @@ class FixedBase:
 
 
 @dataclass(frozen=True, slots=True)
+class Posture:
+    """What a manipulator with more joints than coupled directions does with the rest.
+
+    Attributes:
+        home: where it is drawn to, (m,) [rad or m].
+        stiffness: [1/s^2]; damping: [1/s].
+    """
+
+    home: Array
+    stiffness: float
+    damping: float
+
+
+@dataclass(frozen=True, slots=True)
 class Box:
     """A frame of the manipulator and the box along the axes of B that its origin stays in [m]."""
 
@@ -82,8 +96,12 @@ class ForceControl:
         base: BaseMotion | None = None,
         directions: Sequence[int] = ALL_DIRECTIONS,
         handle: str = "handle",
+        posture: Posture | None = None,
     ) -> None:
-        """The directions, 0 to 5, in which handle and twin are coupled; the frame that is the handle."""
+        """The directions, 0 to 5, in which handle and twin are coupled; the frame that is the handle.
+
+        Without a posture to be drawn to, what the coupling leaves free is damped by nothing but limits.
+        """
         names = list(dict.fromkeys([handle, *(box.frame for box in boxes)]))
         self.arm = SerialChain(manipulator, names)
         frames = dict(zip(names, self.arm.frames, strict=True))
@@ -128,6 +146,7 @@ class ForceControl:
         rows = [level.rows for level in self._chain.levels]
         self._solver = Solver(self._chain.dim, rows, max_iterations=MAX_ITERATIONS)
         self.solution: Solution = self._solver.solution
+        self._posture = posture
         self._qdd_twin = np.zeros(twin.limits.n)
         self._twin_part = slice(m, m + twin.limits.n)
         self._motion = [ffi.from_buffer("double[]", array) for array in (self.q, self.qd, self.qdd)]
@@ -163,6 +182,8 @@ class ForceControl:
 
     def assemble(self) -> bool:
         """Form the levels of this tick; False where they cannot be formed (a singular posture)."""
+        if self._posture:
+            self._draw_home(self._posture)
         return self._chain.assemble()
 
     def optimise(self) -> bool:
@@ -181,6 +202,12 @@ class ForceControl:
             self.qdd[:] = self.solution.x[: self.arm.n]
             self._qdd_twin[:] = self.solution.x[self._twin_part]
         return solved
+
+    def _draw_home(self, posture: Posture) -> None:
+        pull = self._chain.posture
+        np.subtract(posture.home, self.q, out=pull)
+        pull *= posture.stiffness
+        pull -= posture.damping * self.qd
 
     def _solve(self) -> None:
         chain = self._chain

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Protocol
 
 import numpy as np
 
 from ..models import Array
 from ._kernels import ffi, lib
+from .chain import ALL_DIRECTIONS
 from .limits import Limits
 
 
@@ -39,10 +41,11 @@ class Twin(Protocol):
 
 
 class CartesianTwin:
-    """A free rigid body with isotropic inertia and viscous damping: 6 DOF, J = 1, c = 0.
+    """A free rigid body with isotropic inertia and viscous damping, c = 0: 6 DOF, or some of them.
 
-    Its joint coordinates are the translation and, as a quasi-coordinate, the rotation: only their rates
-    matter, since a free body has no position limits.
+    Its joint coordinates are translation and, as a quasi-coordinate, rotation along the axes of B, one a
+    direction: only their rates matter, since a free body has no position limits. In directions that it
+    lacks, the twin does not move.
     """
 
     def __init__(
@@ -53,34 +56,44 @@ class CartesianTwin:
         rotational_damping: float,
         velocity: tuple[float, float],
         acceleration: tuple[float, float],
+        directions: Sequence[int] = ALL_DIRECTIONS,
     ) -> None:
         """Parameters in kg, kg m^2, N s/m, N m s/rad; limits as (linear, angular) in m, rad, s."""
-        unlimited = np.full(6, np.inf)
-        self.limits = Limits(-unlimited, unlimited, np.repeat(velocity, 3), np.repeat(acceleration, 3))
-        self.q, self.qd = np.zeros(6), np.zeros(6)
-        self.J, self.drift = np.eye(6), np.zeros(6)
-        self.M = np.diag(np.repeat([mass, inertia], 3))
-        self.force = np.zeros(6)
+        self._directions = np.array(directions)
+
+        def of_each(linear: float, angular: float) -> Array:
+            values: Array = np.repeat([linear, angular], 3)[self._directions]
+            return values
+
+        n = len(directions)
+        unlimited = np.full(n, np.inf)
+        self.limits = Limits(-unlimited, unlimited, of_each(*velocity), of_each(*acceleration))
+        self.q, self.qd = np.zeros(n), np.zeros(n)
+        self.J, self.drift = np.eye(6)[:, self._directions].copy(), np.zeros(6)
+        self.M = np.diag(of_each(mass, inertia))
+        self.force = np.zeros(n)
         self.position, self.rotation = np.zeros(3), np.eye(3)
-        self.twist = self.qd
-        self._damping = np.repeat([damping, rotational_damping], 3)
-        buffers = (self.position, self.rotation, self.qd)
-        self._qdd: Array | None = None
-        self._qdd_buffer = ffi.NULL
+        self._whole = n == 6
+        self.twist = self.qd if self._whole else np.zeros(6)
+        self._damping = of_each(damping, rotational_damping)
+        buffers = (self.position, self.rotation, self.twist)
         self._state = [ffi.from_buffer("double[]", array) for array in buffers]
+        self._acceleration = np.zeros(6)
+        self._acceleration_buffer = ffi.from_buffer("double[]", self._acceleration)
 
     def reset(self, position: Array, rotation: Array) -> None:
         """Rest with E at a pose."""
         self.position[:], self.rotation[:] = position, rotation
-        self.qd[:] = 0.0
+        self.qd[:] = self.twist[:] = 0.0
 
     def update(self, wrench: Array) -> None:
         """Force = w - D v; everything else is constant."""
         np.multiply(self._damping, self.qd, out=self.force)
-        np.subtract(wrench, self.force, out=self.force)
+        np.subtract(wrench if self._whole else wrench[self._directions], self.force, out=self.force)
 
     def integrate(self, qdd: Array, dt: float) -> None:
         """Advance the pose under constant acceleration."""
-        if qdd is not self._qdd:  # bound once: the caller keeps one array
-            self._qdd, self._qdd_buffer = qdd, ffi.from_buffer("double[]", qdd)
-        lib.rotation_advance_body(*self._state, self._qdd_buffer, dt)
+        self._acceleration[self._directions] = qdd
+        lib.rotation_advance_body(*self._state, self._acceleration_buffer, dt)
+        if not self._whole:
+            self.qd[:] = self.twist[self._directions]

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hapticd.configs import read_text
 from hapticd.control.chain import UPPER, Gains, Horizons, JointSum
-from hapticd.control.force_control import Box, Detection, ForceControl
+from hapticd.control.force_control import Box, Detection, ForceControl, Posture
 from hapticd.control.limits import Limits
 from hapticd.control.twin import CartesianTwin
 from hapticd.hqp import Status
@@ -155,3 +155,73 @@ def test_a_posture_in_the_singularity_cannot_be_prepared() -> None:
     control.reset(np.array([0.3, 1.4, -0.67, 0.5, -0.5, 0.0]))
     control.prepare(np.zeros(6))
     assert not control.assemble()
+
+
+AXES = {"x": "1 0 0", "y": "0 1 0", "z": "0 0 1"}
+
+
+def arm(n: int) -> Robot:
+    """A chain of n joints with links of 0.25 m, and a handle at its end."""
+    links = "".join(
+        f'<link name="link_{i}"><inertial><mass value="1"/><inertia ixx="0.01" ixy="0" ixz="0" iyy="0.01"'
+        ' iyz="0" izz="0.01"/></inertial></link>'
+        f'<joint name="joint_{i}" type="revolute"><parent link="link_{i - 1}"/><child link="link_{i}"/>'
+        f'<origin xyz="0 0 {0.25 if i > 1 else 0}"/><axis xyz="{AXES["zyyxyzy"[i - 1]]}"/>'
+        '<limit lower="-3" upper="3" effort="100" velocity="3"/></joint>'
+        for i in range(1, n + 1)
+    )
+    tip = (
+        f'<link name="handle"/><joint name="tip" type="fixed"><parent link="link_{n}"/><child link="handle"/>'
+    )
+    text = f'<robot name="arm"><link name="link_0"/>{links}{tip}<origin xyz="0.05 0 0.2"/></joint></robot>'
+    return Robot.from_urdf(text, "arm.urdf")
+
+
+def render(n: int, directions: list[int], home: np.ndarray) -> ForceControl:
+    control = ForceControl(
+        arm(n),
+        Limits(np.full(n, -3.0), np.full(n, 3.0), np.full(n, 3.0), np.full(n, 30.0)),
+        CartesianTwin(4.0, 0.06, 8.0, 0.25, (3.0, 8.0), (60.0, 200.0), directions),
+        [],
+        [],
+        Gains(100.0, 100.0, 20.0, 20.0),
+        "gauss",
+        DT,
+        Horizons(5e-3, 15e-3),
+        directions=directions,
+        posture=Posture(home, 20.0, 9.0),
+    )
+    control.reset(home)
+    return control
+
+
+HOME_7 = np.array([0.2, 0.7, 1.2, 0.3, 0.6, 0.4, 0.5])
+
+
+@pytest.mark.parametrize(("n", "directions"), [(3, [0, 1, 2]), (4, [0, 2]), (5, [0, 1, 2]), (7, [*range(6)])])
+def test_an_arm_of_any_length_renders_the_directions_that_it_is_asked_for(
+    n: int, directions: list[int]
+) -> None:
+    control = render(n, directions, HOME_7[:n])
+    wrench = np.array([1.5, -1.0, 0.8, 0.02, -0.01, 0.03])
+    mass, drag = np.repeat([4.0, 0.06], 3)[directions], np.repeat([8.0, 0.25], 3)[directions]
+    for _ in range(300):
+        before = control.twin.twist[directions].copy()
+        tick(control, wrench)
+        acceleration = (control.twin.twist[directions] - before) / DT
+        np.testing.assert_allclose(mass * acceleration, wrench[directions] - drag * before, atol=1e-8)
+    moved = np.abs(control.coupling_error[directions])
+    assert moved.max() < 1e-4  # the handle is where the twin is
+    still = [i for i in range(6) if i not in directions]
+    assert not control.twin.twist[still].any()
+
+
+def test_the_seventh_joint_returns_to_the_posture_without_moving_the_handle() -> None:
+    control = render(7, [*range(6)], HOME_7)
+    null = np.linalg.svd(control.handle.J)[2][-1]
+    control.reset(HOME_7 + 0.3 * null)
+    start, handle = np.abs((control.q - HOME_7) @ null), control.handle.position.copy()
+    for _ in range(3000):
+        tick(control, np.zeros(6))
+    assert np.abs((control.q - HOME_7) @ null) < 0.3 * start
+    np.testing.assert_allclose(control.handle.position, handle, atol=1e-4)
