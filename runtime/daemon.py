@@ -19,8 +19,8 @@ import msgspec
 from ..devices.adapter import Adapter
 from ..devices.frames import CAPACITY, Frames
 from ..devices.image import COUNTERS
-from ..devices.python_can import python_can
-from ..devices.socket_adapter import SocketAdapter, socketcan
+from ..devices.socket_adapter import SocketAdapter
+from .bus import open_bus
 from .children import CHILD_LIMIT_S, Child, ChildError, reap, spawn, until_ready
 from .config import Loaded
 from .cycle import Inputs, Outputs, cycle
@@ -42,7 +42,7 @@ from .realtime import (
 from .record import RecordWriter
 from .recorder import EVENT, FINISH, LATE, OVERSTAY, TICK, VITALS
 from .ring import Ring
-from .sections import PythonCanBus, SimulatedBus, SocketCanBus
+from .sections import SimulatedBus
 from .session import Session, build
 from .slack import Slack, pause
 from .stages import Stage, Stages
@@ -264,10 +264,8 @@ class Daemon:
                 self._plant = spawn("plant_process", [name, str(there.fileno())], [there.fileno()])
                 there.close()
                 return SocketAdapter(here)
-            case SocketCanBus(interface=interface):
-                return socketcan(interface)
-            case PythonCanBus(interface=interface, channel=channel):
-                return python_can(interface, channel)
+            case named:
+                return open_bus(named)
 
     def _start_recorder(self) -> None:
         theirs, self._control = os.pipe()

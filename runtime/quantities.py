@@ -20,6 +20,10 @@ class Frequency(Quantity):
     dimension = "frequency"
 
 
+class BitRate(Quantity):
+    dimension = "bit rate"
+
+
 class Length(Quantity):
     dimension = "length"
     strict = False

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from msgspec import Meta, Struct
 
 from .quantities import (
     Acceleration,
     Angle,
+    BitRate,
     Damping,
     Duration,
     Force,
@@ -52,16 +53,34 @@ class SimulatedBus(Strict, frozen=True, tag_field="kind", tag="simulated"):
 
 
 class SocketCanBus(Strict, frozen=True, tag_field="kind", tag="socketcan"):
-    """A Linux CAN FD interface."""
+    """A Linux CAN FD interface; ``ip link`` sets its bit rates, those given here are compared with them."""
 
     interface: str
+    bitrate: BitRate | None = None
+    data_bitrate: BitRate | None = None
+
+    @property
+    def name(self) -> str:
+        """For people."""
+        return self.interface
 
 
 class PythonCanBus(Strict, frozen=True, tag_field="kind", tag="python-can"):
-    """Any interface of python-can."""
+    """Any interface of python-can that carries CAN FD; ``settings`` are handed to it as they are."""
 
     interface: str
-    channel: str
+    channel: str | int
+    bitrate: BitRate | None = None
+    data_bitrate: BitRate | None = None
+    settings: dict[str, Any] = {}
+
+    @property
+    def name(self) -> str:
+        """For people."""
+        return f"{self.interface}:{self.channel}"
+
+
+Bus = SimulatedBus | SocketCanBus | PythonCanBus
 
 
 class Arming(Strict, frozen=True):
@@ -155,7 +174,7 @@ class Config(Strict, frozen=True, kw_only=True, tag_field="system"):
 
     model: str
     loop: Loop
-    bus: SimulatedBus | SocketCanBus | PythonCanBus
+    bus: Bus
     arming: Arming
     safety: Safety
     devices: dict[str, Device]

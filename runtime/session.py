@@ -16,6 +16,7 @@ from ..devices.image import ProcessImage
 from ..devices.network import Network
 from ..models import ModelError, Robot
 from . import sections as s
+from .bus import check_bus
 from .config import Loaded
 from .cycle import Memory
 from .errors import ConfigError, Finding
@@ -126,7 +127,8 @@ def build(loaded: Loaded, mark: Mark = no_mark) -> Session:
     config = loaded.config
     robot = Robot.from_urdf(loaded.model_text, loaded.model_source)
     system = SYSTEMS[type(config)]
-    _require(loaded, _check_loop(config) + _check_hand(config) + system.check(config, robot))
+    found = _check_loop(config) + check_bus(config.bus) + _check_hand(config)
+    _require(loaded, found + system.check(config, robot))
     try:
         network = Network([_device(name, device) for name, device in config.devices.items()])
         image = ProcessImage(network)

@@ -8,6 +8,7 @@ from typing import ClassVar
 DIMENSIONS: dict[str, dict[str, float]] = {
     "time": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "min": 60.0},
     "frequency": {"Hz": 1.0, "kHz": 1e3},
+    "bit rate": {"bit/s": 1.0, "kbit/s": 1e3, "Mbit/s": 1e6},
     "length": {"m": 1.0, "cm": 1e-2, "mm": 1e-3},
     "angle": {"rad": 1.0, "mrad": 1e-3, "deg": pi / 180.0},
     "speed": {"m/s": 1.0, "mm/s": 1e-3},
@@ -29,6 +30,7 @@ DIMENSIONS: dict[str, dict[str, float]] = {
 LARGEST: dict[str, float] = {
     "time": 1e6,
     "frequency": 1e4,
+    "bit rate": 2e7,
     "length": 100.0,
     "angle": 100.0,
     "speed": 20.0,
