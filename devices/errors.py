@@ -119,7 +119,8 @@ class MissingDevicesError(BringupError):
         super().__init__(
             devices,
             f"no boot-up message within {ticks} ticks from {listed}. "
-            "Check power, cabling and termination, the bit rates, and the node id set on the device",
+            "Check power, cabling and termination, the bit rates, that it speaks CAN FD, and the node id set "
+            "on the device",
         )
         self.nodes = tuple(nodes)
 
