@@ -237,14 +237,14 @@ def _rates(name: str, known: set[str], bitrate: int | None, data_bitrate: int | 
         return {}
     if bitrate is None or data_bitrate is None:
         raise AdapterError(name, "one bit rate is missing", "Give bitrate and data_bitrate, or neither")
-    try:
+    with contextlib.suppress(ValueError):
         timing = can.BitTimingFd.from_sample_point(
             _CLOCK, bitrate, _SAMPLE_POINTS[0], data_bitrate, _SAMPLE_POINTS[1]
         )
-    except ValueError as error:
-        remedy = "Usual are 1 Mbit/s with 2, 4, 5 or 8 Mbit/s"
-        raise AdapterError(name, f"no bit timing gives {bitrate} and {data_bitrate} bit/s", remedy) from error
-    return {"timing": timing}
+        if (timing.nom_bitrate, timing.data_bitrate) == (bitrate, data_bitrate):  # it may have rounded
+            return {"timing": timing}
+    remedy = "Usual are 1 Mbit/s with 2, 4, 5 or 8 Mbit/s"
+    raise AdapterError(name, f"no bit timing gives {bitrate} and {data_bitrate} bit/s", remedy)
 
 
 def _can_fd(name: str, known: set[str]) -> dict[str, Any]:
