@@ -34,7 +34,7 @@ def open_bus(bus: NamedBus, host: Host | None = None) -> Adapter:
         AdapterError: it cannot be opened, or runs at other bit rates than the configuration says.
     """
     if isinstance(bus, PythonCanBus):
-        bitrate, data_bitrate = _whole(bus.bitrate), _whole(bus.data_bitrate)
+        bitrate, data_bitrate = whole(bus.bitrate), whole(bus.data_bitrate)
         return python_can(bus.interface, bus.channel, bitrate, data_bitrate, bus.settings)
     adapter = socketcan(bus.interface, *proposed_rates(bus))
     if bus.bitrate or bus.data_bitrate:
@@ -67,14 +67,14 @@ def chosen_bus(
     """
     given = channel is not None or any(rates.values()) or bool(settings)
     bus = loaded.config.bus
+    if interface is None and given:
+        fix = "add --interface, or leave them out to take the bus of the configuration"
+        raise ConfigError("--channel, --bitrate, --set", [Finding(0, "", "need an interface", fix)])
     if interface is None:
         if isinstance(bus, SimulatedBus):
             problem = "is simulated: the daemon starts its plant itself"
             fix = "name a bus with --interface, e.g. --interface vcan0 (and write it under [bus], too)"
             raise ConfigError(loaded.source, [_finding(loaded, "bus", problem, fix)])
-        if given:
-            fix = "add --interface, or leave them out to take the bus of the configuration"
-            raise ConfigError("--channel, --bitrate, --set", [Finding(0, "", "need an interface", fix)])
         return bus
     if channel is None:
         if settings:
@@ -106,7 +106,7 @@ def check_bus(bus: Bus) -> list[tuple[str, str, str]]:
 
 def proposed_rates(bus: SocketCanBus) -> tuple[int, int]:
     """Bit rates that proposed commands set [bit/s]: those of the configuration, where it gives any."""
-    return _whole(bus.bitrate) or BITRATE, _whole(bus.data_bitrate) or DATA_BITRATE
+    return whole(bus.bitrate) or BITRATE, whole(bus.data_bitrate) or DATA_BITRATE
 
 
 def restart_command(bus: SocketCanBus) -> str:
@@ -143,7 +143,8 @@ def rate(bits_per_second: float) -> str:
     return f"{bits_per_second / 1e6:g} Mbit/s"
 
 
-def _whole(rate: float | None) -> int | None:
+def whole(rate: float | None) -> int | None:
+    """A bit rate as python-can and the kernel take it [bit/s]."""
     return None if rate is None else round(rate)
 
 
