@@ -14,12 +14,15 @@ from .config import Loaded
 from .doctor.host import Host
 from .errors import ConfigError, Finding
 from .quantities import BitRate
-from .sections import Bus, PythonCanBus, SimulatedBus, SocketCanBus
+from .sections import Bus, Config, PythonCanBus, SimulatedBus, SocketCanBus
 from .toml_lines import key_lines, line_of
 
 NamedBus = SocketCanBus | PythonCanBus
 """A bus that anybody may open; the simulated one is between the daemon and its plant."""
-
+SENT_US, RECEIVED_US = 27.0, 15.0
+"""What a frame costs through python-can, over udp_multicast on an ordinary virtual machine [us]."""
+LARGEST_SHARE = 0.15
+"""Of a period that python-can may take without making ticks late."""
 _ENDLESS = (inf, -inf)
 
 
@@ -102,6 +105,27 @@ def check_bus(bus: Bus) -> list[tuple[str, str, str]]:
                 fix = "give a text, a finite number, true or false"
                 found.append((name, f"{value!r} is no setting", fix))
     return found
+
+
+def slowness(bus: Bus, devices: int, loop_rate: float) -> tuple[str, str] | None:
+    """Whether frames cost too much of a tick, and what to do; python-can moves them one by one.
+
+    Args:
+        bus: its section of the configuration.
+        devices: how many there are on it.
+        loop_rate: of the daemon [Hz].
+    """
+    cost = devices * RECEIVED_US + 2.0 * SENT_US  # SYNC, and another output frame
+    if not isinstance(bus, PythonCanBus) or cost * loop_rate <= LARGEST_SHARE * 1e6:
+        return None
+    found = f"python-can takes about {cost:.0f} us of a tick of {1e6 / loop_rate:.0f} us"
+    return found, f"give a [loop] rate of at most {LARGEST_SHARE * 1e6 / cost:.0f} Hz, or use SocketCAN"
+
+
+def bus_warnings(config: Config) -> list[str]:
+    """What a person should know of a configuration's bus before a session."""
+    slow = slowness(config.bus, len(config.devices), config.loop.rate)
+    return ["; ".join(slow)] if slow else []
 
 
 def proposed_rates(bus: SocketCanBus) -> tuple[int, int]:

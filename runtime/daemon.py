@@ -20,7 +20,7 @@ from ..devices.adapter import Adapter
 from ..devices.frames import CAPACITY, Frames
 from ..devices.image import COUNTERS
 from ..devices.socket_adapter import SocketAdapter
-from .bus import open_bus
+from .bus import bus_warnings, open_bus
 from .children import CHILD_LIMIT_S, Child, ChildError, reap, spawn, until_ready
 from .config import Loaded
 from .cycle import Inputs, Outputs, cycle
@@ -171,7 +171,7 @@ class Daemon:
         simulated = isinstance(self._session.config.bus, SimulatedBus)
         if granted.lost and not simulated and not wish.best_effort:
             raise NotRealtimeError("; ".join([*granted.lost, "or write best_effort = true under [loop]"]))
-        for warning in granted.lost:
+        for warning in granted.lost + bus_warnings(self._session.config):
             self._event(0, f"warning: {warning}")
 
     # ------------------------------------------------------------------------------- every tick

@@ -24,7 +24,7 @@ from ..devices.cia301 import SYNC
 from ..devices.frames import Frames
 from ..devices.socket_adapter import SocketAdapter
 from . import config
-from .bus import NamedBus, open_bus
+from .bus import NamedBus, bus_warnings, open_bus
 from .bus_clock import BusClock
 from .config import Loaded
 from .errors import HapticdError
@@ -153,7 +153,7 @@ def serve_interface(loaded: Loaded, bus: NamedBus) -> int:
 
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, end)
-    for warning in become_realtime(PLANT_PRIORITY).lost:
+    for warning in become_realtime(PLANT_PRIORITY).lost + bus_warnings(loaded.config):
         print(f"plant: warning: {warning}", file=sys.stderr)
     print(f"plant: {loaded.source} serves {bus.name}; Ctrl-C ends it", file=sys.stderr, flush=True)
     gone = False

@@ -9,7 +9,7 @@ import can
 from ...devices.errors import AdapterError
 from ...devices.python_can import install_command, missing_packages, prepare
 from ...devices.socket_adapter import CANFD_MTU, up_command
-from ..bus import proposed_rates, rate, restart_command, told_rate, whole, wrong_rates
+from ..bus import proposed_rates, rate, restart_command, slowness, told_rate, whole, wrong_rates
 from ..sections import PythonCanBus, SocketCanBus
 from .line import Line, State
 
@@ -20,10 +20,6 @@ SAMPLE_POINTS = (0.7, 0.9)
 """Where in a bit the usual controllers sample; outside, devices of other makers often disagree."""
 SHORTEST_QUEUE = 64
 """Frames that may wait to be sent: one tick's, at bring-up, of the largest machine the wire can carry."""
-SENT_US, RECEIVED_US = 27.0, 15.0
-"""What a frame costs through python-can, over udp_multicast on an ordinary virtual machine [us]."""
-LARGEST_SHARE = 0.15
-"""Of a period that python-can may take without making ticks late."""
 
 
 def can_lines(
@@ -98,11 +94,9 @@ def python_can_line(bus: PythonCanBus, devices: int, loop_rate: float) -> Line:
     if missing:
         found = f"{', '.join(missing)} is missing, which this interface may need"
         return Line(check, State.WARN, found, WHY_PYTHON, install_command(bus.interface))
-    cost = devices * RECEIVED_US + 2 * SENT_US  # SYNC, and another output frame
-    if cost * loop_rate > LARGEST_SHARE * 1e6:
-        found = f"python-can takes about {cost:.0f} us of a tick of {1e6 / loop_rate:.0f} us"
-        fix = f"give a [loop] rate of at most {LARGEST_SHARE * 1e6 / cost:.0f} Hz, or use SocketCAN"
-        return Line(check, State.WARN, found, WHY_SLOW, fix)
+    slow = slowness(bus, devices, loop_rate)
+    if slow:
+        return Line(check, State.WARN, slow[0], WHY_SLOW, slow[1])
     return Line(check, State.PASS, f"python-can {can.__version__} can load it; it was not opened", WHY_PYTHON)
 
 

@@ -13,7 +13,7 @@ from hapticd.devices.python_can import PythonCanAdapter
 from hapticd.devices.socket_adapter import unix_pair
 from hapticd.runtime import bus as module
 from hapticd.runtime import cli, config
-from hapticd.runtime.bus import open_bus
+from hapticd.runtime.bus import bus_warnings, open_bus
 from hapticd.runtime.config import Loaded
 from hapticd.runtime.doctor.host import Host
 from hapticd.runtime.errors import ConfigError
@@ -73,6 +73,18 @@ def test_settings_of_python_can_go_from_the_file_to_the_interface(write_config: 
     assert adapter._bus.queue.maxsize == 3  # type: ignore[attr-defined]
     assert adapter._bus.protocol is can.CanProtocol.CAN_FD
     adapter.close()
+
+
+@pytest.mark.parametrize(("rate", "warned"), [("1 kHz", True), ("500 Hz", False)])
+def test_a_rate_that_python_can_hardly_carries_is_warned_of(
+    write_config: Callable[..., Path], rate: str, warned: bool
+) -> None:
+    bus = 'kind = "python-can"\ninterface = "udp_multicast"\nchannel = "x"\n'
+    changes = (('kind = "simulated"', bus), ('rate = "1 kHz"', f'rate = "{rate}"'), *REAL)
+    said = bus_warnings(config.load(str(write_config(*changes))).config)
+    assert bool(said) == warned
+    assert not warned or "give a [loop] rate of at most 641 Hz, or use SocketCAN" in said[0]
+    assert bus_warnings(config.load("giant").config) == []
 
 
 @pytest.mark.parametrize(
