@@ -122,9 +122,9 @@ def slowness(bus: Bus, devices: int, loop_rate: float) -> tuple[str, str] | None
     return found, f"give a [loop] rate of at most {LARGEST_SHARE * 1e6 / cost:.0f} Hz, or use SocketCAN"
 
 
-def bus_warnings(config: Config) -> list[str]:
-    """What a person should know of a configuration's bus before a session."""
-    slow = slowness(config.bus, len(config.devices), config.loop.rate)
+def bus_warnings(bus: Bus, config: Config) -> list[str]:
+    """What a person should know of a bus before a machine runs on it."""
+    slow = slowness(bus, len(config.devices), config.loop.rate)
     return ["; ".join(slow)] if slow else []
 
 

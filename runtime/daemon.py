@@ -171,7 +171,7 @@ class Daemon:
         simulated = isinstance(self._session.config.bus, SimulatedBus)
         if granted.lost and not simulated and not wish.best_effort:
             raise NotRealtimeError("; ".join([*granted.lost, "or write best_effort = true under [loop]"]))
-        for warning in granted.lost + bus_warnings(self._session.config):
+        for warning in granted.lost + bus_warnings(self._session.config.bus, self._session.config):
             self._event(0, f"warning: {warning}")
 
     # ------------------------------------------------------------------------------- every tick

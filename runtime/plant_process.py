@@ -153,7 +153,7 @@ def serve_interface(loaded: Loaded, bus: NamedBus) -> int:
 
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, end)
-    for warning in become_realtime(PLANT_PRIORITY).lost + bus_warnings(loaded.config):
+    for warning in become_realtime(PLANT_PRIORITY).lost + bus_warnings(bus, loaded.config):
         print(f"plant: warning: {warning}", file=sys.stderr)
     print(f"plant: {loaded.source} serves {bus.name}; Ctrl-C ends it", file=sys.stderr, flush=True)
     gone = False
