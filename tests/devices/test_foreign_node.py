@@ -50,13 +50,26 @@ class FdNetwork(canopen.Network):  # type: ignore[misc]
         )
 
 
+def hear_classic_frames_only(bus: can.BusABC) -> None:
+    receive = bus.recv
+
+    def filtered(timeout: float | None = None) -> can.Message | None:
+        message = receive(timeout)
+        return None if message is None or message.is_fd else message
+
+    bus.recv = filtered  # type: ignore[method-assign]
+
+
 class ForeignNode:
     """A `LocalNode`, with the little that an application on top of it has to do for our wire."""
 
-    def __init__(self, channel: str, device: Device, eds: str | None = None) -> None:
+    def __init__(self, device: Device, eds: str | None = None, *, classic: bool = False, **bus: Any) -> None:
         self.network = FdNetwork()
         self.network.NOTIFIER_CYCLE = 0.02
-        self.network.connect(interface="virtual", channel=channel)
+        self.network.bus = can.Bus(**{"interface": "virtual", **bus})
+        if classic:
+            hear_classic_frames_only(self.network.bus)
+        self.network.connect()
         path = eds or str(resources.files("hapticd.configs") / device.eds)
         self.node: Any = self.network.create_node(device.node, path)
         self.heard: list[tuple[int, bytes]] = []
@@ -129,7 +142,7 @@ def foreign(devices: list[Device]) -> Iterator[Foreign]:
         device = devices[KINDS[name]]
         master = Master(channel, device)
         opened.append(master.bus)
-        node = ForeignNode(channel, device, eds)
+        node = ForeignNode(device, eds, channel=channel)
         node.tpdo_length = master.image.network.tpdo_length[0]
         opened.append(node)
         return node, master
@@ -253,11 +266,7 @@ def test_one_that_speaks_classic_can_only_never_hears_us(devices: list[Device]) 
     """On a real bus it would even destroy every CAN FD frame."""
     channel = f"node-{next(CHANNELS)}"
     master = Master(channel, devices[0])
-    node = ForeignNode(channel, devices[0])
-    receive = node.network.bus.recv
-    node.network.bus.recv = lambda timeout=None: (
-        message if (message := receive(timeout)) and not message.is_fd else None
-    )
+    node = ForeignNode(devices[0], classic=True, channel=channel)
     try:
         fails(
             (node, master),

@@ -6,15 +6,22 @@ import signal
 import socket
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
+from hapticd.runtime import config
+from hapticd.runtime.bus import open_bus
 from hapticd.runtime.log import open_log
 from hapticd.runtime.modes import Mode
+from hapticd.runtime.plant_process import PlantServer
+from hapticd.runtime.sections import PythonCanBus
+from hapticd.runtime.session import build
 
+from ..devices.test_foreign_node import ForeignNode
 from .test_daemon import PATIENCE_S, Live
 
 pytest.importorskip("msgpack", reason="udp_multicast needs it")
@@ -121,7 +128,53 @@ def test_a_whole_life_over_udp_multicast_in_two_processes(machine_file: Path, tm
         assert "NOT every" not in said()
         if Mode.ACTIVE in modes:
             assert {Mode.ENABLING, Mode.ENGAGING, Mode.ACTIVE, Mode.STOPPED} <= modes
+            verify = [sys.executable, "-m", "hapticd.runtime", "replay", str(live.log), "--verify"]
+            assert subprocess.run(verify, capture_output=True, check=False).returncode == 0
             assert status == 0 or any(reason in live.errors for reason in LATE), live.errors
             return
         assert any(reason in live.errors for reason in LATE), live.errors
     pytest.fail(f"not active in {ATTEMPTS} attempts: {live.errors}")
+
+
+def test_a_foreign_node_with_a_wrong_revision_ends_the_daemon_with_its_name_and_nothing_moves(
+    machine_file: Path, tmp_path: Path
+) -> None:
+    """All devices are simulated but the force-torque sensor, which is a node of the canopen package."""
+    session = build(config.load(str(machine_file)))
+    bus = session.config.bus
+    assert isinstance(bus, PythonCanBus)
+    plant = session.plant()
+    simulated = plant.nodes  # type: ignore[attr-defined]
+    simulated["force_torque"].silent = True
+    node = ForeignNode(
+        simulated["force_torque"].device, interface=bus.interface, channel=bus.channel, **bus.settings
+    )
+    node.preset(0x1018, 3, 7)
+    server, ended = PlantServer(plant, open_bus(bus), 1.0 / RATE_HZ), threading.Event()
+
+    def serve() -> None:
+        while not ended.is_set():
+            server.serve()
+
+    serving = threading.Thread(target=serve)
+    serving.start()
+    live = Live(tmp_path, str(machine_file))
+    try:
+        assert live.end() == 1
+    finally:
+        live.process.kill()
+        live.process.wait()
+        assert live.process.stdin
+        live.process.stdin.close()
+        ended.set()
+        serving.join()
+        node.close()
+        server._bus.close()
+    assert (
+        "force_torque (node 9), object 1018h:03: expected 65536 (0x10000), got 7 (0x7). "
+        "Another device has this node id, or force_torque.eds is not its EDS"
+    ) in live.errors
+    assert node.enabled_outputs == 0
+    assert plant.safe
+    modes = {record.fixed["mode"] for record in open_log(str(live.log)).records()}
+    assert modes == {Mode.BRINGUP, Mode.FAILED}
