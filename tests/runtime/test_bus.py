@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import textwrap
+import tomllib
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import can
+import msgspec
 import pytest
+from hapticd.configs import read_text
 from hapticd.devices.errors import AdapterError
 from hapticd.devices.python_can import PythonCanAdapter
 from hapticd.devices.socket_adapter import unix_pair
@@ -17,6 +21,7 @@ from hapticd.runtime.bus import bus_warnings, open_bus
 from hapticd.runtime.config import Loaded
 from hapticd.runtime.doctor.host import Host
 from hapticd.runtime.errors import ConfigError
+from hapticd.runtime.giant.config import GiantConfig
 from hapticd.runtime.sections import PythonCanBus, SocketCanBus
 from hapticd.runtime.session import build
 
@@ -73,6 +78,29 @@ def test_settings_of_python_can_go_from_the_file_to_the_interface(write_config: 
     assert adapter._bus.queue.maxsize == 3  # type: ignore[attr-defined]
     assert adapter._bus.protocol is can.CanProtocol.CAN_FD
     adapter.close()
+
+
+def test_the_example_of_the_manual_is_a_machine() -> None:
+    manual = (Path(__file__).parents[2] / "docs" / "devices.md").read_text()
+    example = manual.partition("# my_machine.toml")[2].partition("    hapticd plant")[0]
+    machine = tomllib.loads(read_text("giant.toml"))
+    for table, keys in tomllib.loads("#" + textwrap.dedent("    " + example)).items():
+        if table == "bus":
+            machine["bus"] = keys
+        else:
+            update(machine[table], keys)
+    made: GiantConfig = msgspec.convert(machine, GiantConfig, dec_hook=lambda kind, value: kind.read(value))
+    giant = config.load("giant")
+    build(Loaded("", made, giant.text, "", giant.model_text, giant.model_source))
+    assert bus_warnings(made.bus, made) == []
+
+
+def update(tree: dict[str, Any], changes: dict[str, Any]) -> None:
+    for key, value in changes.items():
+        if isinstance(value, dict):
+            update(tree[key], value)
+        else:
+            tree[key] = value
 
 
 @pytest.mark.parametrize(("rate", "warned"), [("1 kHz", True), ("500 Hz", False)])
