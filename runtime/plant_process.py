@@ -144,7 +144,9 @@ def serve_interface(loaded: Loaded, bus: NamedBus) -> int:
         AdapterError: the bus cannot be opened.
         ConfigError: the configuration has no [simulation].
     """
-    server = _server(build(loaded), open_bus(bus))
+    session = build(loaded)
+    adapter = open_bus(bus)
+    server = _server(session, adapter)
     ended = False
 
     def end(*_: object) -> None:
@@ -160,6 +162,7 @@ def serve_interface(loaded: Loaded, bus: NamedBus) -> int:
     while not (ended or gone):
         gone = not server.serve()
     _outlive(server)
+    adapter.close()
     if gone:
         print(f"plant: {bus.name} is gone", file=sys.stderr)
     return 1 if gone else 0

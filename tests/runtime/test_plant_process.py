@@ -18,7 +18,7 @@ from hapticd.runtime.bus import NamedBus
 from hapticd.runtime.bus_clock import BusClock
 from hapticd.runtime.plant_process import SLICE_S, PlantServer
 from hapticd.runtime.realtime import Granted
-from hapticd.runtime.sections import SocketCanBus
+from hapticd.runtime.sections import PythonCanBus, SocketCanBus
 
 PERIOD = 1e-3
 
@@ -257,6 +257,32 @@ def test_silence_before_the_daemon_is_seen_to_be_gone_counts_too(served: Served)
     assert server.unsafe == pytest.approx(0.019)
 
 
+@pytest.fixture
+def outlived(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """This process goes on after the plant."""
+    monkeypatch.setattr(plant_process, "become_realtime", lambda priority: Granted(lost=["no SCHED_FIFO"]))
+    monkeypatch.setattr(plant_process, "settle_memory", lambda: None)
+    handlers = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    yield
+    for number, handler in handlers.items():
+        signal.signal(number, handler)
+
+
+@pytest.mark.usefixtures("outlived")
+def test_a_bus_that_goes_ends_the_plant_with_a_word(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    daemon, there = unix_pair()
+    monkeypatch.setattr(plant_process, "open_bus", lambda bus: there)
+    threading.Timer(0.05, daemon.close).start()
+    bus = PythonCanBus(interface="pcan", channel="PCAN_USBBUS1")
+    assert plant_process.serve_interface(config.load("giant"), bus) == 1
+    said = capsys.readouterr().err
+    assert "plant: pcan:PCAN_USBBUS1 is gone" in said
+    assert "warning: python-can takes about 234 us of a tick of 1000 us" in said
+
+
+@pytest.mark.usefixtures("outlived")
 def test_an_interface_is_served_until_sigterm(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -279,20 +305,14 @@ def test_an_interface_is_served_until_sigterm(
         os.kill(os.getpid(), signal.SIGTERM)
 
     monkeypatch.setattr(plant_process, "open_bus", interface)
-    # this process goes on after the plant
-    monkeypatch.setattr(plant_process, "become_realtime", lambda priority: Granted(lost=["no SCHED_FIFO"]))
-    monkeypatch.setattr(plant_process, "settle_memory", lambda: None)
-    handlers = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
     asking = threading.Thread(target=ask)
     asking.start()
     try:
         assert plant_process.serve_interface(config.load("giant"), vcan7) == 0
     finally:
         asking.join()
-        for number, handler in handlers.items():
-            signal.signal(number, handler)
         daemon.close()
-        there.close()
+    assert there.closed
     assert opened == [vcan7]
     assert {can_id for can_id, _ in answers} >= {0x700 + node for node in range(1, 13)}
     said = capsys.readouterr().err
