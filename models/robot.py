@@ -52,9 +52,9 @@ class Robot:
         Raises:
             ModelError: for anything a machine would not survive (see ``linter``).
         """
-        lint(text, source)
+        understood = lint(text, source)
         try:
-            model = pin.buildModelFromXML(text)
+            model = pin.buildModelFromXML(understood)
         except (RuntimeError, ValueError) as error:
             raise ModelError(source, 0, f"pinocchio cannot load it: {error}", "mend the URDF") from error
         return cls(model)
