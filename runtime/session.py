@@ -18,6 +18,7 @@ from ..models import ModelError, Robot
 from . import sections as s
 from .config import Loaded
 from .cycle import Memory
+from .device_check import check_encoders, check_hand_speed
 from .errors import ConfigError, Finding
 from .giant.check import check_giant
 from .giant.config import GiantConfig
@@ -126,7 +127,8 @@ def build(loaded: Loaded, mark: Mark = no_mark) -> Session:
     config = loaded.config
     robot = Robot.from_urdf(loaded.model_text, loaded.model_source)
     system = SYSTEMS[type(config)]
-    _require(loaded, _check_loop(config) + _check_hand(config) + system.check(config, robot))
+    common = _check_loop(config) + _check_hand(config) + check_encoders(config) + check_hand_speed(config)
+    _require(loaded, common + system.check(config, robot))
     try:
         network = Network([_device(name, device) for name, device in config.devices.items()])
         image = ProcessImage(network)

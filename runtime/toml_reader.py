@@ -35,9 +35,7 @@ def read(text: str, source: str) -> dict[str, Any]:
         line = int(match[1]) if (match := re.search(r"line (\d+)", str(error))) else 0
         raise _refusal(source, line, "", f"not TOML: {error}", "mend the syntax") from error
     except RecursionError as error:
-        raise _refusal(
-            source, 0, "", "nested too deep", "a few levels are enough"
-        ) from error
+        raise _refusal(source, 0, "", "nested too deep", "a few levels are enough") from error
     except ValueError as error:  # an integer of thousands of digits
         raise _refusal(source, 0, "", f"not TOML: {error}", "write numbers of a few digits") from error
     _require_values(tree, text, source)
