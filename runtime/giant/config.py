@@ -87,9 +87,10 @@ class ForceControl(Strict, frozen=True):
     point_horizon: TimeConstant
 
 
-class CartesianTwin(Strict, frozen=True, tag_field="kind", tag="cartesian"):
+class CartesianTwin(Strict, frozen=True):
     """A free mass as the digital twin."""
 
+    kind: Literal["cartesian"]
     mass: TwinMass
     inertia: TwinInertia
     damping: Damping
