@@ -1,11 +1,11 @@
-"""What the numbers of a device and of the hand must fulfil together, on every machine."""
+"""What devices and simulation of a configuration must fulfil, on every machine."""
 
 from __future__ import annotations
 
 from itertools import pairwise
 from math import dist
 
-from .sections import Config, JointDrive
+from .sections import Config, JointDrive, SimulatedBus
 
 Found = list[tuple[str, str, str]]
 TURNS = 2.0
@@ -34,6 +34,13 @@ def check_encoders(config: Config) -> Found:
                     problem = f"{have:g} counts a turn of the joint"
                     found.append((f"devices.{name}.{key}", problem, f"give {COARSEST} or more"))
     return found
+
+
+def check_simulation(config: Config) -> Found:
+    """A simulated bus with nothing to simulate."""
+    if config.simulation is not None or not isinstance(config.bus, SimulatedBus):
+        return []
+    return [("simulation", "is missing", "a simulated bus needs this section")]
 
 
 def check_hand_speed(config: Config) -> Found:

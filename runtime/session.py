@@ -18,7 +18,7 @@ from ..models import ModelError, Robot
 from . import sections as s
 from .config import Loaded
 from .cycle import Memory
-from .device_check import check_encoders, check_hand_speed
+from .device_check import check_encoders, check_hand_speed, check_simulation
 from .errors import ConfigError, Finding
 from .giant.check import check_giant
 from .giant.config import GiantConfig
@@ -127,7 +127,8 @@ def build(loaded: Loaded, mark: Mark = no_mark) -> Session:
     config = loaded.config
     robot = Robot.from_urdf(loaded.model_text, loaded.model_source)
     system = SYSTEMS[type(config)]
-    common = _check_loop(config) + _check_hand(config) + check_encoders(config) + check_hand_speed(config)
+    checks = (_check_loop, _check_hand, check_encoders, check_simulation, check_hand_speed)
+    common = [found for check in checks for found in check(config)]
     _require(loaded, common + system.check(config, robot))
     try:
         network = Network([_device(name, device) for name, device in config.devices.items()])

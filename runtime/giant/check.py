@@ -24,7 +24,6 @@ def check_giant(config: GiantConfig, robot: Robot) -> list[tuple[str, str, str]]
     if wrong:
         return [("model", problem, fix) for problem, fix in wrong]
     found += _beyond_model(config, robot)
-    found += check_rates(config) + check_plant(config, robot)
     manipulator, box = config.giant.manipulator, config.giant.box
     for key, lower, upper in (
         ("giant.manipulator.lower", manipulator.lower, manipulator.upper),
@@ -53,7 +52,7 @@ def check_giant(config: GiantConfig, robot: Robot) -> list[tuple[str, str, str]]
                 "declare a longer stop time, or lower velocity or raise acceleration",
             )
         )
-    return found + _devices_of_giant(config, robot)
+    return found + _devices_of_giant(config, robot) + check_rates(config) + check_plant(config, robot)
 
 
 def _beyond_model(config: GiantConfig, robot: Robot) -> list[tuple[str, str, str]]:
