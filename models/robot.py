@@ -34,8 +34,8 @@ class Robot:
         self.nv: int = model.nv
         self.names = list(model.names)[1:]
         joints = list(model.joints)[1:]
-        index = np.array([int(joint.idx_q) for joint in joints])
-        bounded = np.array([joint.nq == 1 for joint in joints])
+        index = np.array([int(joint.idx_q) for joint in joints], np.int64)
+        bounded = np.array([joint.nq == 1 for joint in joints], np.bool_)
         self._q = pin.neutral(model)
         self._turning = [(int(index[i]), int(i)) for i in np.flatnonzero(~bounded)]
         self._blocks = _runs(index, bounded)
