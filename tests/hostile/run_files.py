@@ -1,7 +1,7 @@
 """Loads, builds and runs configurations in a process of its own, so that its death is seen.
 
-Reads lines "machine.toml" from stdin and writes a line of JSON for each: what became of it. A file that takes
-longer than LIMIT_S ends the process by SIGALRM, wherever it is.
+Reads paths from stdin, one a line, and writes a line of JSON for each: what became of it. A file that takes
+more than LIMIT_S of processor time, or PATIENCE_S at all, ends the process by a signal, wherever it is.
 """
 
 import json
@@ -17,6 +17,8 @@ from hapticd.runtime.lockstep import Lockstep
 from hapticd.runtime.session import build
 
 LIMIT_S = 5.0
+PATIENCE_S = 60.0
+"""Much more than LIMIT_S: others use the processors, too."""
 TICKS = 200
 
 
@@ -35,11 +37,13 @@ def run(path: str) -> dict[str, str]:
 def main() -> None:
     np.seterr(divide="raise", over="raise", invalid="raise")
     for line in sys.stdin:
-        signal.setitimer(signal.ITIMER_REAL, LIMIT_S)
+        signal.setitimer(signal.ITIMER_PROF, LIMIT_S)
+        signal.setitimer(signal.ITIMER_REAL, PATIENCE_S)
         try:
             result = run(line.rstrip("\n"))
         except Exception:
             result = {"verdict": "fell", "why": traceback.format_exc(limit=-3)}
+        signal.setitimer(signal.ITIMER_PROF, 0.0)
         signal.setitimer(signal.ITIMER_REAL, 0.0)
         print(json.dumps(result), flush=True)
 
