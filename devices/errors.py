@@ -232,7 +232,8 @@ class UnheardError(DriveError):
     """A drive that does not answer, so that nobody knows where it is; `state` is what it last reported."""
 
     def __init__(self, device: str, node: int, state: str, statusword: int, ticks: int) -> None:
-        super().__init__(device, node, f"{state}, long ago", statusword, f"gave no answer for {ticks} ticks")
+        what = f"does not answer, {ticks} ticks after it was where it should be"
+        super().__init__(device, node, f"{state}, long ago", statusword, what)
         self.ticks = ticks
 
 
