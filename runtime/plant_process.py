@@ -23,8 +23,10 @@ from ..devices.frames import Frames
 from ..devices.socket_adapter import SocketAdapter, socketcan
 from . import config
 from .bus_clock import BusClock
+from .children import report_ready
 from .config import Loaded
 from .errors import HapticdError
+from .interrupts import asking
 from .realtime import PLANT_PRIORITY, become_realtime, settle_memory
 from .session import Plant, Session, build
 from .starvation import Starvation
@@ -116,14 +118,13 @@ class PlantServer:
 def main(arguments: list[str]) -> int:
     """Serve one end of a socket pair until the daemon is gone."""
     name, fd = arguments
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
     daemon = Starvation(os.getppid())
     bus = SocketAdapter(socket.socket(fileno=int(fd)))
     server = _server(build(config.load(name)), bus, daemon.now)
     become_realtime(PLANT_PRIORITY)
-    os.write(1, b"\n")  # ready
-    while server.serve():
-        pass
+    if report_ready():
+        while server.serve():
+            pass
     _outlive(server)
     return 0
 
@@ -142,7 +143,7 @@ def serve_interface(loaded: Loaded, interface: str) -> int:
         nonlocal ended
         ended = True
 
-    for number in (signal.SIGINT, signal.SIGTERM):
+    for number in asking():
         signal.signal(number, end)
     for warning in become_realtime(PLANT_PRIORITY).lost:
         print(f"plant: warning: {warning}", file=sys.stderr)

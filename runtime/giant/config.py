@@ -155,7 +155,7 @@ class GiantHand(Hand, frozen=True):
     path: Annotated[tuple[Waypoint, ...], Meta(min_length=2)]
 
 
-class GiantSimulation(Simulation, frozen=True):
+class GiantSimulation(Simulation, frozen=True, kw_only=True):
     """The simulated giant."""
 
     giant: GiantPlant
