@@ -19,7 +19,7 @@ from hapticd.runtime.log import MAGIC
 CTRL_C = "\x03"
 PATIENCE_S = 60.0
 ENVIRONMENT = "HAPTICD_TEST_FAMILY"
-HAPTICD = (sys.executable, "-m", "hapticd.runtime")
+HAPTICD = (str(Path(sys.executable).with_name("hapticd")),)
 
 
 @dataclass
@@ -46,13 +46,15 @@ class Terminal:
         self._begin = time.monotonic()
         self._said = b""
         tie = tied()
+        if errors:
+            errors.touch()
         self.pid, self._fd = pty.fork()
         if self.pid == 0:
             try:
                 tie()
                 os.chdir(folder)
                 if errors:
-                    os.dup2(os.open(errors, os.O_WRONLY | os.O_CREAT, 0o600), 2)
+                    os.dup2(os.open(errors, os.O_WRONLY), 2)
                 os.execve(command[0], command, {**os.environ, "TERM": "xterm", ENVIRONMENT: self.family})
             finally:
                 os._exit(127)

@@ -32,13 +32,17 @@ def said(folder: Path) -> str:
 def check_order(folder: Path, terminal: Terminal, ended: Ended) -> None:
     """No traceback, nobody left, no recording without an end, one line."""
     text = said(folder) + ended.said
-    assert "Traceback" not in text or "init_import_site" in text, text  # Python itself was starting
+    assert "Traceback" not in text
     assert "Exception ignored" not in text
     assert terminal.survivors() == []
     assert all(complete(log) for log in folder.rglob("*.mcap"))
     told = [line for line in text.split("\n") if line.startswith("hapticd: ")]
-    if ended.status not in (-signal.SIGINT, 1):
-        assert len(told) == 1, text
+    assert len(told) == 1, text
+
+
+def status_of(folder: Path, number: int) -> int:
+    """The exit status that is due: a machine that moved was brought to rest first."""
+    return 0 if "ENABLING" in said(folder) else 128 + number
 
 
 @pytest.mark.parametrize("moment", MOMENTS)
@@ -50,9 +54,8 @@ def test_ctrl_c_while_it_starts_ends_it_with_a_line_and_status_130(
     terminal.type(CTRL_C)
     ended = terminal.end()
     check_order(tmp_path, terminal, ended)
-    if "init_import_site" not in said(tmp_path):
-        assert ended.status in (130, -signal.SIGINT)
-    assert ended.status != 130 or "interrupted" in said(tmp_path)
+    assert ended.status == status_of(tmp_path, signal.SIGINT)
+    assert "hapticd: interrupted" in said(tmp_path)
 
 
 @pytest.mark.parametrize("moment", [0.4, 0.9, 1.4, 2.0])
@@ -67,7 +70,7 @@ def test_other_signals_that_ask_for_an_end_are_told_by_their_name(
     os.kill(terminal.pid, number)
     ended = terminal.end()
     check_order(tmp_path, terminal, ended)
-    assert ended.status == 128 + number
+    assert ended.status == status_of(tmp_path, number)
     assert f"hapticd: {word}" in said(tmp_path)
 
 
@@ -166,8 +169,7 @@ def test_ctrl_c_in_lockstep_completes_the_log_or_leaves_none(
     terminal.type(CTRL_C)
     ended = terminal.end()
     check_order(tmp_path, terminal, ended)
-    moved = "ENABLING" in said(tmp_path)
-    assert ended.status == (0 if moved else 130)
+    assert ended.status == status_of(tmp_path, signal.SIGINT)
 
 
 COMMANDS = {
@@ -188,7 +190,7 @@ def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
-@pytest.mark.parametrize("moment", [0.3, 1.0, 2.5])
+@pytest.mark.parametrize("moment", [0.6, 2.5])
 @pytest.mark.parametrize("name", COMMANDS)
 def test_ctrl_c_ends_every_command_and_whatever_it_started(
     tmp_path: Path, recording: Path, name: str, moment: float, monkeypatch: pytest.MonkeyPatch
