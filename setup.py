@@ -10,5 +10,5 @@ setup(
         "csrc/build.py:hqp",
         "csrc/build.py:plant",
         "csrc/build.py:runtime",
-    ]
+    ],
 )

@@ -42,6 +42,7 @@ class LogFile(FileIO):
             self._reserve = TemporaryFile(dir=Path(path).parent, buffering=0)
             self._keep(RESERVE_BYTES)
         except OSError as error:
+            super().close()
             raise LogWriteError(f"cannot write the log {path}: {error.strerror}") from error
 
     def write(self, data: bytes) -> int:  # type: ignore[override]
