@@ -30,7 +30,8 @@ EPILOG = """examples:
 While a session runs, type a letter and Enter: s stop, r reset after a stop, a arm (where the
 configuration asks for a command), q end. Ctrl-C ends the session after the machine has come to rest.
 
-exit status: 0 done, 1 a check failed, 2 bad usage or configuration, 3 stopped by safety
+exit status: 0 done, 1 a check failed, 2 bad usage or configuration, 3 stopped by safety,
+130 interrupted before anything moved
 
 hapticd is not a certified safety device. Nobody may rely on it instead of STO, brakes, dead-man
 switch and emergency stop."""

@@ -6,8 +6,12 @@ import os
 from io import FileIO
 from pathlib import Path
 from tempfile import TemporaryFile
+from typing import TYPE_CHECKING
 
 from .errors import HapticdError
+
+if TYPE_CHECKING:
+    from _typeshed import ReadableBuffer
 
 
 class LogWriteError(HapticdError):
@@ -45,7 +49,7 @@ class LogFile(FileIO):
             super().close()
             raise LogWriteError(f"cannot write the log {path}: {error.strerror}") from error
 
-    def write(self, data: bytes) -> int:  # type: ignore[override]
+    def write(self, data: ReadableBuffer, /) -> int:
         """See ``FileIO``.
 
         Raises:

@@ -64,9 +64,9 @@ class Recorder:
         )
 
     def drain(self) -> list[str]:
-        """Everything that is in the ring; returns the events."""
+        """Everything that is in the ring, while the disk takes it; returns the events."""
         events = []
-        while (data := self._ring.pop()) is not None:
+        while not self._log.full and (data := self._ring.pop()) is not None:
             if data[:1] == TICK:
                 fixed = np.frombuffer(data, self._dtype, 1, 1)[0]
                 self._log.tick(int(fixed["tick"]), data[1:])

@@ -1,4 +1,4 @@
-"""Ctrl-C, a termination, a closed terminal, at any moment: one line, the right status, nothing left behind."""
+"""Ctrl-C, a termination, a closed terminal at any moment: a line, the right status, nothing left behind."""
 
 from __future__ import annotations
 
