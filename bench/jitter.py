@@ -19,6 +19,7 @@ from statistics import median
 
 import msgspec
 
+from ..runtime.children import run_tied
 from ..runtime.histogram import Histogram, nanosleep_loop
 from ..runtime.loop import FixedRate, now_ns
 from ..runtime.realtime import DAEMON_PRIORITY, SPIN_NS, become_realtime, settle_memory, stay_awake
@@ -154,9 +155,7 @@ CONTENDERS: dict[str, Callable[[float, int], Round]] = {
 def cyclictest(rate: float, ticks: int) -> Round:
     """Run cyclictest (rt-tests) with one thread at the daemon's priority."""
     command = ["cyclictest", "-q", "-m", f"-p{DAEMON_PRIORITY}", "-t1", f"-i{round(1e6 / rate)}"]
-    done = subprocess.run(
-        [*command, f"-l{ticks}", f"-h{LONGEST_US}"], capture_output=True, text=True, check=False
-    )
+    done = run_tied([*command, f"-l{ticks}", f"-h{LONGEST_US}"], stderr=subprocess.PIPE, text=True)
     cells = [(float(us), int(count)) for us, count in CYCLICTEST.findall(done.stdout) if int(count)]
     if done.returncode or not cells:
         raise subprocess.CalledProcessError(done.returncode, command, done.stdout, done.stderr)
@@ -170,7 +169,8 @@ def cyclictest(rate: float, ticks: int) -> Round:
 def in_process(name: str, rate: float, ticks: int) -> Round:
     """One contender in a process of its own."""
     command = [sys.executable, "-m", "hapticd.bench.jitter", name, str(rate), str(ticks)]
-    done = subprocess.run(command, check=True, stdout=subprocess.PIPE)
+    done = run_tied(command)
+    done.check_returncode()
     return msgspec.json.decode(done.stdout, type=Round)
 
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import re
+import signal
 import subprocess
 import sys
 import tempfile
@@ -17,7 +18,9 @@ from statistics import median
 from typing import Any
 
 from ..runtime import config
+from ..runtime.children import run_tied
 from ..runtime.config import Loaded
+from ..runtime.interrupts import held
 from .jitter import Round, in_process
 from .recorded import BenchError
 
@@ -43,7 +46,7 @@ def daemon(path: Path, seconds: float) -> dict[str, Any]:
     log.unlink(missing_ok=True)
     options = ["--duration", str(seconds), "--log", str(log), "--json"]
     command = [sys.executable, "-m", "hapticd.runtime", "run", str(path), *options]
-    done = subprocess.run(command, check=False, capture_output=True, text=True)
+    done = run_tied(command, signal.SIGTERM, stderr=subprocess.PIPE, text=True)
     if done.returncode:
         raise BenchError(f"the daemon ended with {done.returncode}:\n{done.stderr}")
     return dict(json.loads(done.stdout))
@@ -88,7 +91,7 @@ def run(name: str, rates: Sequence[float], rounds: int, seconds: float, as_json:
     loaded = config.load(name)
     for rate in rates:
         bare, live = [], []
-        with tempfile.TemporaryDirectory() as folder:
+        with held(), tempfile.TemporaryDirectory() as folder:
             path = at_rate(loaded, rate, Path(folder))
             for k in range(rounds):
                 print(f"{rate:g} Hz: round {k + 1} of {rounds}", file=sys.stderr)

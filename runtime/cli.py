@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 import sys
 from datetime import datetime
 from importlib import import_module, metadata
@@ -16,6 +17,7 @@ from . import config
 from .arguments import Commands, bit_rate, positive, setting
 from .benchmarks import add_benchmarks
 from .errors import ConfigError, HapticdError
+from .interrupts import Interrupted, held, say
 
 EPILOG = """examples:
   hapticd run giant                      the simulated giant with a scripted hand, 30 s
@@ -28,21 +30,23 @@ EPILOG = """examples:
 While a session runs, type a letter and Enter: s stop, r reset after a stop, a arm (where the
 configuration asks for a command), q end. Ctrl-C ends the session after the machine has come to rest.
 
-exit status: 0 done, 1 a check failed, 2 bad usage or configuration, 3 stopped by safety
+exit status: 0 done, 1 a check failed, 2 bad usage or configuration, 3 stopped by safety,
+130 interrupted before anything moved
 
 hapticd is not a certified safety device. Nobody may rely on it instead of STO, brakes, dead-man
 switch and emergency stop."""
 
 
 LOGS = Path("log")
-INTERRUPTED = 130
 
 
 def main(arguments: list[str] | None = None) -> int:
     """Run a command; returns the exit status."""
     options = _parser().parse_args(arguments)
     try:
-        return int(options.handler(options))
+        status = int(options.handler(options))
+        sys.stdout.flush()
+        return status
     except HapticdError as error:
         return _fail(options, error.code, str(error), error.exit_status)
     except ModelError as error:
@@ -50,9 +54,13 @@ def main(arguments: list[str] | None = None) -> int:
     except DeviceError as error:
         return _fail(options, "device", str(error), 1)
     except BrokenPipeError:
-        return 1
-    except KeyboardInterrupt:
-        return INTERRUPTED
+        return _unheard()
+    except OSError as error:
+        where = f"{error.filename}: " if error.filename else ""
+        return _fail(options, "file", f"{where}{error.strerror or error}", _unheard())
+    except Interrupted as interrupted:
+        say(str(interrupted))
+        return interrupted.status
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -176,6 +184,14 @@ def _add_experiment(commands: Commands) -> None:
     experiment.set_defaults(handler=_experiment)
 
 
+def _unheard() -> int:
+    """Nobody takes the output: the rest of it is dropped, or the interpreter would complain at its end."""
+    null = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(null, 1)
+    os.close(null)
+    return 1
+
+
 def _fail(options: argparse.Namespace, code: str, message: str, status: int) -> int:
     if options.json:
         print(msgspec.json.encode({"error": code, "message": message}).decode())
@@ -185,30 +201,38 @@ def _fail(options: argparse.Namespace, code: str, message: str, status: int) -> 
 
 def _run(options: argparse.Namespace) -> int:
     from . import daemon, lockstep_run
+    from .promise import verdict
     from .summary import as_json, table
 
     loaded = config.load(options.config)
     duration = options.duration or loaded.config.loop.duration
-    log = _log_path(options.log, loaded)
     live = sys.stderr.isatty() and not options.json
     run = lockstep_run.run if options.lockstep else daemon.run
-    try:
-        outcome = run(loaded, log, duration, live)
-    finally:
-        if log.exists() and log.stat().st_size == 0:  # nothing began
-            log.unlink()
+    with held():
+        log = _log_path(options.log, loaded)
+        try:
+            outcome = run(loaded, log, duration, live)
+        finally:
+            if log.exists() and log.stat().st_size == 0:  # nothing began
+                log.unlink()
+    status, last = outcome.status, ""
+    if outcome.report:
+        shown, last = verdict(loaded, outcome.report, options.lockstep)
+        status = status or int(not shown)
     if outcome.report and options.json:
         speed = {} if outcome.speed_x is None else {"speed_x": outcome.speed_x}
-        print(as_json(outcome.report, log=str(log), status=outcome.status, message=outcome.message, **speed))
+        more = {"log": str(log), "status": status, "message": outcome.message, "verdict": last, **speed}
+        print(as_json(outcome.report, **more))
     elif outcome.report:
         print(table(outcome.report))
         if outcome.speed_x is not None:
             print(f"lockstep: {outcome.speed_x:g} times real time")
         print(f"log: {log}")
         print(f"replay: hapticd replay {log} --verify")
+        print(last)
     if outcome.message:
         print(f"hapticd: {outcome.message}", file=sys.stderr)
-    return outcome.status
+    return status
 
 
 def _log_path(given: Path | None, loaded: config.Loaded) -> Path:

@@ -7,9 +7,10 @@ import os
 import signal
 import socket
 import stat
-import subprocess
 import sys
 import traceback
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from time import time_ns
 from typing import Any
@@ -21,15 +22,17 @@ from ..devices.frames import CAPACITY, Frames
 from ..devices.image import COUNTERS
 from ..devices.socket_adapter import SocketAdapter
 from .bus import bus_warnings, open_bus
-from .children import CHILD_LIMIT_S, Child, ChildError, reap, spawn, until_ready
+from .children import CHILD_LIMIT_S, Child, end, last_words, reap, spawn, until_ready
 from .config import Loaded
 from .cycle import Inputs, Outputs, cycle
 from .errors import HapticdError
 from .forensics import Forensics
+from .interrupts import asking, leave_terminal, let_through, say
+from .log_file import cut_short
 from .loop import FixedRate
 from .modes import Command, Mode
 from .notify import ServiceManager, Supervision
-from .outcome import END_LIMIT_S, Outcome, outcome
+from .outcome import END_LIMIT_S, Ending, Outcome, called_off, outcome
 from .phase_lock import PhaseLock
 from .realtime import (
     DAEMON_PRIORITY,
@@ -40,7 +43,7 @@ from .realtime import (
     stay_awake,
 )
 from .record import RecordWriter
-from .recorder import EVENT, FINISH, LATE, OVERSTAY, TICK, VITALS
+from .recorder import CUT_SHORT, EVENT, FINISH, LATE, OVERSTAY, TICK, TORN, VITALS
 from .ring import Drain, Ring
 from .sections import SimulatedBus
 from .session import Session, build
@@ -52,8 +55,14 @@ from .warm_up import warm_up
 from .watch import Overstay, Watch, WatchedLoop
 
 START_DELAY_NS = 20_000_000
-STALL_LIMIT_S = 1.0
-"""How long a simulated plant may stall with its socket open before it counts as lost."""
+TURN_S = 2e-3
+"""Long enough for the event loop to hear of a signal."""
+FROZEN_S = 2.0
+"""How long a simulated plant may owe its answer before the session ends."""
+LONGEST_LOOK_S = 0.1
+"""What a tick that waits for the plant counts at most: while this process did not run, it saw nothing."""
+HASTE_S = 1.0
+"""How long the summary is waited for after a second interrupt, and the end of a plant that is frozen."""
 RECORDER_S = 0.2
 """Between two looks at the recorder."""
 HUNG_LOOKS = 4
@@ -85,13 +94,16 @@ class Daemon:
         self._session: Session = build(loaded, self._stages.mark)
         self._rate = loaded.config.loop.rate
         self._duration_ticks = round(duration * self._rate) if duration is not None else None
-        self._record_overruns = loaded.config.loop.on_overrun == "record"
+        simulated = isinstance(loaded.config.bus, SimulatedBus)
+        self._plant_time = simulated and loaded.config.loop.on_overrun == "record"
         self._log, self._live = log, live
         self._inputs, self._outputs, self._received = Inputs(), Outputs(), Frames()
         self._pending = Command.NONE
+        self._elapsed = 0
         self._ending_since = -1
         self._stalled = 0
         self._unserved = 0
+        self._ending = Ending()
         self._crash: BaseException | None = None
         self._ring = Ring.create()
         self._writer = RecordWriter(self._session.memory)
@@ -101,6 +113,8 @@ class Daemon:
         self._lock = PhaseLock(self._rhythm.period_ns) if loaded.config.loop.sync == "bus" else None
         self._forensics, self._vitals = Forensics(self._rhythm.period_ns), VitalSigns()
         self._plant: Child | None = None
+        self._recorder: Child | None = None
+        self._waiting: asyncio.Task[Any] | None = None
         memory = self._session.memory
         # the counter of the last SYNC proves a completed tick
         self._supervision = Supervision(
@@ -112,16 +126,48 @@ class Daemon:
         """From start-up to the summary."""
         loop = asyncio.get_running_loop()
         assert isinstance(loop, WatchedLoop)
+        self._listen(loop)
         self._bus = self._open_bus()
+        with let_through():
+            try:
+                with self._cancellable():
+                    await self._prepare()
+            except asyncio.CancelledError:
+                self._abandon()
+                return called_off(self._ending.signals[0])
+            except BaseException:
+                self._abandon()
+                raise
+            await self._run_ticks(loop)
+            return await self._conclude()
+
+    @contextmanager
+    def _cancellable(self) -> Iterator[None]:
+        """What an interrupt cancels."""
+        self._waiting = asyncio.current_task()
+        try:
+            yield
+        finally:
+            self._waiting = None
+
+    async def _prepare(self) -> None:
+        """Everything before the first tick; an interrupt cancels it."""
         if self._lock and isinstance(self._bus, SocketAdapter):
             self._bus.stamp_arrivals()
-        self._start_recorder()
-        await self._until_children_are_ready()
+        await until_ready("recorder", self._start_recorder())
+        if self._plant:
+            await until_ready("plant", self._plant)
+        warm_up(self._session.loaded)
+        await asyncio.sleep(TURN_S)
+        settle_memory()
+        self._become_realtime()
+        await asyncio.sleep(TURN_S)
+
+    async def _run_ticks(self, loop: WatchedLoop) -> None:
+        """The ticks."""
         try:
-            self._listen(loop)
-            warm_up(self._session.loaded)
-            settle_memory()
-            self._become_realtime()
+            if _may_read_stdin():
+                loop.add_reader(0, self._typed, loop)
             slack = self._rhythm.slack
             slack.add(self._watch_recorder())
             slack.add(self._watch_bus())
@@ -132,34 +178,20 @@ class Daemon:
             self._rhythm.start(loop.add_tick, START_DELAY_NS)
             self._supervision.start(loop)
             await self._done.wait()
-        except NotRealtimeError:
-            self._collect()
-            self._log.unlink()
-            raise
         finally:
             self._rhythm.stop(loop.remove_reader)
             self._rhythm.slack.close()
             self._supervision.stop()
-            self._lost = "the bus is gone: its interface or the plant died" if self._bus.closed else ""
+            if self._bus.closed:
+                self._ending.lost = "the bus is gone: its interface or the plant died"
             self._bus.close()
-        if self._crash:  # nothing more is sent: the watchdogs of the drives stop the machine
-            self._event(max(0, self._rhythm.tick), f"internal error: {self._crash!r}")
-            self._conclude()
-            raise InternalError(f"{self._crash!r}; the log {self._log} holds the session") from self._crash
-        self._vitals.look()
-        self._ring.push(VITALS + msgspec.json.encode(self._vitals.found))
-        return self._conclude()
 
-    async def _until_children_are_ready(self) -> None:
-        try:
-            await until_ready("recorder", self._recorder)
-            if self._plant:
-                await until_ready("plant", self._plant)
-        except ChildError:
-            for child in filter(None, (self._plant, self._recorder)):
-                child.kill()
-            self._log.unlink()
-            raise
+    def _abandon(self) -> None:
+        """Nothing has begun: nothing stays."""
+        self._bus.close()
+        for child in filter(None, (self._plant, self._recorder)):
+            end(child)
+        self._log.unlink(missing_ok=True)
 
     def _become_realtime(self) -> None:
         wish = self._session.config.loop
@@ -195,6 +227,7 @@ class Daemon:
         inputs.commands, self._pending = self._pending, Command.NONE
         cycle(inputs, memory, outputs)
         self._bus.send(outputs.frames)
+        self._elapsed = self._elapsed + 1 if self._plant_time else inputs.tick + 1
         self._stages.mark(Stage.SEND)
         timing = (start - rhythm.deadline_ns, self._stages.elapsed_ns, self._stages.packed)
         self._ring.push(TICK + self._writer.write(inputs, outputs, timing))
@@ -203,7 +236,7 @@ class Daemon:
         for text in outputs.events:
             self._event(inputs.tick, text)
         inputs.frames.clear()
-        self._watch_end(inputs.tick)
+        self._watch_end()
 
     def _follow(self, lock: PhaseLock) -> None:
         """Keep the grid in phase with the bus clock."""
@@ -227,8 +260,9 @@ class Daemon:
 
     def _waits_for_plant(self) -> bool:
         """A simulated world stalls as a whole: no tick runs while the plant has not answered the last one."""
-        if not (self._record_overruns and isinstance(self._bus, SocketAdapter)) or self._bus.closed:
+        if not self._plant_time or self._bus.closed or self._ending.failed:
             return False
+        assert isinstance(self._bus, SocketAdapter)
         if self._session.memory.mode in (Mode.BRINGUP, Mode.FAILED):
             silent = self._bus.unread  # nobody has to answer yet
         else:
@@ -236,25 +270,32 @@ class Daemon:
         if not silent or len(self._inputs.frames) > CAPACITY:
             self._stalled = 0
             return False
-        self._stalled += 1 + self._rhythm.skipped
-        return self._stalled < STALL_LIMIT_S * self._rate
+        self._stalled += min(1 + self._rhythm.skipped, round(LONGEST_LOOK_S * self._rate))
+        if self._stalled < FROZEN_S * self._rate:
+            return True
+        self._ending.failed = f"the simulated plant froze: no answer for {FROZEN_S:g} s"
+        self._event(self._rhythm.tick, self._ending.failed)
+        self.end()
+        return False
 
-    def _watch_end(self, tick: int) -> None:
+    def _watch_end(self) -> None:
         mode = self._session.memory.mode
+        if mode.powered:
+            self._ending.moved = True
         if self._ending_since < 0:
-            over = self._duration_ticks is not None and tick + 1 >= self._duration_ticks
+            over = self._duration_ticks is not None and self._elapsed >= self._duration_ticks
             dead = self._bus.closed and not mode.powered  # while it is, the monitor stops the machine first
             if not (over or dead or mode is Mode.FAILED):
                 return
             self.end()
         off = self._session.memory.secured or (self._bus.closed and not mode.powered)
-        if off or tick - self._ending_since > END_LIMIT_S * self._rate:
+        if off or self._elapsed - self._ending_since > END_LIMIT_S * self._rate:
             self._done.set()
 
     def end(self) -> None:
         """Stop the machine, then the session."""
         if self._ending_since < 0:
-            self._ending_since = max(0, self._rhythm.tick)
+            self._ending_since = self._elapsed
             self._pending |= Command.END
 
     # ------------------------------------------------------------------------------- around it
@@ -270,7 +311,7 @@ class Daemon:
             case named:
                 return open_bus(named)
 
-    def _start_recorder(self) -> None:
+    def _start_recorder(self) -> Child:
         theirs, self._control = os.pipe()
         arguments = [
             self._session.loaded.name,
@@ -282,17 +323,25 @@ class Daemon:
         ]
         self._recorder = spawn("recorder", arguments, [self._ring.fd, theirs])
         os.close(theirs)
+        return self._recorder
 
     def _listen(self, loop: asyncio.AbstractEventLoop) -> None:
-        for number in (signal.SIGINT, signal.SIGTERM):
-            loop.add_signal_handler(number, self._interrupted)
-        if _may_read_stdin():
-            loop.add_reader(0, self._typed, loop)
+        for number in asking():
+            loop.add_signal_handler(number, self._interrupted, number)
 
-    def _interrupted(self) -> None:
-        if self._ending_since >= 0:  # the second time: do not wait for the machine
-            self._done.set()
-        self.end()
+    def _interrupted(self, number: int) -> None:
+        """The first time, the machine is brought to rest; the second time, that is not waited for."""
+        before = self._ending.signals
+        self._ending.signals = (*before, number)
+        leave_terminal()
+        if self._rhythm.running and not self._done.is_set():
+            if before:
+                self._done.set()
+            self.end()
+        elif self._waiting and (before or not self._elapsed):
+            self._waiting.cancel()
+        elif not before:
+            say("the log is being completed; once more leaves that to the recorder alone")
 
     def _typed(self, loop: asyncio.AbstractEventLoop) -> None:
         text = os.read(0, 4096).decode(errors="replace")
@@ -324,6 +373,7 @@ class Daemon:
 
     def _recorder_fault(self, drain: Drain) -> str:
         """Why the session is not recorded any more, or not completely; "" where it is."""
+        assert self._recorder
         if self._recorder.poll() is not None:
             return "the recorder died: this session is not recorded any more"
         if self._ring.dropped:
@@ -351,23 +401,61 @@ class Daemon:
     def _event(self, tick: int, text: str) -> None:
         self._ring.push(EVENT + tick.to_bytes(8, "little") + text.encode())
 
-    def _conclude(self) -> Outcome:
-        report = self._collect()
-        if self._plant:
-            reap(self._plant)
-        return outcome(self._session.memory, report, lost=self._lost)
+    async def _conclude(self) -> Outcome:
+        """The log is completed, the plant ends.
 
-    def _collect(self) -> Report | None:
-        """The summary that the recorder gives once it is told to finish."""
+        Raises:
+            InternalError: something that nobody expected had ended the session.
+        """
+        if self._crash:  # nothing more is sent: the watchdogs of the drives stop the machine
+            self._event(max(0, self._rhythm.tick), f"internal error: {self._crash!r}")
+        else:
+            self._vitals.look()
+            self._ring.push(VITALS + msgspec.json.encode(self._vitals.found))
+        report = None
         try:
-            os.write(self._control, FINISH)
-            text, _ = self._recorder.communicate(timeout=CHILD_LIMIT_S)
-            return msgspec.json.decode(text, type=Report)
-        except (OSError, subprocess.TimeoutExpired, msgspec.DecodeError):
-            self._recorder.kill()
-            return None
+            with self._cancellable():
+                report = await self._collect()
+                if self._plant:
+                    await reap(self._plant, self._patience_s)
+        except asyncio.CancelledError:
+            self._ending.unrecorded = self._left_alone
+        if self._crash:
+            raise InternalError(f"{self._crash!r}; the log {self._log} holds the session") from self._crash
+        return outcome(self._session.memory, report, self._ending)
+
+    @property
+    def _patience_s(self) -> float:
+        """How long a child may take to end."""
+        return HASTE_S if self._ending.failed or len(self._ending.signals) > 1 else CHILD_LIMIT_S
+
+    @property
+    def _left_alone(self) -> str:
+        return f"there is no summary; the recorder goes on to complete the log {self._log}"
+
+    async def _collect(self) -> Report | None:
+        """The summary that the recorder gives once it is told to finish; None where it does not."""
+        assert self._recorder
+        try:
+            with suppress(BrokenPipeError):  # it is gone; its last words may be there
+                os.write(self._control, FINISH)
+            words = await last_words(self._recorder, self._patience_s)
+            await reap(self._recorder, self._patience_s)
+            report = msgspec.json.decode(words, type=Report)
+            if self._recorder.returncode in (CUT_SHORT, TORN):
+                seconds, whole = report.ticks / self._rate, self._recorder.returncode == CUT_SHORT
+                self._ending.failed = cut_short(self._log, seconds, whole)
+            return report
+        except TimeoutError:
+            if self._patience_s == HASTE_S:
+                self._ending.unrecorded = self._left_alone
+            else:
+                end(self._recorder)
+        except (OSError, msgspec.DecodeError):
+            end(self._recorder)
         finally:
             os.close(self._control)
+        return None
 
 
 def _may_read_stdin() -> bool:
@@ -386,5 +474,10 @@ def run(loaded: Loaded, log: Path, duration: float | None, live: bool) -> Outcom
     Raises:
         HapticdError, DeviceError: the session could not begin.
     """
-    with asyncio.Runner(loop_factory=WatchedLoop) as runner:
-        return runner.run(Daemon(loaded, log, duration, live).run())
+    handlers = {number: signal.getsignal(number) for number in asking()}
+    try:
+        with asyncio.Runner(loop_factory=WatchedLoop) as runner:
+            return runner.run(Daemon(loaded, log, duration, live).run())
+    finally:
+        for number, handler in handlers.items():
+            signal.signal(number, handler)

@@ -13,7 +13,7 @@ import struct
 from collections.abc import Iterator
 from dataclasses import dataclass
 from importlib import metadata
-from io import BufferedWriter, FileIO
+from io import BufferedWriter
 from pathlib import Path
 from typing import Any
 
@@ -27,6 +27,7 @@ from zstandard import ZstdError
 from .config import Loaded, parse
 from .errors import LogError, LogModelError, LogTruncatedError
 from .forensics import LateTick
+from .log_file import LogFile
 from .record import Record, describe
 from .record import parse as parse_record
 
@@ -43,11 +44,12 @@ class LogWriter:
     """Writes one recording."""
 
     def __init__(
-        self, stream: FileIO, loaded: Loaded, hashes: dict[str, str], dtype: np.dtype[np.void], start_ns: int
+        self, stream: LogFile, loaded: Loaded, hashes: dict[str, str], dtype: np.dtype[np.void], start_ns: int
     ) -> None:
         """``start_ns`` is the wall clock at tick 0 and only labels the file."""
         self._start_ns = start_ns
         self._period_ns = 1e9 / loaded.config.loop.rate
+        self._file = stream
         self._stream = BufferedWriter(stream)
         self._writer = Writer(self._stream, chunk_size=CHUNK_BYTES, compression=CompressionType.ZSTD)
         self._writer.start(profile="hapticd", library=f"hapticd {metadata.version('hapticd')}")
@@ -82,6 +84,11 @@ class LogWriter:
         """Append what is known of a late tick, as JSON."""
         stamp = self._stamp(tick)
         self._writer.add_message(self._late, stamp, late, stamp)
+
+    @property
+    def full(self) -> bool:
+        """Whether the disk takes no more than the end of the recording."""
+        return self._file.full is not None
 
     def finish(self, summary: str) -> None:
         """Complete the file, with the session's summary as JSON."""

@@ -26,8 +26,10 @@ from ..devices.socket_adapter import SocketAdapter
 from . import config
 from .bus import NamedBus, bus_warnings, open_bus
 from .bus_clock import BusClock
+from .children import report_ready
 from .config import Loaded
 from .errors import HapticdError
+from .interrupts import asking
 from .realtime import PLANT_PRIORITY, become_realtime, settle_memory
 from .session import Plant, Session, build
 from .starvation import Starvation
@@ -125,14 +127,13 @@ class PlantServer:
 def main(arguments: list[str]) -> int:
     """Serve one end of a socket pair until the daemon is gone."""
     name, fd = arguments
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
     daemon = Starvation(os.getppid())
     bus = SocketAdapter(socket.socket(fileno=int(fd)))
     server = _server(build(config.load(name)), bus, daemon.now)
     become_realtime(PLANT_PRIORITY)
-    os.write(1, b"\n")  # ready
-    while server.serve():
-        pass
+    if report_ready():
+        while server.serve():
+            pass
     _outlive(server)
     return 0
 
@@ -153,7 +154,7 @@ def serve_interface(loaded: Loaded, bus: NamedBus) -> int:
         nonlocal ended
         ended = True
 
-    for number in (signal.SIGINT, signal.SIGTERM):
+    for number in asking():
         signal.signal(number, end)
     for warning in become_realtime(PLANT_PRIORITY).lost + bus_warnings(bus, loaded.config):
         print(f"plant: warning: {warning}", file=sys.stderr)

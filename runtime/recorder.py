@@ -8,26 +8,29 @@ is dead, and the recorder completes the log by itself. The summary goes to stand
 
 from __future__ import annotations
 
+import fcntl
 import os
 import select
-import signal
 import sys
 import time
-from io import FileIO
+from enum import Enum, auto
 
 import msgspec
 import numpy as np
 
 from . import config
+from .children import report_ready
 from .errors import HapticdError
 from .forensics import LateTick
+from .interrupts import show
 from .log import LogWriter
+from .log_file import LogFile, cut_short
 from .modes import Mode
 from .record import layout
 from .ring import Ring
 from .session import Session, build, fingerprint
 from .stages import Stage
-from .summary import Summary, as_json
+from .summary import Report, Summary, as_json
 from .vitals import Vitals
 from .watch import Overstay
 
@@ -36,6 +39,19 @@ LIVE_S = 0.2
 FINISH = b"q"
 TICK, EVENT, LATE, OVERSTAY, VITALS = b"T", b"E", b"L", b"O", b"V"
 """First byte of a record in the ring."""
+CUT_SHORT, TORN = 4, 5
+"""Exit status where the disk did not take the whole log: it is complete as far as it goes, or not at all."""
+LONGEST_SUMMARY = 1 << 20
+
+
+class End(Enum):
+    """Why no more is recorded."""
+
+    TOLD = auto()
+    SILENT = auto()
+    """The daemon is gone."""
+    FULL = auto()
+    """The disk takes no more."""
 
 
 class Recorder:
@@ -48,9 +64,9 @@ class Recorder:
         )
 
     def drain(self) -> list[str]:
-        """Everything that is in the ring; returns the events."""
+        """Everything that is in the ring, while the disk takes it; returns the events."""
         events = []
-        while (data := self._ring.pop()) is not None:
+        while not self._log.full and (data := self._ring.pop()) is not None:
             if data[:1] == TICK:
                 fixed = np.frombuffer(data, self._dtype, 1, 1)[0]
                 self._log.tick(int(fixed["tick"]), data[1:])
@@ -65,6 +81,14 @@ class Recorder:
                     events.append(f"{tick / self.summary.rate:9.3f} s  {text}")
         self._log.flush()
         return events
+
+    def report(self) -> Report:
+        """The summary so far."""
+        return self.summary.report(self._ring.dropped)
+
+    def finish(self) -> None:
+        """Complete the log."""
+        self._log.finish(as_json(self.report()))
 
     def _note(self, kind: bytes, tick: int, rest: bytes) -> str:
         """Take what happened at a tick; the sentence for people, empty where none is due."""
@@ -106,29 +130,50 @@ class Recorder:
 def main(arguments: list[str]) -> int:
     """Run until told to finish, or until the daemon is gone."""
     name, path, ring_fd, control_fd, start_ns, live = arguments
-    # the terminal's Ctrl-C is the daemon's business
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    signal.signal(signal.SIGTERM, signal.SIG_IGN)
     session = build(config.load(name))
     machine, image = session.memory.machine, session.memory.image
     dtype = layout(machine.state, len(machine.axes), len(image.raw))
-    control = int(control_fd)
-    with FileIO(path, "w") as stream:
+    with LogFile(path) as stream:
         log = LogWriter(stream, session.loaded, fingerprint(session), dtype, int(start_ns))
         recorder = Recorder(session, Ring.attach(int(ring_fd)), log, dtype)
-        os.write(1, b"\n")  # ready
-        told = _serve(recorder, control, live == "1")
-        report = recorder.summary.report(recorder._ring.dropped)
-        log.finish(as_json(report))
-    if told:
-        os.write(1, as_json(report).encode())
+        if not report_ready():
+            os.unlink(path)  # nothing has begun
+            return 0
+        return _record(recorder, stream, path, int(control_fd), live == "1")
+
+
+def _record(recorder: Recorder, stream: LogFile, path: str, control: int, live: bool) -> int:
+    """From the first record to the complete log; the exit status."""
+    refused: OSError | None = None
+    end: End | None = None
+    try:
+        end = _serve(recorder, stream, control, live)
+        recorder.finish()
+    except OSError as error:
+        refused = error
+    report = recorder.report()
+    failure = refused or stream.full
+    if failure:
+        seconds = report.ticks / report.rate_hz
+        _show(f"hapticd: {cut_short(path, seconds, refused is None, failure)}\n", live)
+    if end is End.SILENT and not refused:
+        _show(f"hapticd: the daemon died; its log is complete: {path}\n", live)
     else:
-        print(f"hapticd: the daemon died; its log is complete: {path}", file=sys.stderr)
-    return 0
+        _say_last(as_json(report).encode())
+    return TORN if refused else CUT_SHORT if failure else 0
 
 
-def _serve(recorder: Recorder, control: int, live: bool) -> bool:
-    """Drain until the control pipe says or shows the end; whether it said so."""
+def _say_last(words: bytes) -> None:
+    """The summary for the daemon, whether it reads it now, later or never."""
+    try:
+        fcntl.fcntl(1, fcntl.F_SETPIPE_SZ, LONGEST_SUMMARY)
+        os.write(1, words)
+    except OSError:
+        return
+
+
+def _serve(recorder: Recorder, stream: LogFile, control: int, live: bool) -> End:
+    """Drain until the control pipe says or shows the end, or the disk takes no more; which of them."""
     shown = 0.0
     while True:
         readable, _, _ = select.select([control], [], [], POLL_S)
@@ -139,15 +184,14 @@ def _serve(recorder: Recorder, control: int, live: bool) -> bool:
         if live and now - shown >= LIVE_S:
             shown = now
             _show(recorder.live_line(), live)
-        if readable:
+        if readable or stream.full:
             if live:
                 _show("", live)
-            return said == FINISH
+            return End.FULL if stream.full else End.TOLD if said == FINISH else End.SILENT
 
 
 def _show(text: str, live: bool) -> None:
-    sys.stderr.write(f"\r\x1b[K{text}" if live else text)
-    sys.stderr.flush()
+    show(f"\r\x1b[K{text}" if live else text)
 
 
 if __name__ == "__main__":

@@ -169,11 +169,15 @@ class Hand(Strict, frozen=True):
     path: Annotated[tuple[Place, ...], Meta(min_length=2, max_length=5000)]
 
 
-class Simulation(Strict, frozen=True):
-    """What every simulated machine has."""
+class Simulation(Strict, frozen=True, kw_only=True):
+    """What every simulated machine has.
+
+    ``touches`` names limits of the machine that the hand meets on its path, and which end of each.
+    """
 
     seed: Seed
     hand: Hand
+    touches: dict[str, Literal["lower", "upper", "both"]] = {}
 
 
 class Config(Strict, frozen=True, kw_only=True, tag_field="system"):

@@ -131,6 +131,7 @@ def build(loaded: Loaded, mark: Mark = no_mark) -> Session:
     checks = (_check_loop, _check_hand, check_encoders, check_simulation, check_hand_speed)
     common = [found for check in checks for found in check(config)] + check_bus(config.bus)
     _require(loaded, common + system.check(config, robot))
+    _require(loaded, _check_touches(config, system.limits(config)))
     try:
         network = Network([_device(name, device) for name, device in config.devices.items()])
         image = ProcessImage(network)
@@ -213,6 +214,17 @@ def _check_hand(config: Config) -> list[tuple[str, str, str]]:
             problem = "its times do not rise"
             found.append((f"simulation.hand.{name}", problem, "order the entries by their time"))
     return found
+
+
+def _check_touches(config: Config, limits: MachineLimits) -> list[tuple[str, str, str]]:
+    """A limit that is to be touched must exist."""
+    known = [spec.name for spec in limits.specs]
+    touches = config.simulation.touches if config.simulation else {}
+    return [
+        ("simulation.touches", f"the machine has no limit '{name}'", f"known: {', '.join(known)}")
+        for name in touches
+        if name not in known
+    ]
 
 
 def _device(name: str, device: s.Device) -> Device:

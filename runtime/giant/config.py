@@ -158,7 +158,7 @@ class GiantHand(Hand, frozen=True):
     path: Annotated[tuple[Waypoint, ...], Meta(min_length=2, max_length=5000)]
 
 
-class GiantSimulation(Simulation, frozen=True):
+class GiantSimulation(Simulation, frozen=True, kw_only=True):
     """The simulated giant."""
 
     giant: GiantPlant

@@ -114,7 +114,7 @@ class RhiPlant(Strict, frozen=True):
     substeps: Substeps
 
 
-class RhiSimulation(Simulation, frozen=True):
+class RhiSimulation(Simulation, frozen=True, kw_only=True):
     """The simulated redundant interface."""
 
     rhi: RhiPlant

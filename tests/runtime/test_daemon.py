@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import os
 import re
+import shutil
 import signal
 import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -17,6 +19,7 @@ import msgspec
 import pytest
 from hapticd.devices.image import COUNTERS
 from hapticd.runtime import daemon
+from hapticd.runtime.children import tied
 from hapticd.runtime.daemon import Daemon
 from hapticd.runtime.log import open_log
 from hapticd.runtime.modes import Mode
@@ -38,7 +41,7 @@ class Live:
         command = [sys.executable, "-m", "hapticd.runtime", "run", config, "--log", str(self.log), *options]
         with self._errors.open("wb") as err, self._output.open("wb") as out:
             self.process = subprocess.Popen(
-                command, stdin=subprocess.PIPE, stdout=out, stderr=err, cwd=folder
+                command, stdin=subprocess.PIPE, stdout=out, stderr=err, cwd=folder, preexec_fn=tied()
             )
 
     @property
@@ -95,6 +98,11 @@ def start(tmp_path: Path) -> Iterator[Callable[..., Live]]:
         live.process.wait()
         if live.process.stdin:
             live.process.stdin.close()
+
+
+def bound_to(cpu: int, tie: Callable[[], None]) -> None:
+    tie()
+    os.sched_setaffinity(0, {cpu})
 
 
 def wait_until_gone(pid: int) -> None:
@@ -266,17 +274,94 @@ def test_an_interrupt_ends_the_session_after_the_machine_came_to_rest(
     assert live.modes()[-1] is Mode.STOPPED
 
 
-def test_a_plant_that_hangs_counts_as_lost(start: Callable[..., Live], machine: str) -> None:
+def test_a_plant_that_freezes_ends_the_session_with_the_reason(
+    start: Callable[..., Live], machine: str
+) -> None:
     live = start(machine, "--duration", "30")
     live.wait_for("ENGAGING")
     plant = live.child("plant_process")
     os.kill(plant, signal.SIGSTOP)
-    try:
-        live.wait_for("R3 device_silent")
-    finally:
+    frozen = time.monotonic()
+    assert live.end() == 1
+    assert time.monotonic() - frozen >= daemon.FROZEN_S
+    assert "hapticd: the simulated plant froze: no answer for 2 s" in live.errors
+    wait_until_gone(plant)
+    modes = live.modes()
+    assert modes[-1] is Mode.STOPPED
+    assert len(modes) < 15_000
+
+
+def test_a_plant_that_stands_still_for_a_while_costs_no_plant_time(start: Callable[..., Live]) -> None:
+    live = start("giant", "--duration", "2", "--json")
+    live.wait_for("ENGAGING")
+    plant = live.child("plant_process")
+    for _ in range(2):
+        os.kill(plant, signal.SIGSTOP)
+        time.sleep(0.7)
         os.kill(plant, signal.SIGCONT)
-    live.type("q\n")
-    assert live.end() == 3
+        time.sleep(0.2)
+    assert live.end() == 0, live.errors
+    report = msgspec.json.decode(live.output)
+    assert report["ticks"] + report["shed"] >= 2000
+    assert report["skipped"] > 1000
+    assert report["frames_missing"] == 0
+    assert "this host was too busy" in report["verdict"] and "--lockstep" in report["verdict"]
+
+
+def test_a_daemon_that_starves_does_the_whole_session_all_the_same(tmp_path: Path, machine: str) -> None:
+    cpu = min(os.sched_getaffinity(0))
+    unprivileged = ["setpriv", "--inh-caps=-all", "--bounding-set=-all"] if os.geteuid() == 0 else []
+    if unprivileged and not shutil.which("setpriv"):
+        pytest.skip("root needs setpriv to do without real time")
+    run = [sys.executable, "-m", "hapticd.runtime", "run", machine, "--duration", "1.2", "--json"]
+    on_one_cpu = partial(bound_to, cpu, tied())
+    busy = [
+        subprocess.Popen([sys.executable, "-c", "while True: pass"], preexec_fn=on_one_cpu) for _ in range(3)
+    ]
+    try:
+        done = subprocess.run(
+            [*unprivileged, *run],
+            preexec_fn=on_one_cpu,
+            capture_output=True,
+            text=True,
+            cwd=tmp_path,
+            check=False,
+            timeout=4 * PATIENCE_S,
+        )
+    finally:
+        for process in busy:
+            process.kill()
+            process.wait()
+    assert done.returncode == 0, done.stderr
+    report = msgspec.json.decode(done.stdout)
+    assert report["ticks"] + report["shed"] >= 1200
+    assert report["skipped"] > 100  # or nothing was shown
+    assert report["verdict"].endswith("close other programs, or run with --lockstep")
+
+
+NOBODY = (
+    ('kind = "simulated"', 'kind = "python-can"\ninterface = "virtual"\nchannel = "nobody"'),
+    ('on_overrun = "record"', 'on_overrun = "stop"\nbest_effort = true'),
+    ('by = "dead-man"', 'by = "command"'),
+)
+
+
+@pytest.mark.parametrize("seconds", ["0.5", "5"])
+def test_a_bus_on_which_nobody_answers_is_a_failure_however_short_the_session(
+    start: Callable[..., Live], machine: str, write_config: Callable[..., Path], seconds: str
+) -> None:
+    live = start(str(write_config(*NOBODY, machine=machine)), "--duration", seconds)
+    assert live.end() == 1
+    assert "hapticd: the devices " in live.errors and "not come up" in live.errors
+
+
+def test_a_session_too_short_for_the_bring_up_is_a_failure_in_lockstep_too(
+    tmp_path: Path, machine: str
+) -> None:
+    command = [*(sys.executable, "-m", "hapticd.runtime", "run", machine), "--lockstep", "--duration", "0.02"]
+    done = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path, check=False)
+    assert done.returncode == 1
+    assert "the devices had not come up" in done.stderr
 
 
 def test_ticks_follow_the_clock_of_the_bus(
