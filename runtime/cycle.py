@@ -111,6 +111,7 @@ class Memory:
         place: where the axes stood when the dead-man switch was pressed, and where their hold began.
         foreign: tick of the last frame of a second master; intruders: such frames during bring-up.
         recorded: whether somebody writes the log.
+        asked: what the safety PLC is asked for; unconfirmed: ticks of an STO that it does not confirm.
         counter: of the last SYNC; commanded: tick of the last commands.
         gain: how far the operator's wrench has faded in.
         trust: how far the measured wrench is believed.
@@ -148,6 +149,9 @@ class Memory:
         self.reset_limit, self.quiet_limit = round(RESET_DEADLINE_S * rate), max(1, round(QUIET_S * rate))
         self.resetting = self.quiet = 0
         self.acknowledging = False
+        self.asked = NO_REQUEST
+        self.sto_limit = round(TRANSITION_DEADLINE_S * rate)
+        self.unconfirmed = 0
         self.silence = round(INTRUDER_SILENT_S * rate)
         self.foreign = -self.silence
         self.intruders = 0
@@ -177,9 +181,7 @@ def cycle(inputs: Inputs, memory: Memory, outputs: Outputs) -> None:
     m.digest = zlib.crc32(m.packed)
     m.image.latch(inputs.frames, m.counter)
     m.mark(Stage.DECODE)
-    if m.image.intruding:
-        m.foreign = inputs.tick
-    if inputs.commands & Command.UNRECORDED and m.recorded:
+    if inputs.commands and inputs.commands & Command.UNRECORDED and m.recorded:
         m.recorded = False
         outputs.events.append("not recorded any more: what runs goes on, and the machine is not armed again")
     if m.mode in (Mode.BRINGUP, Mode.FAILED):
@@ -199,10 +201,13 @@ def cycle(inputs: Inputs, memory: Memory, outputs: Outputs) -> None:
 
 
 def _bring_up(inputs: Inputs, m: Memory, outputs: Outputs) -> None:
+    tick = inputs.tick
     m.gate.deny()
     if m.mode is Mode.FAILED:
         return
-    m.intruders += m.image.intruding
+    if m.image.intruding:
+        m.intruders += m.image.intruding
+        m.foreign = tick
     try:
         state = m.bringup.step(inputs.frames, outputs.frames)
     except DeviceError as error:
@@ -211,7 +216,7 @@ def _bring_up(inputs: Inputs, m: Memory, outputs: Outputs) -> None:
         _enter(m, Mode.FAILED, outputs, m.failure)
         return
     if state is BringupState.READY:
-        _first_look(inputs.tick, m, outputs)
+        _first_look(tick, m, outputs)
 
 
 def _first_look(tick: int, m: Memory, outputs: Outputs) -> None:
@@ -233,6 +238,8 @@ def _run(inputs: Inputs, m: Memory, outputs: Outputs) -> None:
     seen = _observe(inputs, m)
     verdict = m.monitor.judge(seen)
     m.trust = m.monitor.wrench_gain
+    if seen.foreign:
+        m.foreign = inputs.tick
     if inputs.commands:
         _obey(inputs, m, outputs)
     _latch(verdict, inputs.tick, m, outputs)
@@ -258,7 +265,7 @@ def _run(inputs: Inputs, m: Memory, outputs: Outputs) -> None:
     _latch(admitted, inputs.tick, m, outputs)
     m.mark(Stage.SAFETY)
     machine.write(m.gate.admitted)
-    m.signals.request(_request(m))
+    _ask(m, outputs)
     outputs.verdict = verdict if verdict.reaction >= admitted.reaction else admitted
 
 
@@ -302,7 +309,8 @@ def _latch(verdict: Verdict, tick: int, m: Memory, outputs: Outputs) -> None:
     """A stop is latched, and whatever is stronger after it; the strongest stands.
 
     While no drive has power, what would merely hold the machine (R2) forbids to start as long as it lasts;
-    what would switch it off is latched all the same, for it may be gone when somebody presses.
+    what would switch it off is latched all the same, for it may be gone when somebody presses. A machine
+    whose drives just switch on has nothing to ramp down, and cannot be held either: they switch off again.
     """
     if not (m.mode.powered or m.latch.trip) and verdict.reaction < Reaction.RAMP:
         return
@@ -310,7 +318,7 @@ def _latch(verdict: Verdict, tick: int, m: Memory, outputs: Outputs) -> None:
         return
     if verdict.reason != END:
         m.stopped_by = m.latch.trip
-    if m.mode.powered:
+    if m.mode.powered and m.mode is not Mode.ENABLING:
         if m.mode is not Mode.STOPPING:  # a stronger reason gives a stop no more time
             m.ramp = 0
         _enter(m, Mode.STOPPING, outputs, describe(m.latch.trip))
@@ -327,7 +335,7 @@ def _reset(tick: int, verdict: Verdict, m: Memory, outputs: Outputs) -> None:
         held = m.mode is Mode.HOLDING
         why = "release the dead-man switch first" if held else "the machine is not at rest yet"
         outputs.events.append(f"reset refused: {why}")
-        m.resetting = 0
+        m.resetting, m.acknowledging = 0, False
         return
     if m.resetting == m.reset_limit:
         m.power.request(State.SWITCH_ON_DISABLED, reset_faults=True)
@@ -373,11 +381,19 @@ def _end_reset(m: Memory) -> None:
     m.power.request(State.SWITCH_ON_DISABLED)
 
 
-def _request(m: Memory) -> SafetyRequest:
-    """What the safety PLC is asked for: R4 stands as long as its latch, but for the acknowledgement."""
+def _ask(m: Memory, outputs: Outputs) -> None:
+    """What the safety PLC is asked for: an R4 stands as long as its latch, but for the acknowledgement."""
+    wanted = NO_REQUEST
     if m.acknowledging:
-        return SafetyRequest.RESET
-    return SafetyRequest.STO if m.latch.reaction is Reaction.OFF else NO_REQUEST
+        wanted = SafetyRequest.RESET
+    elif m.latch.trip and m.latch.reaction is Reaction.OFF:
+        wanted = SafetyRequest.STO
+        m.unconfirmed = 0 if m.seen.sto else m.unconfirmed + 1
+        if m.unconfirmed == m.sto_limit:
+            outputs.events.append("the safety PLC does not confirm the STO: press the emergency stop")
+    if wanted is not m.asked:
+        m.asked = wanted
+        m.signals.request(wanted)
 
 
 def _wait(commands: Command, press: bool, verdict: Verdict, m: Memory, outputs: Outputs) -> None:
@@ -411,22 +427,22 @@ def _keep_place(tick: int, m: Memory, outputs: Outputs) -> None:
 
     As long as no drive may give torque, the hold begins anew where the axes are measured, so that what
     moved a little is not pulled back. What left its play slipped through its brakes, and is not started;
-    neither is what was displaced just as its drive got torque.
+    neither is what was displaced just as its drive got torque, and no ramp may pull at it.
     """
     machine, position = m.machine, tuple(m.machine.position)
     pressed, held = m.place
-    if not m.power.enabling:
+    enabling = m.power.enabling
+    if enabling:
+        axis = strayed(position, held, m.lurch)
+    else:
         machine.engage()
         m.place = pressed, position
         axis = strayed(position, pressed, machine.play)
-    else:
-        axis = strayed(position, held, m.lurch)
-        if axis >= 0:
-            machine.engage()
     if axis >= 0:
         name, by = machine.axes[axis].name, position[axis] - pressed[axis]
+        reaction = Reaction.OFF if enabling else Reaction.RAMP
         detail = f"{name} moved by {by:.3g} between the press and the first torque"
-        _latch(Verdict(Reaction.RAMP, "moved", detail), tick, m, outputs)
+        _latch(Verdict(reaction, "moved", detail), tick, m, outputs)
 
 
 def _stand(tick: int, m: Memory, outputs: Outputs) -> None:
@@ -446,6 +462,7 @@ def _refusals(verdict: Verdict, m: Memory) -> list[str]:
         faults=sum(map(bool, seen.faults)),
         unfit=m.power.unfit,
         latched=m.latch.trip is not None,
+        resetting=m.resetting > 0,
         e_stop=seen.e_stop,
         field_clear=seen.field_clear,
         sto=seen.sto,

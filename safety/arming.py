@@ -62,6 +62,7 @@ def refusals(
     faults: int,
     unfit: str,
     latched: bool,
+    resetting: bool,
     e_stop: bool,
     field_clear: bool,
     sto: bool,
@@ -78,6 +79,7 @@ def refusals(
         faults: devices that report an error.
         unfit: a drive that must not be enabled, "" where all may be.
         latched: whether a stop stands.
+        resetting: whether a reset is under way.
         e_stop: whether the emergency stop is pressed.
         field_clear: whether nobody stands in the scanned field.
         sto: whether the safety PLC holds the torque off.
@@ -96,6 +98,8 @@ def refusals(
         found.append(unfit)
     if latched:
         found.append("a stop is latched; reset it first")
+    if resetting:
+        found.append("a reset is under way; press again when it is done")
     if e_stop:
         found.append("the emergency stop is pressed")
     if not field_clear:

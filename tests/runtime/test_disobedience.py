@@ -191,6 +191,17 @@ def test_an_acknowledgement_that_something_comes_between_is_taken_back(engaging:
     assert any("release the dead-man switch first" in event for event in engaging.events)
 
 
+def test_a_safety_plc_that_does_not_confirm_an_sto_is_told_to_people(engaging: Bench) -> None:
+    engaging.plc.outputs_latched = lambda: setattr(engaging.plc, "request", 0)  # it obeys nothing
+    weld(engaging.joints[0])
+    stopped(engaging)
+    engaging.run(3 * DEADLINE)
+    assert engaging.memory.latch.reaction is Reaction.OFF and not engaging.plc.sto
+    (event,) = [event for event in engaging.events if "does not confirm" in event]
+    assert event == "the safety PLC does not confirm the STO: press the emergency stop"
+    assert not engaging.memory.secured
+
+
 def test_a_stop_breaks_a_reset_off(engaging: Bench) -> None:
     stopped(engaging)
     engaging.run(10)

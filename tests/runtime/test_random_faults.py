@@ -106,7 +106,7 @@ class Campaign:
 
     def press(self, pressed: bool) -> None:
         if pressed and not self.held:
-            self.pressed_at = self.bench.tick_index
+            self.pressed_at = len(self.log)
         self.held = pressed
         self.bench.press(pressed)
 
@@ -154,13 +154,13 @@ class Campaign:
         off = bench.memory.latch.reaction is Reaction.OFF and bench.plc.sto
         self.powered = self.powered + 1 if has_power and not (mode.powered or off) else 0
         if mode is Mode.READY and before is not Mode.READY:
-            self.ready_at = bench.tick_index
+            self.ready_at = tick
         if self.powered > DEADLINE + LATENCY:
             self.note(tick, "a drive has power in a stopped machine, and no STO follows")
         if mode is Mode.READY and self.powered > LATENCY:
             self.note(tick, "ready with a powered drive")
         if mode is Mode.ENABLING and before is not Mode.ENABLING:
-            recent = self.pressed_at >= max(self.ready_at, bench.tick_index - LATENCY) - 1
+            recent = self.pressed_at >= max(self.ready_at, tick - LATENCY) - 1
             if before is not Mode.READY or not recent:
                 self.note(tick, f"armed from {before.name} without a new press")
             if not self.recorded:

@@ -127,6 +127,18 @@ def test_what_is_moved_between_the_press_and_the_first_torque_is_not_pulled_back
         assert bench.reason == "moved"
 
 
+@pytest.mark.parametrize("delay", range(6))
+def test_one_bad_sample_while_the_drives_switch_on_pulls_at_nothing(bench: Bench, delay: int) -> None:
+    bench.until(Mode.ENABLING)
+    bench.run(delay)
+    bench.break_sensor(bench.joints[1].device.name, "link_position", 1.5, samples=1)
+    peak = np.zeros(len(bench.joints))
+    for _ in range(100):
+        bench.run(1)
+        peak = np.maximum(peak, np.abs(bench.torques))
+    assert peak[1] < 0.12 * bench.memory.machine.axes[1].command
+
+
 def test_a_machine_that_moves_while_one_drive_takes_its_time_is_engaged_where_it_is(bench: Bench) -> None:
     slow = bench.joints[-1]
     latched, obeys = slow.outputs_latched, False

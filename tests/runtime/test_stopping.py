@@ -99,6 +99,21 @@ def test_a_fault_stops_the_machine_in_time_latched_and_with_its_reason(engaging:
     assert bench.mode in (Mode.STOPPED, Mode.HOLDING)  # latched
 
 
+@pytest.mark.parametrize("name", ["dead-man released", "drive fault", "five frames lost", "commanded stop"])
+def test_a_stop_while_drives_switch_on_takes_them_off_again_and_enables_none(bench: Bench, name: str) -> None:
+    slow = bench.joints[0]
+    slow.outputs_latched = lambda: None  # type: ignore[method-assign]
+    bench.until(Mode.ENABLING)
+    bench.after_sensing(lambda: setattr(slow, "velocity", 0.3))  # nothing looks at rest
+    bench.run(20)
+    happen, reason, _, detect = STOPS[name]
+    happen(bench)
+    bench.until(Mode.STOPPED, limit=detect + 1)
+    assert bench.reason == reason
+    bench.run(3)
+    assert bench.safe
+
+
 def test_an_emergency_stop_takes_the_torque_in_the_same_tick(engaging: Bench) -> None:
     engaging.plc.emergency_stop = (True, True)
     engaging.run(3)
