@@ -229,6 +229,15 @@ class TransitionError(DriveError):
         self.transition = transition
 
 
+class UnheardError(DriveError):
+    """A drive that does not answer, so that nobody knows where it is; `state` is what it last reported."""
+
+    def __init__(self, device: str, node: int, state: str, statusword: int, ticks: int) -> None:
+        what = f"does not answer, {ticks} ticks after it was where it should be"
+        super().__init__(device, node, f"{state}, long ago", statusword, what)
+        self.ticks = ticks
+
+
 class LeftStateError(DriveError):
     """A drive that left the state it was told to hold."""
 
@@ -255,7 +264,7 @@ class DriveFaultError(DriveError):
 
 
 class DriveModeError(DriveError):
-    """A drive that is enabled in another mode of operation than its own.
+    """A drive in another mode of operation than its own, enabled or about to be.
 
     Attributes:
         mode: 6061h.

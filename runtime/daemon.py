@@ -41,7 +41,7 @@ from .realtime import (
 )
 from .record import RecordWriter
 from .recorder import EVENT, FINISH, LATE, OVERSTAY, TICK, VITALS
-from .ring import Ring
+from .ring import Drain, Ring
 from .sections import SimulatedBus
 from .session import Session, build
 from .slack import Slack, pause
@@ -56,6 +56,8 @@ STALL_LIMIT_S = 1.0
 """How long a simulated plant may stall with its socket open before it counts as lost."""
 RECORDER_S = 0.2
 """Between two looks at the recorder."""
+HUNG_LOOKS = 4
+"""Looks without a record taken out of the ring after which the recorder counts as hung."""
 BUS_S = 0.5
 """Between two looks at what the bus dropped."""
 NOTEWORTHY = tuple(name for name in COUNTERS if name not in ("frames", "misses"))
@@ -245,7 +247,8 @@ class Daemon:
             if not (over or dead or mode is Mode.FAILED):
                 return
             self.end()
-        if not mode.powered or tick - self._ending_since > END_LIMIT_S * self._rate:
+        off = self._session.memory.secured or (self._bus.closed and not mode.powered)
+        if off or tick - self._ending_since > END_LIMIT_S * self._rate:
             self._done.set()
 
     def end(self) -> None:
@@ -312,11 +315,22 @@ class Daemon:
         self._done.set()
 
     async def _watch_recorder(self) -> None:
-        """Supervisory work: a session whose recorder died says so at once and is not armed again."""
-        while self._recorder.poll() is None:
+        """Supervisory work: a session that is not recorded as a whole says so, and is not armed again."""
+        drain = Drain(self._ring, HUNG_LOOKS)
+        while not (why := self._recorder_fault(drain)):
             await pause(RECORDER_S)
         self._pending |= Command.UNRECORDED
-        print("hapticd: the recorder died; this session is not recorded any more", file=sys.stderr)
+        print(f"hapticd: {why}; what runs goes on, and the machine is not armed again", file=sys.stderr)
+
+    def _recorder_fault(self, drain: Drain) -> str:
+        """Why the session is not recorded any more, or not completely; "" where it is."""
+        if self._recorder.poll() is not None:
+            return "the recorder died: this session is not recorded any more"
+        if self._ring.dropped:
+            return "the recorder is too slow: records were lost"
+        if drain.stuck():
+            return f"the recorder hangs: nothing was recorded for {HUNG_LOOKS * RECORDER_S:g} s"
+        return ""
 
     async def _watch_bus(self) -> None:
         """Supervisory work: what the bus dropped, and why, becomes an event."""

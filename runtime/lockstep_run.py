@@ -47,7 +47,7 @@ def run(loaded: Loaded, log: Path, duration: float | None, live: bool) -> Outcom
             keep()
         lockstep.tick(Command.END)
         keep()
-        while memory.mode.powered and lockstep.inputs.tick < ticks + END_LIMIT_S * rate:
+        while not memory.secured and lockstep.inputs.tick < ticks + END_LIMIT_S * rate:
             lockstep.tick()
             keep()
         report = summary.report(0)
