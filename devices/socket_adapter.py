@@ -125,7 +125,8 @@ def socketcan(interface: str, bitrate: int = BITRATE, data_bitrate: int = DATA_B
         remedy = (
             "Type: sudo modprobe can-raw. Where the kernel has no such module, use the simulated plant "
             '([bus] kind = "simulated"), or another interface of python-can, e.g. kind = "python-can", '
-            'interface = "udp_multicast", channel = "239.74.163.2"; `hapticd plant` serves those, too'
+            'interface = "udp_multicast", channel = "239.74.163.2", whose other end is: '
+            "hapticd plant FILE --interface udp_multicast --channel 239.74.163.2"
         )
         raise AdapterError(interface, f"this kernel has no SocketCAN ({_reason(error)})", remedy) from error
     try:

@@ -30,7 +30,7 @@ def read(element: Element, rule: Rule, source: str, within: str = "") -> None:
     if element.text:
         refuse(element, source, f"<{element.tag}> holds the text '{shown(element.text)}'", "remove it")
     _read_attributes(element, rule.attributes, source, within)
-    _count_children(element, rule, source)
+    _count_children(element, rule, source, within)
     element.children = [child for child in element.children if child.tag not in rule.ignored]
     for child in element.children:
         read(child, _rule_of(child, rule, source), source, within)
@@ -80,27 +80,28 @@ def _read_numbers(element: Element, name: str, kind: Numbers, source: str, withi
     return values
 
 
-def _count_children(element: Element, rule: Rule, source: str) -> None:
+def _count_children(element: Element, rule: Rule, source: str, within: str) -> None:
     known = rule.known
+    here = within if within == called(element) else f"{within}: <{element.tag}>"
     for child in element.children:
         if child.tag in rule.refused:
-            refuse(child, source, f"{called(element)}: <{child.tag}>", rule.refused[child.tag])
+            refuse(child, source, f"{here}: <{child.tag}>", rule.refused[child.tag])
         if child.tag not in known and child.tag not in rule.ignored:
             if ":" in child.tag:
                 fix = "a macro; expand it first, e.g. with xacro"
             else:
                 fix = near(child.tag, [*known, *rule.ignored])
-            refuse(child, source, f"{called(element)}: unknown element <{shown(child.tag)}>", fix)
+            refuse(child, source, f"{here}: unknown element <{shown(child.tag)}>", fix)
     for tag in (*rule.needed, *rule.allowed):
         found = element.all(tag)
         if len(found) > 1:
-            refuse(found[1], source, f"{called(element)}: a second <{tag}>", "keep one")
+            refuse(found[1], source, f"{here}: a second <{tag}>", "keep one")
         if tag in rule.needed and not found:
-            refuse(element, source, f"{called(element)} has no <{tag}>", _WHY_NEEDED.get(tag, "give one"))
+            refuse(element, source, f"{here} has no <{tag}>", _WHY_NEEDED.get(tag, "give one"))
     chosen = [child for child in element.children if child.tag in rule.one_of]
     if rule.one_of and len(chosen) != 1:
         fix = f"give one of {', '.join(rule.one_of)}"
-        refuse(element, source, f"{called(element)} holds {len(chosen)} shapes", fix)
+        refuse(element, source, f"{here} holds {len(chosen)} shapes", fix)
 
 
 _WHY_NEEDED = {

@@ -57,7 +57,7 @@ def load(name: str) -> Loaded:
     else:
         folder = resources.files("hapticd.configs")
         entry = folder / f"{name}.toml"
-        if not entry.is_file():
+        if not _exists(entry):
             known = sorted(f.name[:-5] for f in folder.iterdir() if f.name.endswith(".toml"))
             raise ConfigError(
                 name,

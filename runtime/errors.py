@@ -27,7 +27,8 @@ class Finding:
     fix: str
 
     def __str__(self) -> str:
-        return (f"{self.key}: " if self.key else "") + self.problem + (f"; {self.fix}" if self.fix else "")
+        text = (f"{self.key}: " if self.key else "") + self.problem + (f"; {self.fix}" if self.fix else "")
+        return "".join(c if c.isprintable() else "?" for c in text)  # a file does not write to the terminal
 
 
 class ConfigError(HapticdError):

@@ -10,7 +10,7 @@ from ...models.giant import DROP
 from ..machine import MOST_PERMILLE, RAMP_SHARE
 from ..sections import AxisDrive, ForceTorque, Imu, JointDrive, SafetyPlc
 from .config import GiantConfig
-from .geometry import check_geometry
+from .geometry import check_geometry, check_handle
 from .machine import braking_time
 from .names import JOINTS, PPU_JOINTS
 from .plant_check import check_plant
@@ -23,7 +23,7 @@ def check_giant(config: GiantConfig, robot: Robot) -> list[tuple[str, str, str]]
     wrong = check_geometry(robot)
     if wrong:
         return [("model", problem, fix) for problem, fix in wrong]
-    found += _beyond_model(config, robot)
+    found += _beyond_model(config, robot) + check_handle(config, robot)
     manipulator, box = config.giant.manipulator, config.giant.box
     for key, lower, upper in (
         ("giant.manipulator.lower", manipulator.lower, manipulator.upper),

@@ -1,4 +1,4 @@
-"""Whether a model is the giant: its controller and its prepositioning take lengths from Table I."""
+"""Whether a model is the giant, whose controller takes lengths from Table I, and has its handle."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import numpy as np
 from ...models import Robot
 from ...models.dh import forward
 from ...models.giant import DH, T_BASE_DH
+from .config import GiantConfig
 from .names import JOINTS, PPU_JOINTS
 
 NEAR = 1e-3
@@ -20,6 +21,28 @@ PLACES = {
     "imu_carriage": PPU_JOINTS[-1],
 }
 """Frames that the controller and the plant need, and the joint that carries each."""
+
+
+MASS_SHARE, CENTRE_NEAR = 0.2, 0.02
+"""How far a calibrated handle may be from the model's: share of its mass, and of its centre [m]."""
+
+
+def check_handle(config: GiantConfig, robot: Robot) -> list[tuple[str, str, str]]:
+    """A handle of another weight than the model's: the controller would take the rest for the operator."""
+    handle, frames = config.giant.handle, robot.model.frames
+    # pinocchio keeps the inertia of a fixed link at the joint that fixes it
+    body = frames[frames[robot.frame("handle")].parentFrame].inertia
+    if abs(body.mass - handle.mass) > MASS_SHARE * handle.mass:
+        problem = f"{handle.mass:g} kg, but the link 'handle' of the model has {body.mass:g} kg"
+        return [("giant.handle.mass", problem, "let them agree")]
+    zero = np.zeros(robot.nv)
+    T = np.linalg.inv(robot.placement(zero, "force_torque")) @ robot.placement(zero, "handle")
+    centre = T[:3, :3] @ body.lever + T[:3, 3]
+    if np.linalg.norm(centre - handle.centre) > CENTRE_NEAR:
+        at = ", ".join(f"{x:.3g}" for x in centre)
+        problem = f"the model's is at ({at}) m in the sensor's frame"
+        return [("giant.handle.centre", problem, "let them agree")]
+    return []
 
 
 def check_geometry(robot: Robot) -> list[tuple[str, str]]:

@@ -254,6 +254,24 @@ def test_one_that_was_pulled_out_is_closed_at_once_whatever_its_driver_raises(
     assert adapter.closed
 
 
+def test_sixty_three_failures_in_a_row_are_malformed_messages_and_the_next_is_the_end(pair: Pair) -> None:
+    _, adapter = pair
+    left = 63
+
+    def receive(timeout: float) -> None:
+        nonlocal left
+        left -= 1
+        if left >= 0:
+            raise can.CanOperationError("could not unpack received message")
+
+    adapter._bus.recv = receive  # type: ignore[assignment, method-assign]
+    adapter.receive(Frames())
+    assert (adapter.malformed, adapter.closed) == (63, False)
+    left = 64
+    adapter.receive(Frames())
+    assert adapter.closed
+
+
 def test_one_that_cannot_be_shut_down_any_more_is_closed_all_the_same(pair: Pair) -> None:
     _, adapter = pair
     shutdown = adapter._bus.shutdown

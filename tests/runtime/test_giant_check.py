@@ -84,6 +84,15 @@ def test_another_machine_is_no_giant(old: str, new: str, problem: str) -> None:
     assert problem in findings(model=model)["model"]
 
 
+def test_the_handle_weighs_what_the_model_says() -> None:
+    bare = re.sub(r'(<link name="handle">\s*)<inertial>.*?</inertial>', r"\1", GOOD, flags=re.S)
+    assert "has 0 kg" in findings(model=bare)["giant.handle.mass"]
+    assert "has 0.9 kg" in findings(('mass = "0.9 kg"', 'mass = "9 kg"'))["giant.handle.mass"]
+    assert findings(('mass = "0.9 kg"', 'mass = "0.8 kg"')) == {}  # as calibrated
+    found = findings(('centre = "0 0 0.0368 m"', 'centre = "0 0 0.368 m"'))
+    assert "0.0368) m" in found["giant.handle.centre"]
+
+
 def test_masses_that_the_motors_cannot_hold_are_refused() -> None:
     model = re.sub(r'(<link name="link_4">.*?<mass value=")[^"]*', r"\g<1>300", GOOD, count=1, flags=re.S)
     model = re.sub(

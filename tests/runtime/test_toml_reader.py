@@ -8,10 +8,10 @@ from hapticd.runtime.toml_reader import read
 
 
 def refusal(text: str) -> tuple[str, int]:
-    start = time.perf_counter()
+    start = time.process_time()
     with pytest.raises(ConfigError) as error:
         read(text, "m.toml")
-    assert time.perf_counter() - start < 1.0
+    assert time.process_time() - start < 1.0
     assert len(str(error.value)) < 500
     (found,) = error.value.findings
     assert found.fix
