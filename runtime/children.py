@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import os
+import signal
 import subprocess
 import sys
 
@@ -21,10 +22,22 @@ class ChildError(HapticdError):
     code = "child"
 
 
-def spawn(module: str, arguments: list[str], fds: list[int]) -> Child:
+TERMINAL_SIGNALS = (
+    *(signal.SIGINT, signal.SIGQUIT, signal.SIGHUP),
+    *(signal.SIGTSTP, signal.SIGTTIN, signal.SIGTTOU),
+)
+
+
+def spawn(module: str, arguments: list[str], fds: list[int], stdin: int = subprocess.DEVNULL) -> Child:
     """Start a module of this package; it inherits the file descriptors."""
     command = [sys.executable, "-m", f"hapticd.runtime.{module}", *arguments]
-    return subprocess.Popen(command, pass_fds=fds, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE)
+    return subprocess.Popen(command, pass_fds=fds, stdin=stdin, stdout=subprocess.PIPE)
+
+
+def leave_terminal_to_the_daemon() -> None:
+    """In a child: what is typed at the terminal, and its end, are the daemon's business."""
+    for number in TERMINAL_SIGNALS:
+        signal.signal(number, signal.SIG_IGN)
 
 
 async def until_ready(name: str, child: Child) -> None:

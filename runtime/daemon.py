@@ -6,9 +6,7 @@ import asyncio
 import os
 import signal
 import socket
-import stat
 import subprocess
-import sys
 import traceback
 from pathlib import Path
 from time import time_ns
@@ -21,15 +19,19 @@ from ..devices.frames import CAPACITY, Frames
 from ..devices.image import COUNTERS
 from ..devices.python_can import python_can
 from ..devices.socket_adapter import SocketAdapter, socketcan
+from ..sim.person import Deed
 from .children import CHILD_LIMIT_S, Child, ChildError, reap, spawn, until_ready
 from .config import Loaded
 from .cycle import Inputs, Outputs, cycle
 from .errors import HapticdError
 from .forensics import Forensics
+from .keyboard import Keyboard, may_read
 from .loop import FixedRate
 from .modes import Command, Mode
 from .notify import ServiceManager, Supervision
+from .orders import Ear, Order, Request, legend, possible, remark
 from .outcome import END_LIMIT_S, Outcome, outcome
+from .outlet import Outlet
 from .phase_lock import PhaseLock
 from .realtime import (
     DAEMON_PRIORITY,
@@ -40,8 +42,9 @@ from .realtime import (
     stay_awake,
 )
 from .record import RecordWriter
-from .recorder import EVENT, FINISH, LATE, OVERSTAY, TICK, VITALS
+from .recorder import EVENT, FINISH, HIDE, LATE, OVERSTAY, SAY, SHOW, STDERR, TICK, VITALS, Shown
 from .ring import Ring
+from .screen import CLEAR_BELOW
 from .sections import PythonCanBus, SimulatedBus, SocketCanBus
 from .session import Session, build
 from .slack import Slack, pause
@@ -60,7 +63,10 @@ BUS_S = 0.5
 """Between two looks at what the bus dropped."""
 NOTEWORTHY = tuple(name for name in COUNTERS if name not in ("frames", "misses"))
 """Counters that a person hears of; missing frames have their own words."""
-KEYS = {"s": Command.STOP, "r": Command.RESET, "a": Command.ARM}
+STDIN = 0
+TAKEN = "the simulated person is yours now: the script has let go of dead-man switch and hand"
+SUSPEND_S = 0.1
+"""From the request to clear the screen until the shell may have it."""
 
 
 class InternalError(HapticdError):
@@ -84,7 +90,15 @@ class Daemon:
         self._rate = loaded.config.loop.rate
         self._duration_ticks = round(duration * self._rate) if duration is not None else None
         self._record_overruns = loaded.config.loop.on_overrun == "record"
-        self._log, self._live = log, live
+        self._log = log
+        typed_at = may_read(STDIN) and os.isatty(STDIN)
+        self._shown = (Shown.KEYS if typed_at else Shown.LIVE) if live else Shown.PLAIN
+        self._orders = possible(loaded.config)
+        self._ear = Ear(self._orders, single_keys=self._shown is Shown.KEYS)
+        self._keyboard: Keyboard | None = None
+        self._stderr = Outlet(STDERR)
+        self._suspend_at = -1
+        self._led = False
         self._inputs, self._outputs, self._received = Inputs(), Outputs(), Frames()
         self._pending = Command.NONE
         self._ending_since = -1
@@ -135,6 +149,8 @@ class Daemon:
             self._log.unlink()
             raise
         finally:
+            if self._keyboard:
+                self._keyboard.release()
             self._rhythm.stop(loop.remove_reader)
             self._rhythm.slack.close()
             self._supervision.stop()
@@ -239,6 +255,8 @@ class Daemon:
 
     def _watch_end(self, tick: int) -> None:
         mode = self._session.memory.mode
+        if self._suspend_at >= 0 and not mode.powered:
+            self._suspend(tick)
         if self._ending_since < 0:
             over = self._duration_ticks is not None and tick + 1 >= self._duration_ticks
             dead = self._bus.closed and not mode.powered  # while it is, the monitor stops the machine first
@@ -261,8 +279,11 @@ class Daemon:
             case SimulatedBus():
                 here, there = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
                 name = self._session.loaded.name
-                self._plant = spawn("plant_process", [name, str(there.fileno())], [there.fileno()])
+                arguments = [name, str(there.fileno())]
+                self._plant = spawn("plant_process", arguments, [there.fileno()], subprocess.PIPE)
                 there.close()
+                assert self._plant.stdin
+                os.set_blocking(self._plant.stdin.fileno(), False)
                 return SocketAdapter(here)
             case SocketCanBus(interface=interface):
                 return socketcan(interface)
@@ -277,30 +298,89 @@ class Daemon:
             str(self._ring.fd),
             str(theirs),
             str(time_ns()),
-            "1" if self._live else "0",
+            self._shown.name,
+            str(self._duration_ticks / self._rate if self._duration_ticks else 0),
         ]
         self._recorder = spawn("recorder", arguments, [self._ring.fd, theirs])
         os.close(theirs)
 
     def _listen(self, loop: asyncio.AbstractEventLoop) -> None:
-        for number in (signal.SIGINT, signal.SIGTERM):
+        hang_up = () if signal.getsignal(signal.SIGHUP) is signal.SIG_IGN else (signal.SIGHUP,)
+        for number in (signal.SIGINT, signal.SIGTERM, *hang_up):
             loop.add_signal_handler(number, self._interrupted)
-        if _may_read_stdin():
-            loop.add_reader(0, self._typed, loop)
+        signal.signal(signal.SIGTTIN, signal.SIG_IGN)  # in the background nothing is heard
+        loop.add_signal_handler(signal.SIGTSTP, self._stop_and_suspend)
+        loop.add_signal_handler(signal.SIGCONT, self._attach, loop)
+        self._attach(loop)
+        if os.isatty(STDIN) and os.isatty(STDERR):
+            self._say(legend(self._orders, self._ear.single_keys))
+
+    def _attach(self, loop: asyncio.AbstractEventLoop) -> None:
+        """Read what is typed, from the start or again after the shell had the terminal."""
+        self._ring.push(SHOW)
+        if may_read(STDIN):
+            self._keyboard = self._keyboard or Keyboard(STDIN, self._ear.single_keys)
+            self._keyboard.grab()
+            loop.add_reader(self._keyboard.fd, self._typed, loop)
 
     def _interrupted(self) -> None:
         if self._ending_since >= 0:  # the second time: do not wait for the machine
             self._done.set()
         self.end()
 
+    def _stop_and_suspend(self) -> None:
+        """Ctrl-Z: nobody freezes the controller of a machine that moves."""
+        self._pending |= Command.STOP
+        self._suspend_at = self._now + round(SUSPEND_S * self._rate)
+        self._event(self._now, "Ctrl-Z: the machine stops, then this session is suspended")
+        self._ring.push(HIDE)
+
+    def _suspend(self, tick: int) -> None:
+        if tick >= self._suspend_at:
+            self._suspend_at = -1
+            if self._keyboard:
+                self._keyboard.release()
+            os.kill(os.getpid(), signal.SIGSTOP)
+
     def _typed(self, loop: asyncio.AbstractEventLoop) -> None:
-        text = os.read(0, 4096).decode(errors="replace")
-        if not text:
-            loop.remove_reader(0)
-        for word in text.split():
-            if word[0] == "q":
+        assert self._keyboard
+        data = self._keyboard.read()
+        if data is None:
+            return
+        if not data:
+            loop.remove_reader(self._keyboard.fd)
+        heard = self._ear.hear(data)
+        for order in heard.orders:
+            self._obey(order)
+        if heard.unknown:
+            self._say(self._ear.answer(heard.unknown))
+
+    def _obey(self, order: Order) -> None:
+        match order.means:
+            case Command() as command:
+                self._pending |= command
+                why = remark(command, self._session.memory.mode)
+                self._event(self._now, f"typed: {order.word}{why and f'; {why}'}")
+            case Deed() as deed:
+                self._act(order, deed)
+            case Request.HELP:
+                self._say(legend(self._orders, self._ear.single_keys))
+            case Request.QUIT:
+                self._event(self._now, f"typed: {order.word}")
                 self.end()
-            self._pending |= KEYS.get(word[0], Command.NONE)
+
+    def _act(self, order: Order, deed: Deed) -> None:
+        """The person at the simulated machine; only what its devices then measure comes back."""
+        if not self._led:
+            self._led = True
+            self._event(self._now, TAKEN)
+        if deed in (Deed.PRESS, Deed.RELEASE):
+            self._event(self._now, f"typed: {order.word}")
+        try:
+            assert self._plant and self._plant.stdin
+            os.write(self._plant.stdin.fileno(), bytes([deed]))
+        except OSError as error:
+            self._say(f"the plant did not take that: {error.strerror}")
 
     def _overstayed(self, overstay: Overstay) -> None:
         tick = max(0, self._rhythm.tick)
@@ -309,7 +389,7 @@ class Daemon:
     def _crashed(self, _: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
         """An error that nobody expected ends the session at once."""
         error = context.get("exception") or RuntimeError(context["message"])
-        traceback.print_exception(error)
+        self._tell("".join(traceback.format_exception(error)))
         self._crash = self._crash or error
         self._done.set()
 
@@ -318,7 +398,7 @@ class Daemon:
         while self._recorder.poll() is None:
             await pause(RECORDER_S)
         self._pending |= Command.UNRECORDED
-        print("hapticd: the recorder died; this session is not recorded any more", file=sys.stderr)
+        self._tell("hapticd: the recorder died; this session is not recorded any more\n")
 
     async def _watch_bus(self) -> None:
         """Supervisory work: what the bus dropped, and why, becomes an event."""
@@ -335,6 +415,18 @@ class Daemon:
                 self._event(max(0, self._rhythm.tick), f"bus: {news}")
                 before = now
             await pause(BUS_S)
+
+    @property
+    def _now(self) -> int:
+        return max(0, self._rhythm.tick)
+
+    def _say(self, text: str) -> None:
+        """Words for the screen alone."""
+        self._ring.push(SAY + text.encode())
+
+    def _tell(self, text: str) -> None:
+        """Words that need no recorder; a terminal that hangs does not hold the ticks up."""
+        self._stderr.write(("" if self._shown is Shown.PLAIN else f"\r{CLEAR_BELOW}") + text)
 
     def _event(self, tick: int, text: str) -> None:
         self._ring.push(EVENT + tick.to_bytes(8, "little") + text.encode())
@@ -356,16 +448,6 @@ class Daemon:
             return None
         finally:
             os.close(self._control)
-
-
-def _may_read_stdin() -> bool:
-    """Whether commands may be typed: a pipe, or a terminal that this process is in front of."""
-    try:
-        if sys.stdin.isatty():
-            return os.tcgetpgrp(0) == os.getpgrp()
-        return stat.S_ISFIFO(os.fstat(0).st_mode)
-    except (OSError, ValueError):
-        return False
 
 
 def run(loaded: Loaded, log: Path, duration: float | None, live: bool) -> Outcome:

@@ -1,9 +1,11 @@
 """The recorder process: takes records from the ring, writes the log, shows the live line, sums up.
 
-    python -m hapticd.runtime.recorder CONFIG LOG RING_FD CONTROL_FD START_NS LIVE
+    python -m hapticd.runtime.recorder CONFIG LOG RING_FD CONTROL_FD START_NS SHOWN DURATION
 
-The daemon tells it to finish with a byte on the control pipe; where the pipe closes without one, the daemon
-is dead, and the recorder completes the log by itself. The summary goes to standard output as JSON.
+SHOWN is a name of ``Shown``, DURATION in seconds or 0. The daemon tells it to finish with a byte on the
+control pipe; where the pipe closes without one, the daemon is dead, and the recorder completes the log and
+gives the terminal back by itself. The summary goes to standard output as JSON. The log never waits for the
+terminal.
 """
 
 from __future__ import annotations
@@ -13,20 +15,26 @@ import select
 import signal
 import sys
 import time
+from enum import Enum
+from functools import partial
 from io import FileIO
 
 import msgspec
 import numpy as np
 
 from . import config
+from .children import leave_terminal_to_the_daemon
 from .errors import HapticdError
 from .forensics import LateTick
+from .keyboard import in_front, restore, saved
+from .live_line import LiveLine
 from .log import LogWriter
-from .modes import Mode
+from .orders import key_line, possible
+from .outlet import Outlet
 from .record import layout
 from .ring import Ring
+from .screen import Screen, terminal_size
 from .session import Session, build, fingerprint
-from .stages import Stage
 from .summary import Summary, as_json
 from .vitals import Vitals
 from .watch import Overstay
@@ -36,25 +44,47 @@ LIVE_S = 0.2
 FINISH = b"q"
 TICK, EVENT, LATE, OVERSTAY, VITALS = b"T", b"E", b"L", b"O", b"V"
 """First byte of a record in the ring."""
+SAY, HIDE, SHOW = b"S", b"H", b"W"
+"""The same of what concerns the screen only: a text, and whether lines stay on it."""
+STDERR = 2
+
+
+class Shown(Enum):
+    """What a person sees: messages only, the live line too, or besides that the keys that can be pressed."""
+
+    PLAIN = "plain"
+    LIVE = "live"
+    KEYS = "keys"
 
 
 class Recorder:
-    """Consumes the ring of one session."""
+    """Consumes the ring of one session.
 
-    def __init__(self, session: Session, ring: Ring, log: LogWriter, dtype: np.dtype[np.void]) -> None:
-        self._ring, self._log, self._dtype = ring, log, dtype
-        self.summary = Summary(
-            session.system.limits(session.config), session.config.loop.rate, session.memory.image.expected
-        )
+    Attributes:
+        screen: what a person sees.
+        hidden: whether the screen belongs to somebody else for now.
+        summary: of the session so far.
+    """
 
-    def drain(self) -> list[str]:
-        """Everything that is in the ring; returns the events."""
-        events = []
+    def __init__(
+        self, session: Session, ring: Ring, log: LogWriter, dtype: np.dtype[np.void], screen: Screen
+    ) -> None:
+        self._ring, self._log, self._dtype, self.screen = ring, log, dtype, screen
+        self.hidden = False
+        self.summary = Summary.of(session)
+
+    def drain(self) -> None:
+        """Everything that is in the ring."""
         while (data := self._ring.pop()) is not None:
             if data[:1] == TICK:
                 fixed = np.frombuffer(data, self._dtype, 1, 1)[0]
                 self._log.tick(int(fixed["tick"]), data[1:])
                 self.summary.add(fixed)
+            elif data[:1] == SAY:
+                self.screen.message(data[1:].decode())
+            elif data[:1] in (HIDE, SHOW):
+                self.hidden = data[:1] == HIDE
+                self.screen.leave()
             elif data[:1] == VITALS:
                 self.summary.vitals = msgspec.json.decode(data[1:], type=Vitals)
             else:
@@ -62,9 +92,8 @@ class Recorder:
                 text = self._note(data[:1], tick, rest)
                 if text:
                     self._log.event(tick, text)
-                    events.append(f"{tick / self.summary.rate:9.3f} s  {text}")
+                    self.screen.message(f"{tick / self.summary.rate:9.3f} s  {text}")
         self._log.flush()
-        return events
 
     def _note(self, kind: bytes, tick: int, rest: bytes) -> str:
         """Take what happened at a tick; the sentence for people, empty where none is due."""
@@ -80,74 +109,53 @@ class Recorder:
         took, budget = f"{overstay.us:.0f} us", f"{overstay.budget_us:.0f} us"
         return f"warning: {overstay.where} took {took}; between ticks it may take {budget}"
 
-    def live_line(self) -> str:
-        """State, punctuality and cost of the session so far."""
-        s, last = self.summary, self.summary.last
-        if last is None:
-            return "waiting for the first tick"
-        late, compute = s.lateness.summary(), s.compute.summary()
-        costs = sorted(((s.stages[stage].quantile(0.5), stage.name.lower()) for stage in Stage), reverse=True)
-        dearest = ", ".join(f"{name} {us:.0f}" for us, name in costs[:3])
-        touching = [
-            extent.spec.name
-            for extent, value in zip(s.extents, s.limits.values(last["state"]), strict=True)
-            if value <= extent.spec.lower + 5e-3 or value >= extent.spec.upper - 5e-3
-        ]
-        force = float(np.linalg.norm(last["state"]["wrench"][:3]))
-        return (
-            f"{int(last['tick']) / s.rate:6.1f} s {Mode(int(last['mode'])).name:9}"
-            f" late {late['p50']:.0f}/{late['p99']:.0f} us"
-            f"  compute {compute['p50']:.0f}/{compute['p99']:.0f} us ({dearest})"
-            f"  skipped {s.skipped}  force {force:4.0f} N"
-            f"  {'at ' + ', '.join(touching) if touching else ''}"
-        )
-
 
 def main(arguments: list[str]) -> int:
     """Run until told to finish, or until the daemon is gone."""
-    name, path, ring_fd, control_fd, start_ns, live = arguments
-    # the terminal's Ctrl-C is the daemon's business
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    name, path, ring_fd, control_fd, start_ns, shown, duration = arguments
+    leave_terminal_to_the_daemon()
     signal.signal(signal.SIGTERM, signal.SIG_IGN)
+    before = saved(STDERR)
     session = build(config.load(name))
     machine, image = session.memory.machine, session.memory.image
     dtype = layout(machine.state, len(machine.axes), len(image.raw))
     control = int(control_fd)
+    view = Shown[shown]
+    screen = Screen(Outlet(STDERR), view is not Shown.PLAIN, partial(terminal_size, STDERR))
     with FileIO(path, "w") as stream:
         log = LogWriter(stream, session.loaded, fingerprint(session), dtype, int(start_ns))
-        recorder = Recorder(session, Ring.attach(int(ring_fd)), log, dtype)
+        recorder = Recorder(session, Ring.attach(int(ring_fd)), log, dtype, screen)
+        keys = possible(session.config) if view is Shown.KEYS else ()
+        line = LiveLine(session, recorder.summary, keys, float(duration))
         os.write(1, b"\n")  # ready
-        told = _serve(recorder, control, live == "1")
+        told = _serve(recorder, control, line, key_line(keys))
+        if before and not told:
+            restore(STDERR, before)
         report = recorder.summary.report(recorder._ring.dropped)
         log.finish(as_json(report))
     if told:
         os.write(1, as_json(report).encode())
     else:
-        print(f"hapticd: the daemon died; its log is complete: {path}", file=sys.stderr)
+        screen.message(f"hapticd: the daemon died; its log is complete: {path}")
+    screen.close()
     return 0
 
 
-def _serve(recorder: Recorder, control: int, live: bool) -> bool:
+def _serve(recorder: Recorder, control: int, line: LiveLine, keys: list[str]) -> bool:
     """Drain until the control pipe says or shows the end; whether it said so."""
-    shown = 0.0
+    screen, shown = recorder.screen, 0.0
     while True:
         readable, _, _ = select.select([control], [], [], POLL_S)
         said = os.read(control, 1) if readable else b""
-        for event in recorder.drain():
-            _show(f"{event}\n", live)
-        now = time.monotonic()
-        if live and now - shown >= LIVE_S:
-            shown = now
-            _show(recorder.live_line(), live)
+        recorder.drain()
         if readable:
-            if live:
-                _show("", live)
+            screen.leave()
             return said == FINISH
-
-
-def _show(text: str, live: bool) -> None:
-    sys.stderr.write(f"\r\x1b[K{text}" if live else text)
-    sys.stderr.flush()
+        screen.flush()
+        now = time.monotonic()
+        if now - shown >= LIVE_S and not recorder.hidden and in_front(STDERR):
+            shown = now
+            screen.stay([line.words(), keys] if keys else [line.words()])
 
 
 if __name__ == "__main__":
