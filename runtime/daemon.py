@@ -66,7 +66,7 @@ NOTEWORTHY = tuple(name for name in COUNTERS if name not in ("frames", "misses")
 STDIN = 0
 TAKEN = "the simulated person is yours now: the script has let go of dead-man switch and hand"
 SUSPEND_S = 0.1
-"""From the request to clear the screen until the shell may have it."""
+"""From rest until the shell may have the screen, on which the recorder has shown everything by then."""
 
 
 class InternalError(HapticdError):
@@ -255,8 +255,8 @@ class Daemon:
 
     def _watch_end(self, tick: int) -> None:
         mode = self._session.memory.mode
-        if self._suspend_at >= 0 and not mode.powered:
-            self._suspend(tick)
+        if self._suspend_at >= 0:
+            self._suspend(tick, mode)
         if self._ending_since < 0:
             over = self._duration_ticks is not None and tick + 1 >= self._duration_ticks
             dead = self._bus.closed and not mode.powered  # while it is, the monitor stops the machine first
@@ -335,8 +335,11 @@ class Daemon:
         self._event(self._now, "Ctrl-Z: the machine stops, then this session is suspended")
         self._ring.push(HIDE)
 
-    def _suspend(self, tick: int) -> None:
-        if tick >= self._suspend_at:
+    def _suspend(self, tick: int, mode: Mode) -> None:
+        """Once the machine is at rest and the screen says so."""
+        if mode.powered:
+            self._suspend_at = tick + round(SUSPEND_S * self._rate)
+        elif tick >= self._suspend_at:
             self._suspend_at = -1
             if self._keyboard:
                 self._keyboard.release()
@@ -378,7 +381,7 @@ class Daemon:
             self._event(self._now, f"typed: {order.word}")
         try:
             assert self._plant and self._plant.stdin
-            os.write(self._plant.stdin.fileno(), bytes([deed]))
+            os.write(self._plant.stdin.fileno(), bytes([deed.value]))
         except OSError as error:
             self._say(f"the plant did not take that: {error.strerror}")
 

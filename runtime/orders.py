@@ -75,8 +75,8 @@ def possible(config: Config) -> tuple[Order, ...]:
 
 
 def key_line(orders: Sequence[Order]) -> list[str]:
-    """The keys in a few words, for the line at the bottom."""
-    words = [f"{order.label} {order.hint}" for order in orders if order not in PUSHES]
+    """The keys in a few words, one for each order, for the line at the bottom."""
+    words = [f"{order.keys[0]} {order.hint}" for order in orders if order not in PUSHES]
     return [*words, "arrows u d push"] if any(order in PUSHES for order in orders) else words
 
 

@@ -131,4 +131,4 @@ def _wrapped(line: str, columns: int) -> list[str]:
     if width(line) <= columns:
         return [line]
     indent = INDENT if columns > 3 * len(INDENT) else "  "
-    return textwrap.wrap(line, max(columns, 10), subsequent_indent=indent, drop_whitespace=True) or [line]
+    return textwrap.wrap(line, max(columns, 10), subsequent_indent=indent, break_on_hyphens=False) or [line]

@@ -285,7 +285,11 @@ def table(report: Report) -> str:
 
 
 def _fitting(line: str) -> list[str]:
-    return textwrap.wrap(line, WIDTH, subsequent_indent="  ") if len(line) > WIDTH else [line]
+    return (
+        textwrap.wrap(line, WIDTH, subsequent_indent="  ", break_on_hyphens=False)
+        if len(line) > WIDTH
+        else [line]
+    )
 
 
 def _timing_lines(report: Report) -> Iterator[str]:

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from enum import IntEnum
+from enum import Enum
 from typing import Final
 
 
-class Deed(IntEnum):
+class Deed(Enum):
     """What the person does, as it travels to the plant."""
 
     PRESS = 1
@@ -33,7 +33,7 @@ DIRECTIONS: Final[Mapping[Deed, tuple[float, float, float]]] = {
 
 def deeds(data: bytes) -> list[Deed]:
     """What arrived at the plant, in order; bytes that are no deed are skipped."""
-    return [Deed(byte) for byte in data if byte in _KNOWN]
+    return [_DEEDS[byte] for byte in data if byte in _DEEDS]
 
 
-_KNOWN: Final = frozenset(Deed)
+_DEEDS: Final = {deed.value: deed for deed in Deed}

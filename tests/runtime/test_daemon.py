@@ -193,7 +193,7 @@ def test_releasing_the_dead_man_stops_and_needs_a_reset_and_a_new_press(
     live.wait_for("STOPPED")
     time.sleep(2.0)  # the second press, at 1.2 s, does nothing
     assert live.errors.count("ENABLING") == 1
-    live.type("r\n")
+    live.type("reset\n")
     live.wait_for("release the dead-man switch first")  # it is held until 4 s
     while "READY: reset" not in live.errors:  # from 4 s on
         live.type("reset\n")
@@ -203,7 +203,7 @@ def test_releasing_the_dead_man_stops_and_needs_a_reset_and_a_new_press(
     while live.errors.count("ENGAGING") < 2 and time.monotonic() < deadline:
         time.sleep(0.05)
     assert live.errors.count("ENGAGING") == 2
-    live.type("q\n")
+    live.type("quit\n")
     assert live.end() == 0
 
 
@@ -226,7 +226,7 @@ def test_a_plant_that_hangs_counts_as_lost(start: Callable[..., Live], machine: 
         live.wait_for("R3 device_silent")
     finally:
         os.kill(plant, signal.SIGCONT)
-    live.type("q\n")
+    live.type("quit\n")
     assert live.end() == 3
 
 
@@ -237,7 +237,7 @@ def test_ticks_follow_the_clock_of_the_bus(
     live = start(config, "--duration", "60")
     live.wait_for("ticks follow the clock of the bus")
     live.wait_for("ENGAGING")
-    live.type("q\n")
+    live.type("quit\n")
     assert live.end() == 0, live.errors
     verify = [sys.executable, "-m", "hapticd.runtime", "replay", str(live.log), "--verify"]
     assert subprocess.run(verify, capture_output=True, check=False).returncode == 0
