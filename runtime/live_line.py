@@ -12,6 +12,14 @@ from .sections import Config
 from .session import Session
 from .summary import Summary
 
+BY_HAND = {
+    PRESS: "press the dead-man",
+    RELEASE: "let go of the dead-man",
+    RESET: "reset",
+    ARM: "arm",
+}
+"""What a person does about it where no key does."""
+
 
 class LiveLine:
     """Composes the line from the summary of a session that is under way."""
@@ -50,8 +58,7 @@ class LiveLine:
             yield f"next: {self._typed(RELEASE)}" if pressed else f"next: {arm}{self._typed(PRESS)}"
 
     def _typed(self, order: Order) -> str:
-        name = f"{order.hint} dead-man" if order in (PRESS, RELEASE) else order.hint
-        return f"{order.label} {order.hint}" if order in self._keys else name
+        return f"{order.keys[0]} {order.hint}" if order in self._keys else BY_HAND[order]
 
     def _touching(self) -> list[str]:
         return [extent.spec.name for extent in self._summary.extents if extent.touching]

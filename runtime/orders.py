@@ -45,11 +45,23 @@ class Order:
 
 
 STOP = Order(
-    "stop", ("s", " "), "s or space", "stop", Command.STOP, "stop: ramp to rest, torque off, brakes closed"
+    "stop",
+    ("s", " "),
+    "s or space",
+    "stop",
+    Command.STOP,
+    "bring it to rest, torque off, brakes closed; needs a reset",
 )
 QUIT = Order("quit", ("q",), "q", "quit", Request.QUIT, "bring the machine to rest and end, as Ctrl-C does")
 HELP = Order("help", ("h", "?"), "h", "help", Request.HELP, "show this again")
-RESET = Order("reset", ("r",), "r", "reset", Command.RESET, "after a stop, with the dead-man switch released")
+RESET = Order(
+    "reset",
+    ("r",),
+    "r",
+    "reset",
+    Command.RESET,
+    "clear a stop whose cause is gone; let go of the dead-man first",
+)
 # no letter: nobody who types a word that is no order may arm a machine
 ARM = Order("arm", ("+",), "+", "arm", Command.ARM, "allow the next press of the dead-man switch to start")
 PRESS = Order("press", ("p",), "p", "press", Deed.PRESS, "press the simulated dead-man switch")

@@ -153,8 +153,12 @@ def _serve(recorder: Recorder, control: int, line: LiveLine, keys: list[str]) ->
             return said == FINISH
         screen.flush()
         now = time.monotonic()
-        if now - shown >= LIVE_S and not recorder.hidden and in_front(STDERR):
-            shown = now
+        if now - shown < LIVE_S:
+            continue
+        shown = now
+        if recorder.hidden or not in_front(STDERR):
+            screen.forget()
+        else:
             screen.stay([line.words(), keys] if keys else [line.words()])
 
 

@@ -57,6 +57,10 @@ class Screen:
         if text:
             self._outlet.write(text)
 
+    def forget(self) -> None:
+        """The screen is somebody else's now, with what stands on it."""
+        self._lines, self._shown = [], False
+
     def flush(self) -> None:
         """Go on with what the terminal has not taken yet."""
         self._outlet.flush()

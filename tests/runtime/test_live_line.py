@@ -86,6 +86,15 @@ def test_a_machine_that_is_armed_by_command_says_so() -> None:
     assert "next: + arm, p press" in watched.text
 
 
+def test_where_nobody_can_type_no_key_is_named() -> None:
+    watched = Watched("giant", ('by = "dead-man"', 'by = "command"'))
+    session = watched.bench.lockstep.session
+    watched.line = LiveLine(session, watched.summary, (), 0.0)
+    watched.until(Mode.READY)
+    watched.run(1)
+    assert "next: arm, press the dead-man" in watched.text and "0.1 s READY" in watched.text
+
+
 @pytest.mark.parametrize("columns", [40, 80, 200])
 def test_the_essentials_fit_any_window(machine: str, columns: int) -> None:
     watched = Watched(machine)

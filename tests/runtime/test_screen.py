@@ -72,6 +72,16 @@ def test_a_window_of_few_rows_keeps_the_first_line_only() -> None:
     assert window.rows == ["state", "", ""]
 
 
+def test_a_screen_that_somebody_else_uses_is_left_as_it_is() -> None:
+    window = Window(40, 6)
+    window.screen.stay([["state"], ["keys"]])
+    window.screen.forget()
+    window.paper.text = ""
+    window.screen.message("from the background")
+    window.screen.leave()
+    assert window.paper.text == "from the background\n"
+
+
 def test_a_plain_screen_gets_messages_alone() -> None:
     window = Window(20, 5, live=False)
     window.screen.stay([["state"], ["keys"]])
