@@ -8,6 +8,7 @@ import shutil
 import sys
 from datetime import datetime
 from importlib import import_module, metadata
+from io import TextIOWrapper
 from pathlib import Path
 
 import msgspec
@@ -18,6 +19,7 @@ from . import config
 from .arguments import Commands, positive
 from .benchmarks import add_benchmarks
 from .errors import ConfigError, HapticdError
+from .screen import printable, steerable
 
 EPILOG = """examples:
   hapticd run giant           the simulated giant with a scripted hand, 30 s
@@ -45,6 +47,11 @@ INTERRUPTED = 130
 
 def main(arguments: list[str] | None = None) -> int:
     """Run a command; returns the exit status."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(
+            stream, TextIOWrapper
+        ):  # a path or name that the terminal cannot show is no reason to fail
+            stream.reconfigure(errors="backslashreplace")
     options = _parser().parse_args(arguments)
     try:
         return int(options.handler(options))
@@ -169,14 +176,14 @@ def _add_experiment(commands: Commands) -> None:
 def _fail(options: argparse.Namespace, code: str, message: str, status: int) -> int:
     if options.json:
         print(msgspec.json.encode({"error": code, "message": message}).decode())
-    print(f"hapticd: error [{code}]: {message}", file=sys.stderr)
+    text = "\n".join(map(printable, message.splitlines()))  # it may quote a file of anybody's
+    print(f"hapticd: error [{code}]: {text}", file=sys.stderr)
     return status
 
 
 def _run(options: argparse.Namespace) -> int:
     from . import daemon, lockstep_run
     from .recorder import STDERR
-    from .screen import steerable
     from .summary import as_json, table
 
     loaded = config.load(options.config)
