@@ -31,8 +31,8 @@ EPILOG = """examples:
 
 While a session runs, its terminal shows the keys that can be pressed: stop,
 reset, quit, and those of the simulated person. Through a pipe, commands are
-whole words, one a line; the word help lists them. Ctrl-C ends the session after
-the machine has come to rest.
+whole words, one a line; the word help lists them. Ctrl-C ends the session
+after the machine has come to rest.
 
 exit status: 0 done, 1 a check failed, 2 bad usage or configuration,
              3 stopped by safety

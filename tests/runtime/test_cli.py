@@ -82,16 +82,8 @@ def test_help_fits_eighty_columns(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("COLUMNS", "80")
-    for command in (
-        (),
-        ("run",),
-        ("replay",),
-        ("check",),
-        ("doctor",),
-        ("plant",),
-        ("experiment",),
-        ("bench",),
-    ):
+    commands = ("run", "replay", "check", "doctor", "plant", "experiment", "bench")
+    for command in ((), *((name,) for name in commands)):
         with pytest.raises(SystemExit):
             main([*command, "--help"])
         assert max(map(len, capsys.readouterr().out.splitlines())) < 80, command
