@@ -65,6 +65,8 @@ NOTEWORTHY = tuple(name for name in COUNTERS if name not in ("frames", "misses")
 """Counters that a person hears of; missing frames have their own words."""
 STDIN = 0
 TAKEN = "the simulated person is yours now: the script has let go of dead-man switch and hand"
+REPLIES = 20
+"""Answers to what is typed, a second at most: a flood of it must not fill the ring."""
 SUSPEND_S = 0.1
 """From rest until the shell may have the screen, on which the recorder has shown everything by then."""
 
@@ -99,6 +101,7 @@ class Daemon:
         self._stderr = Outlet(STDERR)
         self._suspend_at = -1
         self._led = False
+        self._replies, self._replies_since = 0, 0
         self._inputs, self._outputs, self._received = Inputs(), Outputs(), Frames()
         self._pending = Command.NONE
         self._ending_since = -1
@@ -313,7 +316,7 @@ class Daemon:
         loop.add_signal_handler(signal.SIGCONT, self._attach, loop)
         self._attach(loop)
         if os.isatty(STDIN) and os.isatty(STDERR):
-            self._say(legend(self._orders, self._ear.single_keys))
+            self._reply(SAY, legend(self._orders, self._ear.single_keys))
 
     def _attach(self, loop: asyncio.AbstractEventLoop) -> None:
         """Read what is typed, from the start or again after the shell had the terminal."""
@@ -356,20 +359,20 @@ class Daemon:
         for order in heard.orders:
             self._obey(order)
         if heard.unknown:
-            self._say(self._ear.answer(heard.unknown))
+            self._reply(SAY, self._ear.answer(heard.unknown))
 
     def _obey(self, order: Order) -> None:
         match order.means:
             case Command() as command:
                 self._pending |= command
                 why = remark(command, self._session.memory.mode)
-                self._event(self._now, f"typed: {order.word}{why and f'; {why}'}")
+                self._reply(EVENT, f"typed: {order.word}{why and f'; {why}'}")
             case Deed() as deed:
                 self._act(order, deed)
             case Request.HELP:
-                self._say(legend(self._orders, self._ear.single_keys))
+                self._reply(SAY, legend(self._orders, self._ear.single_keys))
             case Request.QUIT:
-                self._event(self._now, f"typed: {order.word}")
+                self._reply(EVENT, f"typed: {order.word}")
                 self.end()
 
     def _act(self, order: Order, deed: Deed) -> None:
@@ -378,12 +381,12 @@ class Daemon:
             self._led = True
             self._event(self._now, TAKEN)
         if deed in (Deed.PRESS, Deed.RELEASE):
-            self._event(self._now, f"typed: {order.word}")
+            self._reply(EVENT, f"typed: {order.word}")
         try:
             assert self._plant and self._plant.stdin
             os.write(self._plant.stdin.fileno(), bytes([deed.value]))
         except OSError as error:
-            self._say(f"the plant did not take that: {error.strerror}")
+            self._reply(SAY, f"the plant did not take that: {error.strerror}")
 
     def _overstayed(self, overstay: Overstay) -> None:
         tick = max(0, self._rhythm.tick)
@@ -423,9 +426,17 @@ class Daemon:
     def _now(self) -> int:
         return max(0, self._rhythm.tick)
 
-    def _say(self, text: str) -> None:
-        """Words for the screen alone."""
-        self._ring.push(SAY + text.encode())
+    def _reply(self, kind: bytes, text: str) -> None:
+        """Answer what was typed, for the screen alone or as an event."""
+        if self._now - self._replies_since >= self._rate:
+            self._replies, self._replies_since = 0, self._now
+        self._replies += 1
+        if self._replies > REPLIES:
+            return
+        if kind == EVENT:
+            self._event(self._now, text)
+        else:
+            self._ring.push(kind + text.encode())
 
     def _tell(self, text: str) -> None:
         """Words that need no recorder; a terminal that hangs does not hold the ticks up."""

@@ -10,6 +10,8 @@ from typing import Any
 
 from .outlet import reopened
 
+BITE = 32
+"""Bytes that are read at once: a flood of them must not keep a tick waiting."""
 LFLAG, CC = 3, 6
 """Places of the local modes and of the special characters in what ``tcgetattr`` gives."""
 
@@ -47,7 +49,7 @@ class Keyboard:
     def read(self) -> bytes | None:
         """What was typed; empty where nothing more comes, None where somebody else was faster."""
         try:
-            return os.read(self.fd, 4096)
+            return os.read(self.fd, BITE)
         except BlockingIOError:
             return None
         except OSError:  # the terminal is gone

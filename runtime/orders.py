@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from enum import Enum
@@ -12,6 +13,11 @@ from .sections import Config, SimulatedBus
 
 LONGEST_LINE = 256
 """Characters of a line; the rest of a longer one is skipped."""
+LONGEST_KEY = 16
+"""Characters of an escape sequence."""
+ESCAPE = "\x1b"
+KEY = re.compile(r"\x1b[\[O][^@-~]{0,16}[@-~]|\x1b(?![\[O]|$)|[^\x1b]", re.DOTALL)
+"""What a terminal sends for one key."""
 SHOWN = 12
 """Characters of something that was not understood, as it is quoted."""
 
@@ -140,7 +146,7 @@ class Ear:
     def hear(self, data: bytes) -> Heard:
         """Take what was typed since the last time; no bytes mean that nothing more comes."""
         text = data.decode("utf-8", "replace")
-        names = list(_keys(text) if self.single_keys else self._lines(text))
+        names = list(self._keys(text) if self.single_keys else self._lines(text))
         known = [self._by_name[name] for name in names if name in self._by_name]
         return Heard(known, [name for name in names if name not in self._by_name])
 
@@ -151,6 +157,19 @@ class Ear:
             return f"{quoted}: no such key; {', '.join(key_line(self._orders))}"
         return f"{quoted}: no such word; {', '.join(order.word for order in self._orders)}"
 
+    def _keys(self, text: str) -> Iterator[str]:
+        """An escape sequence is one key; one that was cut off waits for its end, the key Esc for nothing."""
+        rest, self._rest = self._rest + text, ""
+        waits = bool(text) and rest != ESCAPE
+        while rest:
+            found = KEY.match(rest)
+            if waits and not found and len(rest) < LONGEST_KEY:
+                self._rest = rest
+                return
+            key = found[0] if found else rest
+            yield key
+            rest = rest[len(key) :]
+
     def _lines(self, text: str) -> Iterator[str]:
         *lines, rest = (self._rest + text).split("\n")
         if not text and rest:
@@ -160,20 +179,6 @@ class Ear:
             name = " ".join(line.lower().split())
             if name:
                 yield name
-
-
-def _keys(text: str) -> Iterator[str]:
-    """The keys in what a terminal sent: an escape sequence is one of them."""
-    at = 0
-    while at < len(text):
-        end = at + 1
-        if text[at] == "\x1b" and text[end : end + 1] in ("[", "O"):
-            end += 1
-            while end < len(text) and not "@" <= text[end] <= "~":
-                end += 1
-            end += 1
-        yield text[at:end]
-        at = end
 
 
 NAMES = {"\n": "Enter", "\r": "Enter", "\t": "Tab", "\x1b": "Esc", "\x7f": "Backspace", "\x04": "Ctrl-D"}

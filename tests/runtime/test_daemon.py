@@ -310,3 +310,17 @@ def test_an_unexpected_error_on_the_loop_ends_the_session_and_every_drive_is_saf
     found = re.search(r"every simulated drive is safe after (\d+) ms of plant time", done.stderr)
     assert found and int(found[1]) <= 20
     assert open_log(str(tmp_path / "session.mcap")).events()
+
+
+def test_a_flood_of_commands_loses_no_tick_and_no_record(start: Callable[..., Live], machine: str) -> None:
+    live = start(machine, "--duration", "300", "--json")
+    live.wait_for("ENGAGING")
+    live.wait_for("ACTIVE")
+    for _ in range(40):
+        live.type("reset\nhelp\nnonsense\n" * 200)
+        time.sleep(0.02)
+    live.type("\nquit\n")
+    assert live.end() == 0, live.errors[-2000:]
+    report = msgspec.json.decode(live.output)
+    assert report["shed"] == 0
+    assert live.errors.count("typed: reset") < 4000  # of 8000

@@ -93,10 +93,29 @@ def test_a_line_without_end_costs_no_memory() -> None:
 def test_arrows_come_in_both_ways_of_terminals_and_their_relatives_are_no_orders() -> None:
     ear = Ear(possible(simulated()), single_keys=True)
     assert meanings(ear, b"\x1b[A\x1bOD") == [Deed.PUSH_FORWARD, Deed.PUSH_LEFT]
-    for other in (b"\x1b[1;5D", b"\x1b[15~", b"\x1b[", b"\x1b", b"\x04", b"\xff\xfe", "ü".encode()):
+    for other in (b"\x1b[1;5D", b"\x1b[15~", b"\x1b", b"\x04", b"\xff\xfe", "ü".encode()):
         heard = ear.hear(other)
         assert heard.orders == [] and heard.unknown
         assert ear.answer(heard.unknown).isprintable()
+
+
+def test_a_key_that_comes_in_pieces_is_one_key() -> None:
+    for cut in (1, 2):
+        ear = Ear(possible(simulated()), single_keys=True)
+        sequence = b"\x1b[D"
+        assert meanings(ear, b"r" + sequence[:cut]) == [Command.RESET]
+        heard = ear.hear(sequence[cut:] + b"s")
+        assert [order.means for order in heard.orders] == [Deed.PUSH_LEFT, Command.STOP]
+        assert heard.unknown == []
+
+
+def test_the_key_esc_waits_for_nothing_and_holds_no_other_key_up() -> None:
+    ear = Ear(possible(simulated()), single_keys=True)
+    assert ear.hear(b"\x1b").unknown == ["\x1b"]
+    ear.hear(b"x\x1b")
+    assert meanings(ear, b"s") == [Command.STOP]
+    ear.hear(b"\x1b[" + b"1" * 100)  # no terminal sends this
+    assert Command.STOP in meanings(ear, b"s" + b"s")
 
 
 def test_space_stops() -> None:
