@@ -1,6 +1,6 @@
 # Everything from a fresh clone: each target sets up what it needs and then does its work.
 .DEFAULT_GOAL := help
-.PHONY: help run test vm-test lint types bench nasty fuzz format clean
+.PHONY: help run test vm-test lint types bench nasty fuzz mutants format clean
 export PYTHON CC
 BIN := .venv/bin
 PACKAGES := bench configs control devices experiments hqp models runtime safety sim
@@ -15,6 +15,7 @@ help:
 	@echo "make bench   time the solver beside its peers"
 	@echo "make nasty   solve 1000 problems of each nasty kind, judged by their certificates"
 	@echo "make fuzz    feed the solver's C interface with any bytes for a minute (needs clang)"
+	@echo "make mutants try 2000 damaged copies of each built-in model and configuration, another set every time"
 	@echo "make format  rewrite Python and C sources in the project's style"
 
 run:
@@ -56,6 +57,10 @@ nasty:
 fuzz:
 	@./setup.sh core
 	@$(BIN)/python tests/hqp/fuzz.py $(ARGS)
+
+mutants:
+	@./setup.sh test
+	@HAPTICD_MUTANTS=2000 HAPTICD_MUTANT_SEED=$${SEED:-$$(date +%s)} $(BIN)/python -m pytest tests/hostile $(ARGS)
 
 format:
 	@./setup.sh lint

@@ -3,7 +3,11 @@
 from __future__ import annotations
 
 import argparse
-from typing import TypeAlias
+import tomllib
+from typing import Any, TypeAlias
+
+from .quantities import BitRate
+from .units import UnitError
 
 Commands: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"
 """What a command adds its parser to."""
@@ -25,3 +29,22 @@ def positive(text: str) -> float:
     if not 0.0 < value < float("inf"):
         raise argparse.ArgumentTypeError(f"'{text}' is no positive number")
     return value
+
+
+def bit_rate(text: str) -> BitRate:
+    """A bit rate with its unit."""
+    try:
+        return BitRate(BitRate.read(text))
+    except UnitError as error:
+        raise argparse.ArgumentTypeError(str(error)) from error
+
+
+def setting(text: str) -> tuple[str, Any]:
+    """KEY=VALUE; the value as TOML has it, or else as text."""
+    key, equals, value = text.partition("=")
+    if not (key and equals):
+        raise argparse.ArgumentTypeError(f"'{text}' is no KEY=VALUE")
+    try:
+        return key, tomllib.loads(f"value = {value}")["value"]
+    except tomllib.TOMLDecodeError:
+        return key, value

@@ -16,7 +16,7 @@ import msgspec
 from ..devices.errors import DeviceError
 from ..models import ModelError
 from . import config
-from .arguments import Commands, positive
+from .arguments import Commands, bit_rate, positive, setting
 from .benchmarks import add_benchmarks
 from .errors import ConfigError, HapticdError
 from .screen import printable, steerable
@@ -146,13 +146,28 @@ def _add_doctor(commands: Commands) -> None:
 def _add_plant(commands: Commands) -> None:
     plant = commands.add_parser(
         "plant",
-        help="simulate a machine on a CAN FD interface",
-        description="Simulate a machine's devices on a CAN FD interface, for a daemon with a socketcan bus.",
+        help="simulate a machine at the other end of a bus",
+        description="Simulate a machine's devices on the bus that its configuration names under [bus], or on "
+        "another one; never on a real machine's. A bus of python-can has a channel, SocketCAN has none.",
     )
     plant.add_argument(
         "config", metavar="CONFIG", help="a TOML file with [simulation], or a built-in machine"
     )
-    plant.add_argument("--interface", required=True, metavar="IF", help="e.g. vcan0; never a real machine's")
+    plant.add_argument(
+        "--interface", metavar="IF", help="e.g. vcan0, or of python-can: udp_multicast, pcan, ..."
+    )
+    plant.add_argument("--channel", metavar="CH", help="of python-can, e.g. 239.74.163.2 or PCAN_USBBUS1")
+    plant.add_argument("--bitrate", type=bit_rate, metavar="RATE", help='e.g. "1 Mbit/s"')
+    plant.add_argument("--data-bitrate", type=bit_rate, metavar="RATE", help='e.g. "5 Mbit/s"')
+    plant.add_argument(
+        "--set",
+        type=setting,
+        action="append",
+        default=[],
+        metavar="KEY=VALUE",
+        dest="settings",
+        help="a setting of python-can's interface; more than once where there are several",
+    )
     plant.set_defaults(handler=_plant, json=False)
 
 
@@ -316,6 +331,10 @@ def _doctor(options: argparse.Namespace) -> int:
 
 
 def _plant(options: argparse.Namespace) -> int:
+    from .bus import chosen_bus
     from .plant_process import serve_interface
 
-    return serve_interface(config.load(options.config), options.interface)
+    loaded = config.load(options.config)
+    rates = {"bitrate": options.bitrate, "data_bitrate": options.data_bitrate}
+    bus = chosen_bus(loaded, options.interface, options.channel, rates, dict(options.settings))
+    return serve_interface(loaded, bus)

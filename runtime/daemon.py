@@ -17,9 +17,9 @@ import msgspec
 from ..devices.adapter import Adapter
 from ..devices.frames import CAPACITY, Frames
 from ..devices.image import COUNTERS
-from ..devices.python_can import python_can
-from ..devices.socket_adapter import SocketAdapter, socketcan
+from ..devices.socket_adapter import SocketAdapter
 from ..sim.person import Deed
+from .bus import bus_warnings, open_bus
 from .children import CHILD_LIMIT_S, Child, ChildError, reap, spawn, until_ready
 from .config import Loaded
 from .cycle import Inputs, Outputs, cycle
@@ -43,9 +43,9 @@ from .realtime import (
 )
 from .record import RecordWriter
 from .recorder import EVENT, FINISH, HIDE, LATE, OVERSTAY, SAY, SHOW, STDERR, TICK, VITALS, Shown
-from .ring import Ring
+from .ring import Drain, Ring
 from .screen import CLEAR_BELOW
-from .sections import PythonCanBus, SimulatedBus, SocketCanBus
+from .sections import SimulatedBus
 from .session import Session, build
 from .slack import Slack, pause
 from .stages import Stage, Stages
@@ -59,6 +59,8 @@ STALL_LIMIT_S = 1.0
 """How long a simulated plant may stall with its socket open before it counts as lost."""
 RECORDER_S = 0.2
 """Between two looks at the recorder."""
+HUNG_LOOKS = 4
+"""Looks without a record taken out of the ring after which the recorder counts as hung."""
 BUS_S = 0.5
 """Between two looks at what the bus dropped."""
 NOTEWORTHY = tuple(name for name in COUNTERS if name not in ("frames", "misses"))
@@ -190,7 +192,7 @@ class Daemon:
         simulated = isinstance(self._session.config.bus, SimulatedBus)
         if granted.lost and not simulated and not wish.best_effort:
             raise NotRealtimeError("; ".join([*granted.lost, "or write best_effort = true under [loop]"]))
-        for warning in granted.lost:
+        for warning in granted.lost + bus_warnings(self._session.config.bus, self._session.config):
             self._event(0, f"warning: {warning}")
 
     # ------------------------------------------------------------------------------- every tick
@@ -259,14 +261,15 @@ class Daemon:
     def _watch_end(self, tick: int) -> None:
         mode = self._session.memory.mode
         if self._suspend_at >= 0:
-            self._suspend(tick, mode)
+            self._suspend(tick)
         if self._ending_since < 0:
             over = self._duration_ticks is not None and tick + 1 >= self._duration_ticks
             dead = self._bus.closed and not mode.powered  # while it is, the monitor stops the machine first
             if not (over or dead or mode is Mode.FAILED):
                 return
             self.end()
-        if not mode.powered or tick - self._ending_since > END_LIMIT_S * self._rate:
+        off = self._session.memory.secured or (self._bus.closed and not mode.powered)
+        if off or tick - self._ending_since > END_LIMIT_S * self._rate:
             self._done.set()
 
     def end(self) -> None:
@@ -288,10 +291,8 @@ class Daemon:
                 assert self._plant.stdin
                 os.set_blocking(self._plant.stdin.fileno(), False)
                 return SocketAdapter(here)
-            case SocketCanBus(interface=interface):
-                return socketcan(interface)
-            case PythonCanBus(interface=interface, channel=channel):
-                return python_can(interface, channel)
+            case named:
+                return open_bus(named)
 
     def _start_recorder(self) -> None:
         theirs, self._control = os.pipe()
@@ -338,9 +339,9 @@ class Daemon:
         self._event(self._now, "Ctrl-Z: the machine stops, then this session is suspended")
         self._ring.push(HIDE)
 
-    def _suspend(self, tick: int, mode: Mode) -> None:
-        """Once the machine is at rest and the screen says so."""
-        if mode.powered:
+    def _suspend(self, tick: int) -> None:
+        """Once the machine is off and the screen says so."""
+        if not self._session.memory.secured:
             self._suspend_at = tick + round(SUSPEND_S * self._rate)
         elif tick >= self._suspend_at:
             self._suspend_at = -1
@@ -400,11 +401,22 @@ class Daemon:
         self._done.set()
 
     async def _watch_recorder(self) -> None:
-        """Supervisory work: a session whose recorder died says so at once and is not armed again."""
-        while self._recorder.poll() is None:
+        """Supervisory work: a session that is not recorded as a whole says so, and is not armed again."""
+        drain = Drain(self._ring, HUNG_LOOKS)
+        while not (why := self._recorder_fault(drain)):
             await pause(RECORDER_S)
         self._pending |= Command.UNRECORDED
-        self._tell("hapticd: the recorder died; this session is not recorded any more\n")
+        self._tell(f"hapticd: {why}; what runs goes on, and the machine is not armed again\n")
+
+    def _recorder_fault(self, drain: Drain) -> str:
+        """Why the session is not recorded any more, or not completely; "" where it is."""
+        if self._recorder.poll() is not None:
+            return "the recorder died: this session is not recorded any more"
+        if self._ring.dropped:
+            return "the recorder is too slow: records were lost"
+        if drain.stuck():
+            return f"the recorder hangs: nothing was recorded for {HUNG_LOOKS * RECORDER_S:g} s"
+        return ""
 
     async def _watch_bus(self) -> None:
         """Supervisory work: what the bus dropped, and why, becomes an event."""

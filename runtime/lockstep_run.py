@@ -57,7 +57,7 @@ def run(loaded: Loaded, log: Path, duration: float | None, live: bool) -> Outcom
         lockstep.tick(Command.END)
         keep()
         latest = lockstep.inputs.tick + END_LIMIT_S * rate
-        while memory.mode.powered and lockstep.inputs.tick < latest:
+        while not memory.secured and lockstep.inputs.tick < latest:
             lockstep.tick()
             keep()
         sys.stderr.write(clear)

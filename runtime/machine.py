@@ -45,6 +45,8 @@ class Machine(Protocol):
         drive_groups: groups of the process image that hold drives.
         axes: what the gate checks, one entry an axis.
         thresholds: what the monitor compares with.
+        play: how far a hand may pull each axis from where it is held or braked: as far as the whole torque
+            of the hold goes, and what is further is not held [rad or m].
         state: numpy structure of what the log keeps of a tick.
         braking: longest time that ``brake`` takes from full speed [s].
         position, velocity: measured, one an axis.
@@ -57,6 +59,7 @@ class Machine(Protocol):
     drive_groups: tuple[str, ...]
     axes: tuple[AxisLimits, ...]
     thresholds: Thresholds
+    play: tuple[float, ...]
     state: np.dtype[np.void]
     commands: list[float]
     solved: bool

@@ -41,6 +41,9 @@ def outcome(memory: Memory, report: Report | None, speed_x: float | None = None,
         return Outcome(report, 3, why, speed_x)
     if lost:
         return Outcome(report, 3, lost, speed_x)
+    if not memory.secured:
+        why = f"not known to be off: {memory.power.live}; the watchdogs of the drives take over"
+        return Outcome(report, 3, why, speed_x)
     if report is None:
         return Outcome(None, 1, "the recorder was lost; there is no summary", speed_x)
     return Outcome(report, 0, "", speed_x)

@@ -17,8 +17,10 @@ from ..devices.network import Network
 from ..models import ModelError, Robot
 from ..sim.person import Deed
 from . import sections as s
+from .bus import check_bus
 from .config import Loaded
 from .cycle import Memory
+from .device_check import check_encoders, check_hand_speed, check_simulation
 from .errors import ConfigError, Finding
 from .giant.check import check_giant
 from .giant.config import GiantConfig
@@ -134,7 +136,9 @@ def build(loaded: Loaded, mark: Mark = no_mark) -> Session:
     config = loaded.config
     robot = Robot.from_urdf(loaded.model_text, loaded.model_source)
     system = SYSTEMS[type(config)]
-    _require(loaded, _check_loop(config) + _check_hand(config) + system.check(config, robot))
+    checks = (_check_loop, _check_hand, check_encoders, check_simulation, check_hand_speed)
+    common = [found for check in checks for found in check(config)] + check_bus(config.bus)
+    _require(loaded, common + system.check(config, robot))
     try:
         network = Network([_device(name, device) for name, device in config.devices.items()])
         image = ProcessImage(network)

@@ -1,9 +1,10 @@
-"""The layers that may only reduce energy: gate, monitor, stop latch, arming."""
+"""The layers that may only reduce energy: gate, monitor, standstill, stop latch, arming."""
 
-from .arming import DeadMan, refusals
+from .arming import DeadMan, Permission, refusals
 from .gate import AxisLimits, Gate
-from .latch import StopLatch, Trip, describe
+from .latch import StopLatch, Trip, describe, refusal
 from .monitor import Monitor, Observation, Thresholds
+from .standstill import Standstill, strayed
 from .verdict import PASS, Reaction, Verdict, strongest
 
 __all__ = [
@@ -13,12 +14,16 @@ __all__ = [
     "Gate",
     "Monitor",
     "Observation",
+    "Permission",
     "Reaction",
+    "Standstill",
     "StopLatch",
     "Thresholds",
     "Trip",
     "Verdict",
     "describe",
+    "refusal",
     "refusals",
+    "strayed",
     "strongest",
 ]

@@ -63,7 +63,7 @@ class Observation:
     Attributes:
         skipped: ticks that did not run before this one.
         missed: consecutive ticks without a fresh frame, one a device.
-        discarded: frames of this tick dropped as stale, duplicate or reordered.
+        discarded: faults of this tick by stale, duplicate or reordered frames: one, however many frames.
         foreign: frames of this tick that only a master may send.
         faults: per device, 0 or its error code.
         lost: per device, whether it restarted or left OP while it should run.
@@ -182,11 +182,11 @@ class Monitor:
             )
         discarded = self._discards.push(seen.discarded)
         if discarded > SPORADIC:
-            detail = f"{discarded} stale or repeated frames within {WINDOW} ticks"
+            detail = f"{discarded} ticks with stale or repeated frames within {WINDOW} ticks"
             verdict = strongest(verdict, Verdict(Reaction.HOLD, "stale_frames", detail))
         elif seen.discarded:
             verdict = strongest(
-                verdict, Verdict(Reaction.SANITISE, "frame_discarded", f"{seen.discarded} stale frames")
+                verdict, Verdict(Reaction.SANITISE, "frame_discarded", "stale or repeated frames")
             )
         return verdict
 

@@ -102,6 +102,7 @@ class Giant:
         )
         self.axes = _axis_limits(config, robot, dt)
         self.thresholds = _thresholds(config, image)
+        self.play = _play(config, self.axes)
         self.position: list[float] = [0.0] * len(self.axes)
         self.velocity: list[float] = [0.0] * len(self.axes)
         self.raw_wrench: list[float] | None = None
@@ -282,6 +283,14 @@ def _axis_limits(config: GiantConfig, robot: Robot, dt: float) -> tuple[AxisLimi
         for i, name in enumerate(PPU_JOINTS)
     )
     return (*joints, *axes)
+
+
+def _play(config: GiantConfig, axes: Sequence[AxisLimits]) -> tuple[float, ...]:
+    """What spring and position gain yield under a joint's whole torque; the gantry's margin."""
+    tracking = config.giant.tracking
+    gains = zip(tracking.stiffness, tracking.p_gain, strict=True)
+    joints = (axis.command / k + axis.command / p for axis, (k, p) in zip(axes, gains, strict=False))
+    return (*joints, *[config.safety.ppu_margin] * len(PPU_JOINTS))
 
 
 def _thresholds(config: GiantConfig, image: ProcessImage) -> Thresholds:

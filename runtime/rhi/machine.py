@@ -72,6 +72,8 @@ class RedundantInterface:
         names = drive_names(config)
         self.axes = _axis_limits(config, names)
         self.thresholds = _thresholds(config, names, image)
+        hold, torque = rhi.hold.stiffness, rhi.motors.torque
+        self.play = tuple(most / k for most, k in zip(torque, hold, strict=True))
         self.position: list[float] = [0.0] * arm.n
         self.velocity: list[float] = [0.0] * arm.n
         self.raw_wrench: list[float] | None = None

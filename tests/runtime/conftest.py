@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from hapticd.configs import read_text
 from hapticd.devices.cia301 import AlState
+from hapticd.devices.cia402 import State
 from hapticd.runtime import config
 from hapticd.runtime.lockstep import Lockstep
 from hapticd.runtime.modes import Command, Mode
@@ -124,6 +125,12 @@ class Bench:
 def fall(node: SimNode) -> None:
     """A device falls back to SAFEOP, reports no error, and goes on answering."""
     node._watchdog_tripped, node.al_state = True, AlState.SAFEOP
+
+
+def weld(drive: SimDrive) -> None:
+    """A drive's power stage stays on, whatever it is told; only STO takes its torque."""
+    drive.state = State.OPERATION_ENABLED
+    drive.outputs_latched = drive.outputs_invalid = lambda: None  # type: ignore[method-assign]
 
 
 @pytest.fixture(params=MACHINES)

@@ -11,13 +11,16 @@ import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import msgspec
 import pytest
 from hapticd.devices.image import COUNTERS
 from hapticd.runtime import daemon
+from hapticd.runtime.daemon import Daemon
 from hapticd.runtime.log import open_log
 from hapticd.runtime.modes import Mode
+from hapticd.runtime.ring import Drain, Ring
 from hapticd.runtime.stages import Stage
 
 from .conftest import loaded
@@ -159,6 +162,52 @@ def test_a_killed_recorder_is_told_at_once_and_ends_in_an_error(
     assert live.process.poll() is None  # the machine goes on
     assert live.end() == 1
     assert "there is no summary" in live.errors
+
+
+def test_a_recorder_that_hangs_is_told_within_about_a_second_and_the_machine_goes_on(
+    start: Callable[..., Live],
+) -> None:
+    live = start("giant", "--duration", "8")
+    live.wait_for("ENGAGING")
+    recorder = live.child("runtime.recorder")
+    os.kill(recorder, signal.SIGSTOP)
+    stopped = time.monotonic()
+    live.wait_for("the recorder hangs: nothing was recorded for 0.8 s")
+    assert time.monotonic() - stopped < 3.0  # 1 s on a machine that does nothing else
+    assert live.process.poll() is None
+    os.kill(recorder, signal.SIGCONT)
+    live.wait_for("not recorded any more: what runs goes on, and the machine is not armed again")
+    assert live.end() == 0, live.errors
+    assert live.modes().count(Mode.ENGAGING) + live.modes().count(Mode.ACTIVE) > 2000
+
+
+def test_a_recorder_that_hung_before_the_press_lets_nothing_start(
+    start: Callable[..., Live], write_config: Callable[..., Path]
+) -> None:
+    later = 'dead_man = [{ at = "5 s", pressed = true }]'
+    config = write_config(('dead_man = [{ at = "0.3 s", pressed = true }]', later))
+    live = start(str(config), "--duration", "7")
+    live.wait_for("READY")
+    recorder = live.child("runtime.recorder")
+    os.kill(recorder, signal.SIGSTOP)
+    live.wait_for("the recorder hangs")
+    os.kill(recorder, signal.SIGCONT)
+    live.wait_for("not started: the recorder is gone or lost records")
+    assert live.end() == 0, live.errors
+    assert set(live.modes()) <= {Mode.BRINGUP, Mode.READY, Mode.STOPPED}
+
+
+def test_records_that_find_no_room_count_as_a_lost_recorder() -> None:
+    ring = Ring.create()
+    recorder = SimpleNamespace(poll=lambda: None)
+    this: Any = SimpleNamespace(_ring=ring, _recorder=recorder)
+    drain = Drain(ring, daemon.HUNG_LOOKS)
+    assert Daemon._recorder_fault(this, drain) == ""
+    while ring.push(bytes(60_000)):
+        pass
+    assert "records were lost" in Daemon._recorder_fault(this, drain)
+    recorder.poll = lambda: -9
+    assert "the recorder died" in Daemon._recorder_fault(this, drain)
 
 
 def test_after_the_daemon_is_killed_every_drive_is_safe_by_itself_and_the_log_opens(

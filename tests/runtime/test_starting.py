@@ -5,11 +5,12 @@ from math import nan
 
 import numpy as np
 import pytest
+from hapticd.devices.safety_plc import SafetyRequest
 from hapticd.runtime.modes import Command, Mode
 from hapticd.safety import Reaction, Verdict
 from hapticd.sim import faults
 
-from .conftest import Bench, fall
+from .conftest import Bench, fall, weld
 
 
 def stand_outside(bench: Bench) -> None:
@@ -95,12 +96,20 @@ REFUSALS: dict[str, tuple[Callable[[Bench], object], str]] = {
         "a stop is latched",
     ),
     "stale frames": (
-        lambda b: setattr(b.joints[1], "tamper", lambda can_id, data: [(can_id, data)] * 8),
+        lambda b: (setattr(b.joints[1], "tamper", faults.duplicate(20)), b.run(8)),
         "stale or repeated frames",
+    ),
+    "a drive in another mode": (lambda b: setattr(b.joints[1], "mode", 8), "is in mode 8 (6061h) instead of"),
+    "a drive with power": (lambda b: weld(b.last_drive), "the safety PLC holds the torque off"),
+    "a machine that moves": (
+        lambda b: b.break_sensor(b.joints[0].device.name, "velocity", 0.5),
+        "the machine moves",
     ),
     "wrench is NaN": (lambda b: b.break_sensor("force_torque", "wrench", [nan] * 6), "gives nothing valid"),
     "joint outside": (stand_outside, "stands outside its limits"),
 }
+LATCHED = ("drive fault", "e-stop", "a drive with power", "joint outside")
+"""They forbid to start even when they are gone again."""
 GIANT_REFUSALS: dict[str, tuple[Callable[[Bench], object], str]] = {
     "carriage IMU is NaN": (
         lambda b: b.break_sensor("imu_carriage", "acceleration", [nan] * 3),
@@ -121,19 +130,32 @@ def test_a_press_starts_nothing_while_something_is_amiss(bench: Bench, name: str
     bench.run(2)
     bench.press(True)
     bench.run(5)
-    assert bench.mode is Mode.READY
+    assert bench.mode is (Mode.STOPPED if name in LATCHED else Mode.READY)
     assert bench.safe
     (event,) = [event for event in bench.events if event.startswith("not started")]
     assert why in event
 
 
-def test_a_stop_or_an_emergency_stop_of_a_waiting_machine_leaves_it_waiting(bench: Bench) -> None:
+def test_a_stop_of_a_waiting_machine_leaves_it_waiting(bench: Bench) -> None:
     bench.until(Mode.READY)
     bench.run(5, Command.STOP)
-    bench.plc.emergency_stop = (True, True)
-    bench.run(5)
     assert bench.mode is Mode.READY
     assert bench.reason == ""
+    assert bench.events[-1] == "stop commanded: no drive has power"
+
+
+def test_an_emergency_stop_of_a_waiting_machine_is_latched(bench: Bench) -> None:
+    bench.until(Mode.READY)
+    bench.plc.emergency_stop = (True, False)
+    bench.run(3)
+    bench.plc.emergency_stop = (False, False)
+    bench.run(5)
+    assert bench.mode is Mode.STOPPED
+    assert bench.reason == "e_stop"
+    assert bench.plc.request == SafetyRequest.STO
+    bench.run(100, Command.RESET)
+    assert bench.mode is Mode.READY
+    assert bench.plc.request == 0 and not bench.plc.sto
 
 
 def test_arming_by_command_needs_the_command_before_the_press(machine: str) -> None:

@@ -242,7 +242,7 @@ def test_the_terminal_is_as_it_was_after_a_child_died(start: Start, machine: str
     terminal.until_stays("ENGAGING")
     os.kill(child(terminal, victim), signal.SIGKILL)
     if victim == "recorder":
-        terminal.until_seen("the recorder died; this session is not recorded any more")
+        terminal.until_seen("the recorder died: this session is not recorded any more")
         terminal.type("q")
     assert terminal.end() in (1, 3)
     assert terminal.modes == terminal.before
