@@ -36,11 +36,11 @@ class ChildError(HapticdError):
     code = "child"
 
 
-def spawn(module: str, arguments: list[str], fds: list[int]) -> Child:
+def spawn(module: str, arguments: list[str], fds: list[int], stdin: int = subprocess.DEVNULL) -> Child:
     """Start a module of this package; it inherits the descriptors, and gets no signal of the terminal."""
     command = [sys.executable, "-m", f"hapticd.runtime.{module}", *arguments]
     with held():
-        return subprocess.Popen(command, pass_fds=fds, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE)
+        return subprocess.Popen(command, pass_fds=fds, stdin=stdin, stdout=subprocess.PIPE)
 
 
 def report_ready() -> bool:
@@ -50,6 +50,12 @@ def report_ready() -> bool:
     except BrokenPipeError:
         return False
     return True
+
+
+def ignore_job_control() -> None:
+    """In a child: whether the terminal suspends the session is the daemon's business."""
+    for number in (signal.SIGQUIT, signal.SIGTSTP, signal.SIGTTIN, signal.SIGTTOU):
+        signal.signal(number, signal.SIG_IGN)
 
 
 async def until_ready(name: str, child: Child) -> None:

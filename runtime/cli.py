@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import argparse
 import os
+import shlex
+import shutil
 import sys
 from datetime import datetime
 from importlib import import_module, metadata
+from io import TextIOWrapper
 from pathlib import Path
 
 import msgspec
@@ -18,23 +21,26 @@ from .arguments import Commands, bit_rate, positive, setting
 from .benchmarks import add_benchmarks
 from .errors import ConfigError, HapticdError
 from .interrupts import Interrupted, held, say
+from .screen import printable, steerable
 
 EPILOG = """examples:
-  hapticd run giant                      the simulated giant with a scripted hand, 30 s
+  hapticd run giant           the simulated giant with a scripted hand, 30 s
   hapticd run my_machine.toml --duration 600
-  hapticd replay --verify                the newest session again, every tick bit for bit
+  hapticd replay --verify     the newest session again, every tick bit for bit
   hapticd check my_machine.toml
   hapticd doctor
   hapticd bench solve --json
 
-While a session runs, type a letter and Enter: s stop, r reset after a stop, a arm (where the
-configuration asks for a command), q end. Ctrl-C ends the session after the machine has come to rest.
+While a session runs, its terminal shows the keys that can be pressed: stop,
+reset, quit, and those of the simulated person. Through a pipe, commands are
+whole words, one a line; the word help lists them. Ctrl-C ends the session
+after the machine has come to rest.
 
-exit status: 0 done, 1 a check failed, 2 bad usage or configuration, 3 stopped by safety,
-130 interrupted before anything moved
+exit status: 0 done, 1 a check failed, 2 bad usage or configuration,
+             3 stopped by safety, 130 interrupted before anything moved
 
-hapticd is not a certified safety device. Nobody may rely on it instead of STO, brakes, dead-man
-switch and emergency stop."""
+hapticd is not a certified safety device. Nobody may rely on it instead of STO,
+brakes, dead-man switch and emergency stop."""
 
 
 LOGS = Path("log")
@@ -42,6 +48,10 @@ LOGS = Path("log")
 
 def main(arguments: list[str] | None = None) -> int:
     """Run a command; returns the exit status."""
+    # a path that a terminal cannot show is no reason to fail
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")
     options = _parser().parse_args(arguments)
     try:
         status = int(options.handler(options))
@@ -195,18 +205,20 @@ def _unheard() -> int:
 def _fail(options: argparse.Namespace, code: str, message: str, status: int) -> int:
     if options.json:
         print(msgspec.json.encode({"error": code, "message": message}).decode())
-    print(f"hapticd: error [{code}]: {message}", file=sys.stderr)
+    text = "\n".join(map(printable, message.splitlines()))  # it may quote a file of anybody's
+    print(f"hapticd: error [{code}]: {text}", file=sys.stderr)
     return status
 
 
 def _run(options: argparse.Namespace) -> int:
     from . import daemon, lockstep_run
     from .promise import verdict
+    from .recorder import STDERR
     from .summary import as_json, table
 
     loaded = config.load(options.config)
     duration = options.duration or loaded.config.loop.duration
-    live = sys.stderr.isatty() and not options.json
+    live = steerable(STDERR) and not options.json
     run = lockstep_run.run if options.lockstep else daemon.run
     with held():
         log = _log_path(options.log, loaded)
@@ -228,11 +240,24 @@ def _run(options: argparse.Namespace) -> int:
         if outcome.speed_x is not None:
             print(f"lockstep: {outcome.speed_x:g} times real time")
         print(f"log: {log}")
-        print(f"replay: hapticd replay {log} --verify")
+        print(f"replay: {_program()} replay {shlex.quote(str(log))} --verify")
         print(last)
     if outcome.message:
         print(f"hapticd: {outcome.message}", file=sys.stderr)
     return status
+
+
+def _program() -> str:
+    """How this program is called from where the person stands."""
+    started = Path(sys.argv[0])
+    found = shutil.which("hapticd")
+    if found and Path(found).resolve() == started.resolve():
+        return "hapticd"
+    if started.name != "hapticd":
+        return f"{shlex.quote(sys.executable)} -m hapticd.runtime"
+    here = Path.cwd()
+    path = started.absolute()
+    return shlex.quote(str(path.relative_to(here) if path.is_relative_to(here) else path))
 
 
 def _log_path(given: Path | None, loaded: config.Loaded) -> Path:

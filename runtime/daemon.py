@@ -6,8 +6,7 @@ import asyncio
 import os
 import signal
 import socket
-import stat
-import sys
+import subprocess
 import traceback
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -21,6 +20,7 @@ from ..devices.adapter import Adapter
 from ..devices.frames import CAPACITY, Frames
 from ..devices.image import COUNTERS
 from ..devices.socket_adapter import SocketAdapter
+from ..sim.person import Deed
 from .bus import bus_warnings, open_bus
 from .children import CHILD_LIMIT_S, Child, end, last_words, reap, spawn, until_ready
 from .config import Loaded
@@ -28,11 +28,14 @@ from .cycle import Inputs, Outputs, cycle
 from .errors import HapticdError
 from .forensics import Forensics
 from .interrupts import asking, leave_terminal, let_through, say
+from .keyboard import Keyboard, may_read
 from .log_file import cut_short
 from .loop import FixedRate
 from .modes import Command, Mode
 from .notify import ServiceManager, Supervision
+from .orders import Ear, Order, Request, legend, possible, remark
 from .outcome import END_LIMIT_S, Ending, Outcome, called_off, outcome
+from .outlet import Outlet
 from .phase_lock import PhaseLock
 from .realtime import (
     DAEMON_PRIORITY,
@@ -43,8 +46,23 @@ from .realtime import (
     stay_awake,
 )
 from .record import RecordWriter
-from .recorder import CUT_SHORT, EVENT, FINISH, LATE, OVERSTAY, TICK, TORN, VITALS
+from .recorder import (
+    CUT_SHORT,
+    EVENT,
+    FINISH,
+    HIDE,
+    LATE,
+    OVERSTAY,
+    SAY,
+    SHOW,
+    STDERR,
+    TICK,
+    TORN,
+    VITALS,
+    Shown,
+)
 from .ring import Drain, Ring
+from .screen import CLEAR_BELOW
 from .sections import SimulatedBus
 from .session import Session, build
 from .slack import Slack, pause
@@ -71,7 +89,12 @@ BUS_S = 0.5
 """Between two looks at what the bus dropped."""
 NOTEWORTHY = tuple(name for name in COUNTERS if name not in ("frames", "misses"))
 """Counters that a person hears of; missing frames have their own words."""
-KEYS = {"s": Command.STOP, "r": Command.RESET, "a": Command.ARM}
+STDIN = 0
+TAKEN = "the simulated person is yours now: the script has let go of dead-man switch and hand"
+REPLIES = 20
+"""Answers to what is typed, a second at most: a flood of it must not fill the ring."""
+SUSPEND_S = 0.1
+"""From rest until the shell may have the screen, on which the recorder has shown everything by then."""
 
 
 class InternalError(HapticdError):
@@ -96,7 +119,16 @@ class Daemon:
         self._duration_ticks = round(duration * self._rate) if duration is not None else None
         simulated = isinstance(loaded.config.bus, SimulatedBus)
         self._plant_time = simulated and loaded.config.loop.on_overrun == "record"
-        self._log, self._live = log, live
+        self._log = log
+        typed_at = may_read(STDIN) and os.isatty(STDIN)
+        self._shown = (Shown.KEYS if typed_at else Shown.LIVE) if live else Shown.PLAIN
+        self._orders = possible(loaded.config)
+        self._ear = Ear(self._orders, single_keys=self._shown is Shown.KEYS)
+        self._keyboard: Keyboard | None = None
+        self._stderr = Outlet(STDERR)
+        self._suspend_at = -1
+        self._led = False
+        self._replies, self._replies_since = 0, 0
         self._inputs, self._outputs, self._received = Inputs(), Outputs(), Frames()
         self._pending = Command.NONE
         self._elapsed = 0
@@ -166,8 +198,7 @@ class Daemon:
     async def _run_ticks(self, loop: WatchedLoop) -> None:
         """The ticks."""
         try:
-            if _may_read_stdin():
-                loop.add_reader(0, self._typed, loop)
+            self._attend(loop)
             slack = self._rhythm.slack
             slack.add(self._watch_recorder())
             slack.add(self._watch_bus())
@@ -179,6 +210,8 @@ class Daemon:
             self._supervision.start(loop)
             await self._done.wait()
         finally:
+            if self._keyboard:
+                self._keyboard.release()
             self._rhythm.stop(loop.remove_reader)
             self._rhythm.slack.close()
             self._supervision.stop()
@@ -282,6 +315,8 @@ class Daemon:
         mode = self._session.memory.mode
         if mode.powered:
             self._ending.moved = True
+        if self._suspend_at >= 0:
+            self._suspend()
         if self._ending_since < 0:
             over = self._duration_ticks is not None and self._elapsed >= self._duration_ticks
             dead = self._bus.closed and not mode.powered  # while it is, the monitor stops the machine first
@@ -305,8 +340,11 @@ class Daemon:
             case SimulatedBus():
                 here, there = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
                 name = self._session.loaded.name
-                self._plant = spawn("plant_process", [name, str(there.fileno())], [there.fileno()])
+                arguments = [name, str(there.fileno())]
+                self._plant = spawn("plant_process", arguments, [there.fileno()], subprocess.PIPE)
                 there.close()
+                assert self._plant.stdin
+                os.set_blocking(self._plant.stdin.fileno(), False)
                 return SocketAdapter(here)
             case named:
                 return open_bus(named)
@@ -319,7 +357,8 @@ class Daemon:
             str(self._ring.fd),
             str(theirs),
             str(time_ns()),
-            "1" if self._live else "0",
+            self._shown.name,
+            str(self._duration_ticks / self._rate if self._duration_ticks else 0),
         ]
         self._recorder = spawn("recorder", arguments, [self._ring.fd, theirs])
         os.close(theirs)
@@ -328,6 +367,23 @@ class Daemon:
     def _listen(self, loop: asyncio.AbstractEventLoop) -> None:
         for number in asking():
             loop.add_signal_handler(number, self._interrupted, number)
+
+    def _attend(self, loop: asyncio.AbstractEventLoop) -> None:
+        """From now on the person at the terminal is listened to."""
+        signal.signal(signal.SIGTTIN, signal.SIG_IGN)  # in the background nothing is heard
+        loop.add_signal_handler(signal.SIGTSTP, self._stop_and_suspend)
+        loop.add_signal_handler(signal.SIGCONT, self._attach, loop)
+        self._attach(loop)
+        if os.isatty(STDIN) and os.isatty(STDERR):
+            self._reply(SAY, legend(self._orders, self._ear.single_keys))
+
+    def _attach(self, loop: asyncio.AbstractEventLoop) -> None:
+        """Read what is typed, from the start or again after the shell had the terminal."""
+        self._ring.push(SHOW)
+        if may_read(STDIN):
+            self._keyboard = self._keyboard or Keyboard(STDIN, self._ear.single_keys)
+            self._keyboard.grab()
+            loop.add_reader(self._keyboard.fd, self._typed, loop)
 
     def _interrupted(self, number: int) -> None:
         """The first time, the machine is brought to rest; the second time, that is not waited for."""
@@ -343,14 +399,62 @@ class Daemon:
         elif not before:
             say("the log is being completed; once more leaves that to the recorder alone")
 
+    def _stop_and_suspend(self) -> None:
+        """Ctrl-Z: nobody freezes the controller of a machine that moves."""
+        self._pending |= Command.STOP
+        self._suspend_at = self._now + round(SUSPEND_S * self._rate)
+        self._event(self._now, "Ctrl-Z: the machine stops, then this session is suspended")
+        self._ring.push(HIDE)
+
+    def _suspend(self) -> None:
+        """Once the machine is off and the screen says so."""
+        if not self._session.memory.secured:
+            self._suspend_at = self._now + round(SUSPEND_S * self._rate)
+        elif self._now >= self._suspend_at:
+            self._suspend_at = -1
+            if self._keyboard:
+                self._keyboard.release()
+            os.kill(os.getpid(), signal.SIGSTOP)
+
     def _typed(self, loop: asyncio.AbstractEventLoop) -> None:
-        text = os.read(0, 4096).decode(errors="replace")
-        if not text:
-            loop.remove_reader(0)
-        for word in text.split():
-            if word[0] == "q":
+        assert self._keyboard
+        data = self._keyboard.read()
+        if data is None:
+            return
+        if not data:
+            loop.remove_reader(self._keyboard.fd)
+        heard = self._ear.hear(data)
+        for order in heard.orders:
+            self._obey(order)
+        if heard.unknown:
+            self._reply(SAY, self._ear.answer(heard.unknown))
+
+    def _obey(self, order: Order) -> None:
+        match order.means:
+            case Command() as command:
+                self._pending |= command
+                why = remark(command, self._session.memory.mode)
+                self._reply(EVENT, f"typed: {order.word}{why and f'; {why}'}")
+            case Deed() as deed:
+                self._act(order, deed)
+            case Request.HELP:
+                self._reply(SAY, legend(self._orders, self._ear.single_keys))
+            case Request.QUIT:
+                self._reply(EVENT, f"typed: {order.word}")
                 self.end()
-            self._pending |= KEYS.get(word[0], Command.NONE)
+
+    def _act(self, order: Order, deed: Deed) -> None:
+        """The person at the simulated machine; only what its devices then measure comes back."""
+        if not self._led:
+            self._led = True
+            self._event(self._now, TAKEN)
+        if deed in (Deed.PRESS, Deed.RELEASE):
+            self._reply(EVENT, f"typed: {order.word}")
+        try:
+            assert self._plant and self._plant.stdin
+            os.write(self._plant.stdin.fileno(), bytes([deed.value]))
+        except OSError as error:
+            self._reply(SAY, f"the plant did not take that: {error.strerror}")
 
     def _overstayed(self, overstay: Overstay) -> None:
         tick = max(0, self._rhythm.tick)
@@ -359,7 +463,7 @@ class Daemon:
     def _crashed(self, _: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
         """An error that nobody expected ends the session at once."""
         error = context.get("exception") or RuntimeError(context["message"])
-        traceback.print_exception(error)
+        self._tell("".join(traceback.format_exception(error)))
         self._crash = self._crash or error
         self._done.set()
 
@@ -369,7 +473,7 @@ class Daemon:
         while not (why := self._recorder_fault(drain)):
             await pause(RECORDER_S)
         self._pending |= Command.UNRECORDED
-        print(f"hapticd: {why}; what runs goes on, and the machine is not armed again", file=sys.stderr)
+        self._tell(f"hapticd: {why}; what runs goes on, and the machine is not armed again\n")
 
     def _recorder_fault(self, drain: Drain) -> str:
         """Why the session is not recorded any more, or not completely; "" where it is."""
@@ -397,6 +501,26 @@ class Daemon:
                 self._event(max(0, self._rhythm.tick), f"bus: {news}")
                 before = now
             await pause(BUS_S)
+
+    @property
+    def _now(self) -> int:
+        return max(0, self._rhythm.tick)
+
+    def _reply(self, kind: bytes, text: str) -> None:
+        """Answer what was typed, for the screen alone or as an event."""
+        if self._now - self._replies_since >= self._rate:
+            self._replies, self._replies_since = 0, self._now
+        self._replies += 1
+        if self._replies > REPLIES:
+            return
+        if kind == EVENT:
+            self._event(self._now, text)
+        else:
+            self._ring.push(kind + text.encode())
+
+    def _tell(self, text: str) -> None:
+        """Words that need no recorder; a terminal that hangs does not hold the ticks up."""
+        self._stderr.write(("" if self._shown is Shown.PLAIN else f"\r{CLEAR_BELOW}") + text)
 
     def _event(self, tick: int, text: str) -> None:
         self._ring.push(EVENT + tick.to_bytes(8, "little") + text.encode())
@@ -456,16 +580,6 @@ class Daemon:
         finally:
             os.close(self._control)
         return None
-
-
-def _may_read_stdin() -> bool:
-    """Whether commands may be typed: a pipe, or a terminal that this process is in front of."""
-    try:
-        if sys.stdin.isatty():
-            return os.tcgetpgrp(0) == os.getpgrp()
-        return stat.S_ISFIFO(os.fstat(0).st_mode)
-    except (OSError, ValueError):
-        return False
 
 
 def run(loaded: Loaded, log: Path, duration: float | None, live: bool) -> Outcome:

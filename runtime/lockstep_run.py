@@ -13,6 +13,7 @@ from .log_file import LogFile, cut_short
 from .modes import Command, Mode
 from .outcome import END_LIMIT_S, Ending, Outcome, called_off, outcome
 from .record import NO_TIMING, RecordWriter
+from .screen import CLEAR_BELOW
 from .session import build, fingerprint
 from .summary import Summary, as_json
 
@@ -38,7 +39,8 @@ def _run(
     memory, rate = session.memory, loaded.config.loop.rate
     ticks = round(duration * rate)
     writer = RecordWriter(memory)
-    summary = Summary(session.system.limits(loaded.config), rate, memory.image.expected)
+    summary = Summary.of(session)
+    clear = f"\r{CLEAR_BELOW}" if live else ""
     begin = perf_counter()
     torn: OSError | None = None
     stream = LogFile(log)
@@ -54,9 +56,9 @@ def _run(
             summary.add(writer.fixed[0])
             for text in lockstep.outputs.events:
                 recording.event(tick, text)
-                show(f"{tick / rate:9.3f} s  {text}\n")
+                show(f"{clear}{tick / rate:9.3f} s  {text}\n")
             if live and tick % 500 == 0:
-                show(f"\r{tick / rate:6.1f} s {memory.mode.name}\x1b[K\r")
+                show(f"{clear}{tick / rate:6.1f} s {memory.mode.name}")
 
         while lockstep.inputs.tick + 1 < ticks and not (signals or stream.full or memory.mode is Mode.FAILED):
             step()
@@ -64,6 +66,7 @@ def _run(
         last = lockstep.inputs.tick + END_LIMIT_S * rate
         while not memory.secured and lockstep.inputs.tick < last and len(signals) < 2:
             step()
+        show(clear)
         recording.finish(as_json(summary.report(0)))
     except OSError as error:
         torn = error

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..safety import AxisLimits, Thresholds
+from .modes import Mode
 
 GATE_SHARE = 0.5
 """Where between a joint's limit and the monitor's margin the gate neutralises commands further out."""
@@ -114,5 +115,31 @@ class MachineLimits(Protocol):
     def values(self, state: np.void) -> Sequence[float]:
         """Measured values in the order of ``specs``, from one logged state."""
 
-    def coupling(self, state: np.void) -> tuple[float, float]:
-        """Distance [m] and angle [rad] by which the rendered mechanism and the handle are apart."""
+
+@dataclass(frozen=True, slots=True)
+class FigureSpec:
+    """A number that sums up a session by its mean and its largest value.
+
+    Attributes:
+        name: for people.
+        unit: of its values as people read them, e.g. "mm"; empty for counts.
+    """
+
+    name: str
+    unit: str
+
+
+class MachineFigures(Protocol):
+    """What people see of a machine's state beside its limits.
+
+    Attributes:
+        specs: of the figures in the summary.
+    """
+
+    specs: tuple[FigureSpec, ...]
+
+    def values(self, state: np.void) -> Sequence[float]:
+        """The figures in the order of ``specs``, from a logged state of a tick that was controlled."""
+
+    def live(self, mode: Mode, state: np.void) -> Sequence[str]:
+        """Words for the live line, the essential first; nothing that was not measured in this mode."""

@@ -3,6 +3,9 @@
     python -m hapticd.runtime.plant_process CONFIG SOCKET_FD    started by the daemon: a socket pair
     hapticd plant CONFIG --interface vcan0                      started by a person: a CAN FD interface
 
+The daemon says on standard input what a person does at the machine's side, see ``Deed``: that is no part of
+any bus, and comes back to the daemon as what sensors and safety PLC measure.
+
 Plant time advances one period for each SYNC, or for each millisecond slice it waited without one;
 a slice never counts more than its length, and none counts while the daemon waits for a processor. So a
 stalled host stalls both worlds, while a dead or hanging daemon trips the watchdogs of the simulated drives.
@@ -23,10 +26,11 @@ from ..devices.adapter import Adapter
 from ..devices.cia301 import SYNC
 from ..devices.frames import Frames
 from ..devices.socket_adapter import SocketAdapter
+from ..sim.person import deeds
 from . import config
 from .bus import NamedBus, bus_warnings, open_bus
 from .bus_clock import BusClock
-from .children import report_ready
+from .children import ignore_job_control, report_ready
 from .config import Loaded
 from .errors import HapticdError
 from .interrupts import asking
@@ -55,6 +59,7 @@ class PlantServer:
         period: float,
         starved: Callable[[bool], bool] = lambda _: False,
         clock: BusClock | None = None,
+        person: int | None = None,
     ) -> None:
         """Take over the plant's end of the bus.
 
@@ -64,12 +69,16 @@ class PlantServer:
             period: plant time that a SYNC pays for [s].
             starved: whether the daemon wanted the processor and did not get it, see ``Starvation.now``.
             clock: of the bus, where it has one of its own.
+            person: descriptor from which a person's deeds come.
         """
         self._plant, self._bus, self._period = plant, bus, period
         self._starved, self._clock = starved, clock
         self._waitable = bus.fileno() >= 0
         sources = [bus.fileno()] if self._waitable else []
         self._sources = [*sources, clock.fd] if clock else sources
+        self._person = person
+        if person is not None:
+            self._sources.append(person)
         self._requests, self._answers = Frames(), Frames()
         self.unsafe = 0.0
         self._until = monotonic()
@@ -83,6 +92,8 @@ class PlantServer:
         ready, _, _ = select.select(self._sources, [], [], wait)
         if self._clock and self._clock.fd in ready:
             self._clock.send()
+        if self._person in ready:
+            self._watch_person()
         received = self._bus.receive(self._requests)
         if received:
             self._answers.clear()
@@ -108,6 +119,15 @@ class PlantServer:
             self._advance(SLICE_S)
         return self._plant.safe
 
+    def _watch_person(self) -> None:
+        assert self._person is not None
+        data = os.read(self._person, 64)
+        if not data:  # nobody is there any more
+            self._sources.remove(self._person)
+            self._person = None
+        for deed in deeds(data):
+            self._plant.obey(deed)
+
     def _wait_a_slice(self) -> None:
         """A slice passes, unless the daemon starves; one that is then seen to have run was only slow."""
         self._deferred += 1
@@ -127,9 +147,10 @@ class PlantServer:
 def main(arguments: list[str]) -> int:
     """Serve one end of a socket pair until the daemon is gone."""
     name, fd = arguments
+    ignore_job_control()
     daemon = Starvation(os.getppid())
     bus = SocketAdapter(socket.socket(fileno=int(fd)))
-    server = _server(build(config.load(name)), bus, daemon.now)
+    server = _server(build(config.load(name)), bus, daemon.now, person=0)
     become_realtime(PLANT_PRIORITY)
     if report_ready():
         while server.serve():
@@ -169,11 +190,16 @@ def serve_interface(loaded: Loaded, bus: NamedBus) -> int:
     return 1 if gone else 0
 
 
-def _server(session: Session, bus: Adapter, starved: Callable[[bool], bool] = lambda _: False) -> PlantServer:
+def _server(
+    session: Session,
+    bus: Adapter,
+    starved: Callable[[bool], bool] = lambda _: False,
+    person: int | None = None,
+) -> PlantServer:
     loop = session.config.loop
     period = 1.0 / loop.rate
     clock = BusClock(bus, period) if loop.sync == "bus" else None
-    server = PlantServer(session.plant(), bus, period, starved, clock)
+    server = PlantServer(session.plant(), bus, period, starved, clock, person)
     settle_memory()
     return server
 

@@ -15,6 +15,7 @@ from ..devices.frames import Frames
 from ..devices.image import ProcessImage
 from ..devices.network import Network
 from ..models import ModelError, Robot
+from ..sim.person import Deed
 from . import sections as s
 from .bus import check_bus
 from .config import Loaded
@@ -23,12 +24,14 @@ from .device_check import check_encoders, check_hand_speed, check_simulation
 from .errors import ConfigError, Finding
 from .giant.check import check_giant
 from .giant.config import GiantConfig
+from .giant.figures import GiantFigures
 from .giant.limits import GiantLimits
 from .giant.machine import Giant
 from .giant.plant import giant_plant
-from .machine import Machine, MachineLimits
+from .machine import Machine, MachineFigures, MachineLimits
 from .rhi.check import check_rhi
 from .rhi.config import RhiConfig
+from .rhi.figures import RhiFigures
 from .rhi.limits import RhiLimits
 from .rhi.machine import RedundantInterface
 from .rhi.plant import rhi_plant
@@ -54,6 +57,9 @@ class Plant(Protocol):
     def step(self, dt: float) -> None:
         """Advance plant time by dt."""
 
+    def obey(self, deed: Deed) -> None:
+        """A person acts instead of the script."""
+
 
 C = TypeVar("C", bound=Config)
 
@@ -65,19 +71,21 @@ class System(Generic[C]):
     Attributes:
         machine: builds its controller.
         limits: what a session may touch.
+        figures: what people see of it besides.
         plant: builds its simulation.
         check: findings (key, problem, fix) that only the model can tell.
     """
 
     machine: Callable[[C, Robot, ProcessImage, Mark], Machine]
     limits: Callable[[C], MachineLimits]
+    figures: Callable[[], MachineFigures]
     plant: Callable[[C, Robot, Network], Plant]
     check: Callable[[C, Robot], list[tuple[str, str, str]]]
 
 
 SYSTEMS: dict[type[Config], System[Any]] = {
-    GiantConfig: System(Giant, GiantLimits, giant_plant, check_giant),
-    RhiConfig: System(RedundantInterface, RhiLimits, rhi_plant, check_rhi),
+    GiantConfig: System(Giant, GiantLimits, GiantFigures, giant_plant, check_giant),
+    RhiConfig: System(RedundantInterface, RhiLimits, RhiFigures, rhi_plant, check_rhi),
 }
 
 

@@ -1,5 +1,9 @@
 """The command line: exit status, help, errors for people and for programs."""
 
+import os
+import shlex
+import subprocess
+import sys
 from collections.abc import Callable
 from pathlib import Path
 
@@ -50,6 +54,57 @@ def test_check_names_a_mistake(write_config: Callable[..., Path], capsys: pytest
     assert main(["check", str(path), "--json"]) == 2
     (finding,) = msgspec.json.decode(capsys.readouterr().out)["findings"]
     assert (finding["line"], finding["key"]) == (11, "loop.rat")
+
+
+def test_a_file_cannot_steer_the_terminal_that_its_mistakes_are_shown_on(
+    write_config: Callable[..., Path], capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = write_config(('rate = "1 kHz"', '"ra\\u001b[2Jte\\u0007" = "1 kHz"'))
+    assert main(["check", str(path)]) == 2
+    said = capsys.readouterr().err
+    assert "\\x1b[2J" in said and all(line.isprintable() for line in said.splitlines())
+
+
+def test_a_path_that_the_terminal_cannot_show_ends_no_session(tmp_path: Path) -> None:
+    command = [sys.executable, "-m", "hapticd.runtime", "run", "rhi", "--lockstep", "--duration", "0.2"]
+    done = subprocess.run(
+        [*command, "--log", "prüfung-\udcff.mcap"],
+        capture_output=True,
+        check=False,
+        cwd=tmp_path,
+        env={**os.environ, "PYTHONIOENCODING": "ascii"},
+    )
+    assert done.returncode == 0, done.stderr
+    assert b"log: pr\\xfcfung-\\udcff.mcap" in done.stdout
+
+
+def test_help_fits_eighty_columns(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", "80")
+    commands = ("run", "replay", "check", "doctor", "plant", "experiment", "bench")
+    for command in ((), *((name,) for name in commands)):
+        with pytest.raises(SystemExit):
+            main([*command, "--help"])
+        assert max(map(len, capsys.readouterr().out.splitlines())) < 80, command
+
+
+def test_the_summary_says_how_to_replay_from_where_the_person_stands(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    script = Path(sys.executable).parent / "hapticd"
+    monkeypatch.setenv("PATH", "/nowhere")
+    command = [str(script), "run", "rhi", "--lockstep", "--duration", "0.2", "--log", "a b.mcap"]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, cwd=tmp_path)
+    (line,) = [line for line in done.stdout.splitlines() if line.startswith("replay: ")]
+    again = subprocess.run(
+        shlex.split(line.removeprefix("replay: ")), capture_output=True, check=False, cwd=tmp_path
+    )
+    assert again.returncode == 0, again.stderr
+    monkeypatch.setenv("PATH", str(script.parent))
+    command[-1] = "c.mcap"
+    done = subprocess.run(command, capture_output=True, text=True, check=False, cwd=tmp_path)
+    assert "replay: hapticd replay c.mcap --verify" in done.stdout
 
 
 def test_check_names_a_mistake_in_the_model(

@@ -250,7 +250,7 @@ def test_releasing_the_dead_man_stops_and_needs_a_reset_and_a_new_press(
     live.wait_for("STOPPED")
     time.sleep(2.0)  # the second press, at 1.2 s, does nothing
     assert live.errors.count("ENABLING") == 1
-    live.type("r\n")
+    live.type("reset\n")
     live.wait_for("release the dead-man switch first")  # it is held until 4 s
     while "READY: reset" not in live.errors:  # from 4 s on
         live.type("reset\n")
@@ -260,7 +260,7 @@ def test_releasing_the_dead_man_stops_and_needs_a_reset_and_a_new_press(
     while live.errors.count("ENGAGING") < 2 and time.monotonic() < deadline:
         time.sleep(0.05)
     assert live.errors.count("ENGAGING") == 2
-    live.type("q\n")
+    live.type("quit\n")
     assert live.end() == 0
 
 
@@ -371,7 +371,7 @@ def test_ticks_follow_the_clock_of_the_bus(
     live = start(config, "--duration", "60")
     live.wait_for("ticks follow the clock of the bus")
     live.wait_for("ENGAGING")
-    live.type("q\n")
+    live.type("quit\n")
     assert live.end() == 0, live.errors
     verify = [sys.executable, "-m", "hapticd.runtime", "replay", str(live.log), "--verify"]
     assert subprocess.run(verify, capture_output=True, check=False).returncode == 0
@@ -444,3 +444,17 @@ def test_an_unexpected_error_on_the_loop_ends_the_session_and_every_drive_is_saf
     found = re.search(r"every simulated drive is safe after (\d+) ms of plant time", done.stderr)
     assert found and int(found[1]) <= 20
     assert open_log(str(tmp_path / "session.mcap")).events()
+
+
+def test_a_flood_of_commands_loses_no_tick_and_no_record(start: Callable[..., Live], machine: str) -> None:
+    live = start(machine, "--duration", "300", "--json")
+    live.wait_for("ENGAGING")
+    live.wait_for("ACTIVE")
+    for _ in range(40):
+        live.type("reset\nhelp\nnonsense\n" * 200)
+        time.sleep(0.02)
+    live.type("\nquit\n")
+    assert live.end() == 0, live.errors[-2000:]
+    report = msgspec.json.decode(live.output)
+    assert report["shed"] == 0
+    assert live.errors.count("typed: reset") < 4000  # of 8000
