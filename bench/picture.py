@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 from typing import Any
 
+from ..runtime.invocation import install
 from .recorded import BenchError
 
 
@@ -17,6 +18,6 @@ def pyplot() -> Any:
     try:
         import matplotlib
     except ImportError as error:
-        raise BenchError("--plot needs matplotlib; pip install 'hapticd[plot]'") from error
+        raise BenchError(f"--plot needs matplotlib; type: {install('matplotlib')}") from error
     matplotlib.use("Agg")
     return importlib.import_module("matplotlib.pyplot")

@@ -10,7 +10,7 @@ from typing import Any
 HEAD = """# Fidelity
 
 Every figure and table of the papers that can be run in simulation: the paper's number beside ours. Written by
-`hapticd experiment --all`; each experiment replaces its own section. Where the paper's number cannot be
+`make fidelity`; each experiment replaces its own section. Where the paper's number cannot be
 reproduced from its text, the note says why.
 """
 COLUMNS = "| quantity | paper | here | note |\n|---|---|---|---|\n"

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import argparse
+import os
+import shlex
 import sys
 from datetime import datetime
 from importlib import import_module, metadata
@@ -13,17 +15,21 @@ import msgspec
 from ..devices.errors import DeviceError
 from ..models import ModelError
 from . import config
-from .arguments import Commands, positive
+from .arguments import MAX_SECONDS, Commands, Parser, number
 from .benchmarks import add_benchmarks
 from .errors import ConfigError, HapticdError
+from .invocation import program
+from .outputs import folder
 
 EPILOG = """examples:
-  hapticd run giant                      the simulated giant with a scripted hand, 30 s
-  hapticd run my_machine.toml --duration 600
-  hapticd replay --verify                the newest session again, every tick bit for bit
-  hapticd check my_machine.toml
-  hapticd doctor
-  hapticd bench solve --json
+  {program} run giant
+      the simulated giant with a scripted hand, 30 s
+  {program} run my_machine.toml --duration 600
+  {program} replay --verify
+      the newest session again, every tick compared bit for bit
+  {program} check my_machine.toml
+  {program} doctor
+  {program} bench solve --json
 
 While a session runs, type a letter and Enter: s stop, r reset after a stop, a arm (where the
 configuration asks for a command), q end. Ctrl-C ends the session after the machine has come to rest.
@@ -40,9 +46,12 @@ INTERRUPTED = 130
 
 def main(arguments: list[str] | None = None) -> int:
     """Run a command; returns the exit status."""
+    _require_streams()
     options = _parser().parse_args(arguments)
     try:
-        return int(options.handler(options))
+        status = int(options.handler(options))
+        sys.stdout.flush()
+        return status
     except HapticdError as error:
         return _fail(options, error.code, str(error), error.exit_status)
     except ModelError as error:
@@ -50,16 +59,29 @@ def main(arguments: list[str] | None = None) -> int:
     except DeviceError as error:
         return _fail(options, "device", str(error), 1)
     except BrokenPipeError:
-        return 1
+        return _unheard()
+    except OSError as error:
+        where = f"{error.filename}: " if error.filename else ""
+        return _fail(options, "file", f"{where}{error.strerror or error}", _unheard())
     except KeyboardInterrupt:
         return INTERRUPTED
 
 
+def _require_streams() -> None:
+    """Where a standard stream was closed, nothing else may take its place: a log would be written to."""
+    for fd, name, mode in ((0, "stdin", "r"), (1, "stdout", "w"), (2, "stderr", "w")):
+        try:
+            os.fstat(fd)
+        except OSError:
+            os.open(os.devnull, os.O_RDWR)  # takes the lowest free number, which is fd
+            setattr(sys, name, open(fd, mode, closefd=False))
+
+
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
+    parser = Parser(
         prog="hapticd",
         description="Real-time daemon for kinesthetic haptic interfaces.",
-        epilog=EPILOG,
+        epilog=EPILOG.format(program=program()),
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("--version", action="version", version=f"hapticd {metadata.version('hapticd')}")
@@ -76,7 +98,10 @@ def _add_run(commands: Commands) -> None:
         "config", metavar="CONFIG", help="a TOML file, or the name of a built-in machine: giant, rhi"
     )
     run.add_argument(
-        "--duration", type=positive, metavar="S", help="seconds; default: as the configuration says"
+        "--duration",
+        type=number(MAX_SECONDS),
+        metavar="S",
+        help="seconds; default: as the configuration says",
     )
     run.add_argument("--log", type=Path, metavar="FILE", help="recording; default: log/CONFIG-DATE-TIME.mcap")
     run.add_argument(
@@ -149,16 +174,27 @@ def _add_experiment(commands: Commands) -> None:
     experiment = commands.add_parser(
         "experiment",
         help="run the papers' figures and tables",
-        description="Run figures and tables of the papers in simulation; write plots and docs/fidelity.md.",
+        description="Run figures and tables of the papers in simulation: their numbers beside ours.",
     )
     which = experiment.add_mutually_exclusive_group(required=True)
     which.add_argument("name", nargs="?", metavar="NAME", help="for example rhi_fig9")
     which.add_argument("--all", action="store_true", help="every experiment; takes some minutes")
     experiment.add_argument(
-        "--docs", type=Path, default=Path("docs"), metavar="DIR", help="folder of fidelity.md; default: docs"
+        "--out",
+        type=folder,
+        metavar="DIR",
+        help="write each plot into DIR/figures, each table into DIR/fidelity.md; default: write nothing",
     )
     experiment.add_argument("--json", action="store_true", help="print the figures as JSON, one line each")
     experiment.set_defaults(handler=_experiment)
+
+
+def _unheard() -> int:
+    """Nobody takes the output: the rest of it is dropped, or the interpreter would complain at its end."""
+    null = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(null, 1)
+    os.close(null)
+    return 1
 
 
 def _fail(options: argparse.Namespace, code: str, message: str, status: int) -> int:
@@ -190,7 +226,7 @@ def _run(options: argparse.Namespace) -> int:
         if outcome.speed_x is not None:
             print(f"lockstep: {outcome.speed_x:g} times real time")
         print(f"log: {log}")
-        print(f"replay: hapticd replay {log} --verify")
+        print(f"replay: {program()} replay {shlex.quote(str(log))} --verify")
     if outcome.message:
         print(f"hapticd: {outcome.message}", file=sys.stderr)
     return outcome.status
@@ -201,14 +237,16 @@ def _log_path(given: Path | None, loaded: config.Loaded) -> Path:
     name = f"{Path(loaded.source).stem}-{datetime.now():%Y%m%d-%H%M%S-%f}"[:-3]
     path = given or LOGS / f"{name}.mcap"
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
+        if not path.parent.is_dir():
+            path.parent.mkdir(parents=True)
         path.touch(exist_ok=False)
     except FileExistsError as error:
-        raise LogPathError(f"{path} exists already; remove it, or name another with --log FILE") from error
-    except OSError as error:
-        raise LogPathError(
-            f"cannot write the log {path}: {error.strerror}; name another with --log FILE"
-        ) from error
+        what = "is a folder" if path.is_dir() else "exists already"
+        there = path if path.exists() else path.parent
+        raise LogPathError(f"{there} {what}; name a new file with --log FILE") from error
+    except (OSError, ValueError) as error:
+        why = error.strerror if isinstance(error, OSError) else str(error)
+        raise LogPathError(f"cannot write the log {path}: {why}; name another with --log FILE") from error
     return path
 
 
@@ -230,7 +268,7 @@ def _replay(options: argparse.Namespace) -> int:
             sys.stderr.write(f"\r{ticks} ticks")
             sys.stderr.flush()
 
-    found = replay(open_log(options.log or _newest_log()), progress)
+    found = replay(open_log(_newest_log() if options.log is None else options.log), progress)
     if show:
         sys.stderr.write("\r\x1b[K")
     print(msgspec.json.encode(found).decode() if options.json else describe(found))
@@ -240,14 +278,14 @@ def _replay(options: argparse.Namespace) -> int:
 def _newest_log() -> str:
     logs = sorted(LOGS.glob("*.mcap"), key=lambda path: path.stat().st_mtime)
     if not logs:
-        raise LogPathError(f"there is no recording in {LOGS}/; name one")
+        raise LogPathError(f"there is no recording in {LOGS}/; name one, or make one: {program()} run giant")
     return str(logs[-1])
 
 
 def _experiment(options: argparse.Namespace) -> int:
     # by name, as the benchmarks
     command = import_module("hapticd.experiments.command")
-    return int(command.run(options.name, options.docs, options.json))
+    return int(command.run(options.name, options.out, options.json))
 
 
 def _check(options: argparse.Namespace) -> int:

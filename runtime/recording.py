@@ -7,6 +7,7 @@ limit before anything is read or expanded, and checksums are compared where ther
 
 from __future__ import annotations
 
+import os
 import struct
 import zlib
 from collections.abc import Callable, Iterator
@@ -71,6 +72,10 @@ def read(path: str) -> Iterator[Item]:
     """
     at, crc = len(MAGIC), zlib.crc32(MAGIC)
     bounds = _Bounds()
+    if os.path.exists(path) and not os.path.isfile(path):
+        raise LogError(
+            path, "is no file", "give a file that `hapticd run` wrote"
+        )  # a pipe would be waited for
     try:
         with open(path, "rb") as stream:
             _require_whole(path, stream)
