@@ -121,10 +121,13 @@ def run(progress: Progress) -> Outcome:
     def draw(figure: Any) -> None:
         axes = figure.subplots(subplot_kw={"projection": "polar"})
         full = np.concatenate([angles, angles + np.pi, angles[:1]])
-        for name, values in gains.items():
-            axes.plot(full, [*values, *values, values[0]], "o-", ms=3, label=name)
-        axes.plot(full, np.ones_like(full), "k--", lw=0.8, label="prepositioning")
-        axes.legend(loc="lower right", fontsize=7)
+        for (name, values), marker in zip(gains.items(), "os^", strict=True):
+            axes.plot(full, [*values, *values, values[0]], marker=marker, ms=4, label=name)
+        axes.plot(full, np.ones_like(full), "k:", lw=0.8, label="prepositioning")
+        axes.set(xlabel="horizontal direction u [deg]", ylabel="capability along u over prepositioning's [-]")
+        axes.yaxis.labelpad = 28
+        axes.set_rlabel_position(112.5)
+        figure.legend(loc="outside lower center", ncols=2, fontsize=7)
 
     return Outcome(rows, {"gains": gains, "placements": len(Q)}, draw, (5.0, 5.0))
 
