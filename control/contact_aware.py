@@ -73,7 +73,7 @@ class Projection:
         self._space, self.torque, self.alpha = space, space.torque, 1.0
 
     def resolve(self, part: float, gain: float) -> bool:
-        """Compose; always has an answer."""
+        """Compose."""
         self._space.compose(part, gain)
         self.alpha = self._space.alpha
         return True

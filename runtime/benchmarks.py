@@ -84,8 +84,8 @@ def _add_tick(benchmarks: Commands) -> None:
         "tick",
         help="cost of the whole tick, by stage",
         description="Run the whole daemon live on its simulated machine, beside a bare C loop in"
-        " alternating rounds; prints the cost of a tick by stage. The giant's hand needs 30 s to touch every"
-        " limit; in shorter rounds the mean tick is cheaper.",
+        " alternating rounds; prints the cost of a tick by stage. The giant's hand walks for 30 s from limit"
+        " to limit; in shorter rounds the mean tick is cheaper.",
     )
     tick.add_argument("config", nargs="?", default="giant", metavar="CONFIG", help="default: giant")
     tick.add_argument(

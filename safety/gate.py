@@ -1,7 +1,7 @@
 """The last code before bytes leave: an output goes out only if the gate admitted it.
 
-Deny by default. The gate owns the buffers that are encoded and is the only writer of them; whatever it
-does not admit it replaces by something that carries less energy.
+Deny by default. What may be encoded stands in ``Gate.admitted``, which the gate alone writes and from which
+the machine fills its outputs; a command that is not admitted is replaced by a weaker one.
 """
 
 from __future__ import annotations

@@ -66,6 +66,16 @@ def test_the_stiff_posture_renders_at_least_half_as_much_again_as_the_free_one()
     assert forces["stiff"] > 1.5 * forces["free"]
 
 
+def test_the_switching_palpation_renders_nearly_what_the_stiff_posture_does_as_docs_rhi_md_says() -> None:
+    device = Device()
+    traces = {mode: device.palpate(0.04, 0.25, 1.7, mode) for mode in ("stiff", "switching")}
+    force = {mode: np.linalg.norm(trace.force, axis=1)[800:] for mode, trace in traces.items()}
+    assert force["stiff"].min() > 11.7
+    assert 10.1 < force["switching"].min() < 10.2  # 85 % of what the motors hold, while the posture turns
+    assert 11.9 < force["switching"].max() < 12.0 + 1e-6
+    assert force["switching"].mean() / force["stiff"].mean() == pytest.approx(0.96, abs=0.01)
+
+
 def test_the_static_bound_is_the_moment_that_two_motors_carry() -> None:
     bound = rhi_fig9.Bound(Device(), 800)
     assert bound._force == pytest.approx(12.0, rel=5e-3)
