@@ -1,4 +1,4 @@
-"""Contact-aware null-space control (seed 001, fig. 5): the whole controller of a redundant interface."""
+"""Contact-aware null-space control (ContactAware, fig. 5): the whole controller of a redundant interface."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""Beyond the papers: the giant's two redundant degrees of freedom by the criterion of seed 001.
+"""Beyond the papers: the giant's two redundant degrees of freedom by the criterion of ContactAware.
 
-The PPU may stand anywhere below the same pose of the handle. Seed 000 puts joints 2 and 3 at reference angles
+The PPU may stand anywhere below the same pose of the handle. HapticGiant puts joints 2 and 3 at set angles
 (prepositioning); here the Stein divergence from a desired horizontal force ellipsoid decides.
 """
 
@@ -89,7 +89,7 @@ def run(progress: Progress) -> Outcome:
     progress(f"{len(Q)} placements of the PPU")
     J = np.array([giant.jacobian(q) for q in Q])
     A = velocity_ellipsoid(J, giant.limit)
-    # the reference of seed 000 keeps the handle where it is and turns joints 2 and 3 to their best angles
+    # the reference of HapticGiant keeps the handle where it is and turns joints 2 and 3 to their best angles
     placed = _settled(Q)
     home = giant.jacobian(placed)
     shape = Shape.of_home(force_ellipsoid(home, giant.limit), MU)

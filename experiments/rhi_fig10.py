@@ -1,4 +1,4 @@
-"""Seed 001, fig. 10: force along u over the workspace in the free, the stiff and the strongest posture."""
+"""ContactAware, fig. 10: force along u over the workspace in free, stiff and strongest postures."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Seed 001, fig. 11: palpation without and with the transition between the desired ellipsoids."""
+"""ContactAware, fig. 11: palpation without and with the transition between the desired ellipsoids."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Seed 001, figs 3 and 4: the 3-DoF example at rest, free and stiff, pushed along x."""
+"""ContactAware, figs 3 and 4: the 3-DoF example at rest, free and stiff, pushed along x."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Seed 001, fig. 6: the actuator saturation observer of a 2-DoF robot."""
+"""ContactAware, fig. 6: the actuator saturation observer of a 2-DoF robot."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Seed 001, fig. 7: activation of the desired ellipsoids over a swing of the reserve."""
+"""ContactAware, fig. 7: activation of the desired ellipsoids over a swing of the reserve."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Seed 001, fig. 9: palpation in the free and in the stiff posture, and with the full controller."""
+"""ContactAware, fig. 9: palpation in the free and in the stiff posture, and with the full controller."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Seed 001, Table I: inertia and friction at the hand, identified by the paper's procedure."""
+"""ContactAware, Table I: inertia and friction at the hand, identified by the paper's procedure."""
 
 from __future__ import annotations
 

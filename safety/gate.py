@@ -14,8 +14,8 @@ from .verdict import PASS, Reaction, Verdict, strongest
 
 CLAMPS_BEFORE_HOLD, CLAMPED_HOLD_S = 10, 0.01
 """Ticks in a row with commands beyond a limit, and how long they take together, before the machine stops
-(fault matrix, row 24): a motor that gives all it has for some milliseconds does so at every rate, and at slow
-rates a few ticks are no habit."""
+(docs/fault-matrix.md, row 24): a motor that gives all it has for some milliseconds does so at every rate,
+and at slow rates a few ticks are no habit."""
 CLAMPED_RAMP_S, CLAMPED_OFF_S = 0.1, 0.15
 """Commands beyond a limit for so long lead to more. Braking as hard as the torque allows is such a command,
 too, for some 50 ms; a stop that goes on like that is none."""

@@ -30,7 +30,7 @@ MAGIC = b"\x89MCAP0\r\n"
 HEADER, SCHEMA, CHANNEL, MESSAGE, CHUNK, ATTACHMENT, METADATA, DATA_END = 1, 3, 4, 5, 6, 9, 12, 15
 INNER = (SCHEMA, CHANNEL, MESSAGE)
 MAX_MIB, MAX_S = 64, 1.0
-"""Row 40 of the fault matrix; seconds of processor time, for the host is shared."""
+"""docs/fault-matrix.md, row 40; seconds of processor time, for the host is shared."""
 REPLAYED = 7
 """Every so many recordings that can be read are replayed."""
 
