@@ -24,7 +24,7 @@ from ..runtime.histogram import Histogram, nanosleep_loop
 from ..runtime.loop import FixedRate, now_ns
 from ..runtime.realtime import DAEMON_PRIORITY, SPIN_NS, become_realtime, settle_memory, stay_awake
 from ..runtime.watch import WatchedLoop
-from .picture import pyplot
+from .picture import pyplot, save
 
 DELAY_NS = 20_000_000
 LONGEST_US = 100_000
@@ -37,6 +37,8 @@ LABELS = {
     "hapticd_spin": "hapticd, spinning",
     "asyncio": "asyncio call_at",
 }
+LINES = dict(zip(LABELS, ("-", "--", "-.", ":", (0, (6, 1, 1, 1, 1, 1))), strict=True))
+"""Told apart without colour, too."""
 CYCLICTEST = re.compile(r"^(\d{6}) (\d{6,})$", re.MULTILINE)
 OVERFLOWS = re.compile(r"^# Histogram Overflows: (\d+)", re.MULTILINE)
 LARGEST = re.compile(r"^# Max Latencies: (\d+)", re.MULTILINE)
@@ -230,7 +232,7 @@ def draw(found: dict[str, list[Round]], rate: float, path: Path) -> None:
             left -= count
             x.append(max(us, 0.1))
             y.append(max(left, 0.5) / total)
-        axes.loglog(x, y, label=LABELS[name], drawstyle="steps-post")
+        axes.loglog(x, y, label=LABELS[name], drawstyle="steps-post", ls=LINES[name])
     axes.set(
         xlabel="lateness [us]",
         ylabel="share of the ticks that came later",
@@ -239,7 +241,7 @@ def draw(found: dict[str, list[Round]], rate: float, path: Path) -> None:
     axes.grid(True, which="major", alpha=0.4)
     axes.legend()
     figure.tight_layout()
-    figure.savefig(path)
+    save(figure, path)
     plt.close(figure)
 
 

@@ -1,4 +1,4 @@
-"""The eleven levels of seed 000, Table II, written by the C core into arrays that the solver reads."""
+"""The eleven levels of HapticGiant, Table II, written by the C core into arrays that the solver reads."""
 
 from __future__ import annotations
 

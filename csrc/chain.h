@@ -1,5 +1,5 @@
 /* The levels of the hierarchical force control that renders a serial chain, the digital twin "a", with
- * the manipulator "m" (seed 000, section VI-C, Table II).
+ * the manipulator "m" (HapticGiant, section VI-C, Table II).
  *
  *     x = [ qdd_m (6) | qdd_a (n) | alpha_a (n) | alpha_m (6) | alpha_sing | alpha_ee (3) | alpha_elbow (3) ]
  *

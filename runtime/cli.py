@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import os
 import shlex
-import shutil
 import sys
 from datetime import datetime
 from importlib import import_module, metadata
@@ -17,19 +16,23 @@ import msgspec
 from ..devices.errors import DeviceError
 from ..models import ModelError
 from . import config
-from .arguments import Commands, bit_rate, positive, setting
+from .arguments import MAX_SECONDS, Commands, Parser, bit_rate, number, setting
 from .benchmarks import add_benchmarks
 from .errors import ConfigError, HapticdError
 from .interrupts import Interrupted, held, say
+from .invocation import program
+from .outputs import folder
 from .screen import printable, steerable
 
 EPILOG = """examples:
-  hapticd run giant           the simulated giant with a scripted hand, 30 s
-  hapticd run my_machine.toml --duration 600
-  hapticd replay --verify     the newest session again, every tick bit for bit
-  hapticd check my_machine.toml
-  hapticd doctor
-  hapticd bench solve --json
+  {program} run giant
+      the simulated giant with a scripted hand, 30 s
+  {program} run my_machine.toml --duration 600
+  {program} replay --verify
+      the newest session again, every tick compared bit for bit
+  {program} check my_machine.toml
+  {program} doctor
+  {program} bench solve --json
 
 While a session runs, its terminal shows the keys that can be pressed: stop,
 reset, quit, and those of the simulated person. Through a pipe, commands are
@@ -52,6 +55,7 @@ def main(arguments: list[str] | None = None) -> int:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")
+    _require_streams()
     options = _parser().parse_args(arguments)
     try:
         status = int(options.handler(options))
@@ -73,11 +77,21 @@ def main(arguments: list[str] | None = None) -> int:
         return interrupted.status
 
 
+def _require_streams() -> None:
+    """Where a standard stream was closed, nothing else may take its place: a log would be written to."""
+    for fd, name, mode in ((0, "stdin", "r"), (1, "stdout", "w"), (2, "stderr", "w")):
+        try:
+            os.fstat(fd)
+        except OSError:
+            os.open(os.devnull, os.O_RDWR)  # takes the lowest free number, which is fd
+            setattr(sys, name, open(fd, mode, closefd=False))
+
+
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
+    parser = Parser(
         prog="hapticd",
         description="Real-time daemon for kinesthetic haptic interfaces.",
-        epilog=EPILOG,
+        epilog=EPILOG.format(program=program()),
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("--version", action="version", version=f"hapticd {metadata.version('hapticd')}")
@@ -94,7 +108,10 @@ def _add_run(commands: Commands) -> None:
         "config", metavar="CONFIG", help="a TOML file, or the name of a built-in machine: giant, rhi"
     )
     run.add_argument(
-        "--duration", type=positive, metavar="S", help="seconds; default: as the configuration says"
+        "--duration",
+        type=number(MAX_SECONDS),
+        metavar="S",
+        help="seconds; default: as the configuration says",
     )
     run.add_argument("--log", type=Path, metavar="FILE", help="recording; default: log/CONFIG-DATE-TIME.mcap")
     run.add_argument(
@@ -182,13 +199,16 @@ def _add_experiment(commands: Commands) -> None:
     experiment = commands.add_parser(
         "experiment",
         help="run the papers' figures and tables",
-        description="Run figures and tables of the papers in simulation; write plots and docs/fidelity.md.",
+        description="Run figures and tables of the papers in simulation: their numbers beside ours.",
     )
     which = experiment.add_mutually_exclusive_group(required=True)
     which.add_argument("name", nargs="?", metavar="NAME", help="for example rhi_fig9")
     which.add_argument("--all", action="store_true", help="every experiment; takes some minutes")
     experiment.add_argument(
-        "--docs", type=Path, default=Path("docs"), metavar="DIR", help="folder of fidelity.md; default: docs"
+        "--out",
+        type=folder,
+        metavar="DIR",
+        help="write each plot into DIR/figures, each table into DIR/fidelity.md; default: write nothing",
     )
     experiment.add_argument("--json", action="store_true", help="print the figures as JSON, one line each")
     experiment.set_defaults(handler=_experiment)
@@ -240,24 +260,11 @@ def _run(options: argparse.Namespace) -> int:
         if outcome.speed_x is not None:
             print(f"lockstep: {outcome.speed_x:g} times real time")
         print(f"log: {log}")
-        print(f"replay: {_program()} replay {shlex.quote(str(log))} --verify")
+        print(f"replay: {program()} replay {shlex.quote(str(log))} --verify")
         print(last)
     if outcome.message:
         print(f"hapticd: {outcome.message}", file=sys.stderr)
     return status
-
-
-def _program() -> str:
-    """How this program is called from where the person stands."""
-    started = Path(sys.argv[0])
-    found = shutil.which("hapticd")
-    if found and Path(found).resolve() == started.resolve():
-        return "hapticd"
-    if started.name != "hapticd":
-        return f"{shlex.quote(sys.executable)} -m hapticd.runtime"
-    here = Path.cwd()
-    path = started.absolute()
-    return shlex.quote(str(path.relative_to(here) if path.is_relative_to(here) else path))
 
 
 def _log_path(given: Path | None, loaded: config.Loaded) -> Path:
@@ -265,14 +272,16 @@ def _log_path(given: Path | None, loaded: config.Loaded) -> Path:
     name = f"{Path(loaded.source).stem}-{datetime.now():%Y%m%d-%H%M%S-%f}"[:-3]
     path = given or LOGS / f"{name}.mcap"
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
+        if not path.parent.is_dir():
+            path.parent.mkdir(parents=True)
         path.touch(exist_ok=False)
     except FileExistsError as error:
-        raise LogPathError(f"{path} exists already; remove it, or name another with --log FILE") from error
-    except OSError as error:
-        raise LogPathError(
-            f"cannot write the log {path}: {error.strerror}; name another with --log FILE"
-        ) from error
+        what = "is a folder" if path.is_dir() else "exists already"
+        there = path if path.exists() else path.parent
+        raise LogPathError(f"{there} {what}; name a new file with --log FILE") from error
+    except (OSError, ValueError) as error:
+        why = error.strerror if isinstance(error, OSError) else str(error)
+        raise LogPathError(f"cannot write the log {path}: {why}; name another with --log FILE") from error
     return path
 
 
@@ -294,7 +303,7 @@ def _replay(options: argparse.Namespace) -> int:
             sys.stderr.write(f"\r{ticks} ticks")
             sys.stderr.flush()
 
-    found = replay(open_log(options.log or _newest_log()), progress)
+    found = replay(open_log(_newest_log() if options.log is None else options.log), progress)
     if show:
         sys.stderr.write("\r\x1b[K")
     print(msgspec.json.encode(found).decode() if options.json else describe(found))
@@ -304,14 +313,14 @@ def _replay(options: argparse.Namespace) -> int:
 def _newest_log() -> str:
     logs = sorted(LOGS.glob("*.mcap"), key=lambda path: path.stat().st_mtime)
     if not logs:
-        raise LogPathError(f"there is no recording in {LOGS}/; name one")
+        raise LogPathError(f"there is no recording in {LOGS}/; name one, or make one: {program()} run giant")
     return str(logs[-1])
 
 
 def _experiment(options: argparse.Namespace) -> int:
     # by name, as the benchmarks
     command = import_module("hapticd.experiments.command")
-    return int(command.run(options.name, options.docs, options.json))
+    return int(command.run(options.name, options.out, options.json))
 
 
 def _check(options: argparse.Namespace) -> int:

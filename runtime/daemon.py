@@ -104,7 +104,7 @@ class InternalError(HapticdError):
 
 
 class NotRealtimeError(HapticdError):
-    """A real machine is not run without what the kernel must grant (fault matrix, row 23)."""
+    """A real machine is not run without what the kernel must grant (docs/fault-matrix.md, row 23)."""
 
     code = "realtime"
 

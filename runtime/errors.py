@@ -19,7 +19,7 @@ class HapticdError(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """One thing that is wrong with a configuration."""
+    """One thing that is wrong with a configuration; line 0 where it is about no line."""
 
     line: int
     key: str
@@ -45,7 +45,8 @@ class ConfigError(HapticdError):
     def __init__(self, source: str, findings: list[Finding]) -> None:
         self.source = source
         self.findings = findings
-        super().__init__("\n".join(f"{source}:{finding.line}: {finding}" for finding in findings))
+        places = (f"{source}:{finding.line}" if finding.line else source for finding in findings)
+        super().__init__("\n".join(f"{at}: {each}" for at, each in zip(places, findings, strict=True)))
 
 
 class LogError(HapticdError):

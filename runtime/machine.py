@@ -19,7 +19,7 @@ MOST_PERMILLE = 32.767
 RAMP_SHARE = 0.8
 """Share of the declared stop time that is left for braking after detection."""
 SPEED_MARGIN = 1.1
-"""Measured over-speed that stops the machine (fault matrix, row 25)."""
+"""Measured over-speed that stops the machine (docs/fault-matrix.md, row 25)."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,7 +1,7 @@
 """The last code before bytes leave: an output goes out only if the gate admitted it.
 
-Deny by default. The gate owns the buffers that are encoded and is the only writer of them; whatever it
-does not admit it replaces by something that carries less energy.
+Deny by default. What may be encoded stands in ``Gate.admitted``, which the gate alone writes and from which
+the machine fills its outputs; a command that is not admitted is replaced by a weaker one.
 """
 
 from __future__ import annotations
@@ -14,8 +14,8 @@ from .verdict import PASS, Reaction, Verdict, strongest
 
 CLAMPS_BEFORE_HOLD, CLAMPED_HOLD_S = 10, 0.01
 """Ticks in a row with commands beyond a limit, and how long they take together, before the machine stops
-(fault matrix, row 24): a motor that gives all it has for some milliseconds does so at every rate, and at slow
-rates a few ticks are no habit."""
+(docs/fault-matrix.md, row 24): a motor that gives all it has for some milliseconds does so at every rate,
+and at slow rates a few ticks are no habit."""
 CLAMPED_RAMP_S, CLAMPED_OFF_S = 0.1, 0.15
 """Commands beyond a limit for so long lead to more. Braking as hard as the torque allows is such a command,
 too, for some 50 ms; a stop that goes on like that is none."""

@@ -1,4 +1,4 @@
-"""Watches what comes in: freshness, devices, people, limits, solver and punctuality (fault matrix, L2)."""
+"""Watches what comes in: freshness, devices, people, limits, solver, timing (docs/fault-matrix.md, L2)."""
 
 from __future__ import annotations
 

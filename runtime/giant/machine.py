@@ -58,7 +58,7 @@ STATE = np.dtype(
 
 
 class Giant:
-    """HapticGiant (seed 000); see ``Machine``."""
+    """HapticGiant; see ``Machine``."""
 
     drive_groups: tuple[str, ...] = ("joints", "axes")
     state: np.dtype[np.void] = STATE
@@ -145,7 +145,7 @@ class Giant:
         self.solved = True
 
     def update(self, gain: float, trust: float) -> None:
-        """One tick of seed 000, Fig. 4."""
+        """One tick of HapticGiant, Fig. 4."""
         control = self.force_control
         np.multiply(self._estimator.wrench, trust, out=self._wrench)
         np.multiply(self._wrench, gain, out=self._felt)

@@ -1,4 +1,4 @@
-"""A redundant interface between process image and gate: contact-aware null-space control (seed 001)."""
+"""A redundant interface between process image and gate: contact-aware null-space control (ContactAware)."""
 
 from __future__ import annotations
 
@@ -105,7 +105,7 @@ class RedundantInterface:
         self.solved = True
 
     def update(self, gain: float, trust: float) -> None:
-        """One tick of seed 001, fig. 5."""
+        """One tick of ContactAware, fig. 5."""
         self._demand = self.wall.force(self._arm.position.tolist())
         self._mark(Stage.MODEL)
         self.solved = self.controller.update(self._demand, gain)

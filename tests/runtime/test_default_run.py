@@ -1,4 +1,4 @@
-"""The default run touches every limit of seed 000, Fig. 6, and passes none of them."""
+"""The default run touches every limit of HapticGiant, Fig. 6, and passes none of them."""
 
 import msgspec
 import numpy as np

@@ -1,4 +1,4 @@
-"""Every check of the monitor, at and around its threshold (fault matrix, rows 1 to 19 and 25)."""
+"""Every check of the monitor, at and around its threshold (docs/fault-matrix.md, rows 1 to 19 and 25)."""
 
 from dataclasses import replace
 from math import inf, nan
