@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import re
 import shutil
@@ -19,6 +20,7 @@ import pytest
 from hapticd.devices.image import COUNTERS
 from hapticd.runtime import daemon
 from hapticd.runtime.children import tied
+from hapticd.runtime.log import _messages as messages
 from hapticd.runtime.log import open_log
 from hapticd.runtime.modes import Mode
 from hapticd.runtime.stages import Stage
@@ -385,7 +387,8 @@ def test_a_blocking_callback_is_named_with_its_source_line_in_the_log_and_in_the
     assert overstay["count"] == 1 and overstay["worst_us"] >= 2000.0
     events = [text for _, text in open_log(str(tmp_path / "session.mcap")).events()]
     assert any(where in text for text in events)
-    assert any(where == late["cause"] for late in report["late_ticks"])
+    late = [json.loads(text) for text in messages(str(tmp_path / "session.mcap"), "late")]
+    assert any(where in (name for name, _ in tick["callbacks"]) for tick in late)
 
 
 def test_an_unexpected_error_on_the_loop_ends_the_session_and_every_drive_is_safe(tmp_path: Path) -> None:
