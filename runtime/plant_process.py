@@ -17,6 +17,7 @@ import signal
 import socket
 import sys
 from collections.abc import Callable
+from math import inf
 from time import monotonic
 
 from ..devices.frames import Frames
@@ -49,6 +50,7 @@ class PlantServer:
         bus: SocketAdapter,
         period: float,
         starved: Callable[[bool], bool] = lambda _: False,
+        ran_s: Callable[[], float] = lambda: inf,
         clock: BusClock | None = None,
     ) -> None:
         """Take over the plant's end of the bus.
@@ -58,10 +60,11 @@ class PlantServer:
             bus: to the daemon.
             period: plant time that a frame pays for [s].
             starved: whether the daemon wanted the processor and did not get it, see ``Starvation.now``.
+            ran_s: how long the daemon had the processor since it was last asked about [s].
             clock: of the bus, where it has one of its own.
         """
         self._plant, self._bus, self._period = plant, bus, period
-        self._starved, self._clock = starved, clock
+        self._starved, self._ran_s, self._clock = starved, ran_s, clock
         self._sources: list[SocketAdapter | int] = [bus, clock.fd] if clock else [bus]
         self._requests, self._answers = Frames(), Frames()
         self.unsafe = 0.0
@@ -100,11 +103,11 @@ class PlantServer:
         return self._plant.safe
 
     def _wait_a_slice(self) -> None:
-        """A slice passes, unless the daemon starves; one that is then seen to have run was only slow."""
+        """A slice passes, unless the daemon starves; what it is then seen to have run, it was only slow."""
         self._deferred += 1
         if self._starved(self._deferred == 1):
             return
-        for _ in range(self._deferred):
+        for _ in range(min(self._deferred, 1 + int(min(self._ran_s() / SLICE_S, self._deferred)))):
             if not self._plant.safe:
                 self._advance(SLICE_S)
         self._deferred = 0
@@ -120,7 +123,7 @@ def main(arguments: list[str]) -> int:
     name, fd = arguments
     daemon = Starvation(os.getppid())
     bus = SocketAdapter(socket.socket(fileno=int(fd)))
-    server = _server(build(config.load(name)), bus, daemon.now)
+    server = _server(build(config.load(name)), bus, daemon)
     become_realtime(PLANT_PRIORITY)
     if report_ready():
         while server.serve():
@@ -154,13 +157,14 @@ def serve_interface(loaded: Loaded, interface: str) -> int:
     return 0
 
 
-def _server(
-    session: Session, bus: SocketAdapter, starved: Callable[[bool], bool] = lambda _: False
-) -> PlantServer:
+def _server(session: Session, bus: SocketAdapter, daemon: Starvation | None = None) -> PlantServer:
     loop = session.config.loop
     period = 1.0 / loop.rate
     clock = BusClock(bus, period) if loop.sync == "bus" else None
-    server = PlantServer(session.plant(), bus, period, starved, clock)
+    if daemon:
+        server = PlantServer(session.plant(), bus, period, daemon.now, lambda: daemon.ran_s, clock)
+    else:
+        server = PlantServer(session.plant(), bus, period, clock=clock)
     settle_memory()
     return server
 
