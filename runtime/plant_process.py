@@ -20,6 +20,7 @@ import signal
 import socket
 import sys
 from collections.abc import Callable
+from math import inf
 from time import monotonic
 
 from ..devices.adapter import Adapter
@@ -58,6 +59,7 @@ class PlantServer:
         bus: Adapter,
         period: float,
         starved: Callable[[bool], bool] = lambda _: False,
+        ran_s: Callable[[], float] = lambda: inf,
         clock: BusClock | None = None,
         person: int | None = None,
     ) -> None:
@@ -68,11 +70,12 @@ class PlantServer:
             bus: to the daemon.
             period: plant time that a SYNC pays for [s].
             starved: whether the daemon wanted the processor and did not get it, see ``Starvation.now``.
+            ran_s: how long the daemon had the processor since it was last asked about [s].
             clock: of the bus, where it has one of its own.
             person: descriptor from which a person's deeds come.
         """
         self._plant, self._bus, self._period = plant, bus, period
-        self._starved, self._clock = starved, clock
+        self._starved, self._ran_s, self._clock = starved, ran_s, clock
         self._waitable = bus.fileno() >= 0
         sources = [bus.fileno()] if self._waitable else []
         self._sources = [*sources, clock.fd] if clock else sources
@@ -129,11 +132,11 @@ class PlantServer:
             self._plant.obey(deed)
 
     def _wait_a_slice(self) -> None:
-        """A slice passes, unless the daemon starves; one that is then seen to have run was only slow."""
+        """A slice passes, unless the daemon starves; what it is then seen to have run, it was only slow."""
         self._deferred += 1
         if self._starved(self._deferred == 1):
             return
-        for _ in range(self._deferred):
+        for _ in range(min(self._deferred, 1 + int(min(self._ran_s() / SLICE_S, self._deferred)))):
             if not self._plant.safe:
                 self._advance(SLICE_S)
         self._deferred = 0
@@ -150,7 +153,7 @@ def main(arguments: list[str]) -> int:
     ignore_job_control()
     daemon = Starvation(os.getppid())
     bus = SocketAdapter(socket.socket(fileno=int(fd)))
-    server = _server(build(config.load(name)), bus, daemon.now, person=0)
+    server = _server(build(config.load(name)), bus, daemon, person=0)
     become_realtime(PLANT_PRIORITY)
     if report_ready():
         while server.serve():
@@ -191,15 +194,15 @@ def serve_interface(loaded: Loaded, bus: NamedBus) -> int:
 
 
 def _server(
-    session: Session,
-    bus: Adapter,
-    starved: Callable[[bool], bool] = lambda _: False,
-    person: int | None = None,
+    session: Session, bus: Adapter, daemon: Starvation | None = None, person: int | None = None
 ) -> PlantServer:
     loop = session.config.loop
     period = 1.0 / loop.rate
     clock = BusClock(bus, period) if loop.sync == "bus" else None
-    server = PlantServer(session.plant(), bus, period, starved, clock, person)
+    if daemon:
+        server = PlantServer(session.plant(), bus, period, daemon.now, lambda: daemon.ran_s, clock, person)
+    else:
+        server = PlantServer(session.plant(), bus, period, clock=clock)
     settle_memory()
     return server
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import re
 import shutil
@@ -25,6 +26,7 @@ from hapticd.runtime.log import open_log
 from hapticd.runtime.modes import Mode
 from hapticd.runtime.ring import Drain, Ring
 from hapticd.runtime.stages import Stage
+from mcap.reader import make_reader
 
 from .conftest import loaded
 
@@ -434,7 +436,9 @@ def test_a_blocking_callback_is_named_with_its_source_line_in_the_log_and_in_the
     assert overstay["count"] == 1 and overstay["worst_us"] >= 2000.0
     events = [text for _, text in open_log(str(tmp_path / "session.mcap")).events()]
     assert any(where in text for text in events)
-    assert any(where == late["cause"] for late in report["late_ticks"])
+    with open(tmp_path / "session.mcap", "rb") as stream:
+        late = [json.loads(message.data) for _, _, message in make_reader(stream).iter_messages(["late"])]
+    assert any(where in (name for name, _ in tick["callbacks"]) for tick in late)
 
 
 def test_an_unexpected_error_on_the_loop_ends_the_session_and_every_drive_is_safe(tmp_path: Path) -> None:

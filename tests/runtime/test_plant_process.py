@@ -179,6 +179,17 @@ def test_slices_in_which_the_daemon_ran_after_all_are_made_up_for(served: Served
     assert slices == [0, 0, 0, 4, 5, 5, 7]
 
 
+def test_a_daemon_that_now_and_then_gets_a_moment_is_charged_what_it_ran(served: Served) -> None:
+    plant, _, daemon = served
+    starving = [True] * 30 + [False] + [True] * 30 + [False]
+    server = PlantServer(plant, served[1]._bus, PERIOD, lambda _: starving.pop(0), lambda: 1.5e-3)
+    send(daemon)
+    server.serve()
+    while starving:
+        server.serve()
+    assert plant.time == pytest.approx(PERIOD + 4 * SLICE_S)
+
+
 def test_the_clock_of_the_bus_ticks_whatever_the_daemon_does_and_costs_no_plant_time(served: Served) -> None:
     plant, _, daemon = served
     bus = served[1]._bus
