@@ -9,7 +9,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from ..safety import AxisLimits, Thresholds
+from ..safety import AxisLimits, Plausibility, Thresholds
 
 GATE_SHARE = 0.5
 """Where between a joint's limit and the monitor's margin the gate neutralises commands further out."""
@@ -19,6 +19,12 @@ RAMP_SHARE = 0.8
 """Share of the declared stop time that is left for braking after detection."""
 SPEED_MARGIN = 1.1
 """Measured over-speed that stops the machine (fault matrix, row 25)."""
+DRIFT = 0.04
+"""Part of a force-torque sensor's full scale that it may show before arming, when nobody pulls (row 13)."""
+GRAVITY, GRAVITY_MARGIN = 9.81, 1.0
+"""What an accelerometer at rest measures, and how far it may be off before arming [m/s^2]."""
+REST_S = 10e-3
+"""For so long axes must be slow to be at rest."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,6 +50,7 @@ class Machine(Protocol):
         drive_groups: groups of the process image that hold drives.
         axes: what the gate checks, one entry an axis.
         thresholds: what the monitor compares with.
+        plausibility: what its measurements must pass; takes each tick before ``estimate``.
         state: numpy structure of what the log keeps of a tick.
         braking: longest time that ``brake`` takes from full speed [s].
         position, velocity: measured, one an axis.
@@ -56,6 +63,7 @@ class Machine(Protocol):
     drive_groups: tuple[str, ...]
     axes: tuple[AxisLimits, ...]
     thresholds: Thresholds
+    plausibility: Plausibility
     state: np.dtype[np.void]
     commands: list[float]
     solved: bool
@@ -68,6 +76,10 @@ class Machine(Protocol):
     @property
     def inside_limits(self) -> bool:
         """Whether the measured posture may be engaged."""
+
+    @property
+    def unrest(self) -> list[str]:
+        """Sensors that show at rest what they should not, each as a sentence for people (row 13)."""
 
     def estimate(self) -> None:
         """Take the latched process image."""
@@ -83,10 +95,14 @@ class Machine(Protocol):
             trust: 0 to 1, how far the measured wrench is believed.
         """
 
-    def brake(self) -> bool:
-        """Compute commands that bring the machine to rest and hold it; whether it is at rest.
+    def brake(self, dropped: Sequence[bool]) -> bool:
+        """Compute commands that bring the machine to rest and hold it; whether it is at rest, as measured.
 
-        A stop trusts no force sensor: what the last wrench contributed fades out.
+        A stop trusts no force sensor: what the last wrench contributed fades out. It begins with what was
+        written last.
+
+        Args:
+            dropped: one an axis, whether its drive was switched off because nobody knows what it does.
         """
 
     def write(self, admitted: Sequence[float]) -> None:
