@@ -42,12 +42,12 @@ int plausible_move(const plausible_motion *m, int elapsed, int free_to_move) {
             continue;
         }
         const double net = m->command[i] - (m->opposing ? m->opposing[i] : 0.0);
-        const int32_t pushed = m->pushed[i];
+        /* a drive that is told nothing may have its brake closed */
+        const int pushes = free_to_move && m->command[i] != 0.0 && fabs(net) > m->acting[i];
+        const int32_t along = net > 0.0 ? 1 : -1;
         m->still[i] = older(m->still[i], elapsed);
         m->travel[i] += m->velocity[i] * m->dt * elapsed;
-        m->pushed[i] = !free_to_move || fabs(net) <= m->acting[i] ? 0
-                       : net > 0.0                                ? (pushed > 0 ? pushed : 0) + elapsed
-                                                                  : (pushed < 0 ? pushed : 0) - elapsed;
+        m->pushed[i] = pushes ? along * elapsed + (along * m->pushed[i] > 0 ? m->pushed[i] : 0) : 0;
         const int must_move =
             fabs(m->travel[i]) > m->reach[i] || m->pushed[i] >= m->limit || m->pushed[i] <= -m->limit;
         m->frozen[i] = m->still[i] >= m->limit && must_move;
