@@ -109,7 +109,7 @@ def _missing(t: Thresholds, trust: Trust) -> Check:
     silence = t.ticks(SILENCE_S)
 
     def check(seen: Observation) -> Verdict:
-        strong, i, detail = tallies.push(seen.missed)
+        strong, short, detail = tallies.push(seen.missed)
         worst = max(seen.missed, default=0)
         if worst >= MISSED_HOLD:
             name = t.devices[list(seen.missed).index(worst)]
@@ -117,6 +117,7 @@ def _missing(t: Thresholds, trust: Trust) -> Check:
             reaction = Reaction.RAMP if blind or worst >= silence else Reaction.HOLD
             return Verdict(reaction, "device_silent", f"{worst} frames of {name} missing in a row")
         if strong is Reaction.SANITISE:
+            i = short[0]
             return Verdict(strong, "frame_missing", f"{seen.missed[i]} frames of {t.devices[i]} missing")
         return Verdict(strong, "device_silent", f"{detail} frames missing") if strong else PASS
 
@@ -147,13 +148,11 @@ def _masters(t: Thresholds, trust: Trust) -> Check:
 
 def _frozen(t: Thresholds, trust: Trust) -> Check:
     def check(seen: Observation) -> Verdict:
-        if True not in seen.frozen:
+        still = [i for i, frozen in enumerate(seen.frozen) if frozen] if True in seen.frozen else []
+        if not still:
             return PASS
-        i = list(seen.frozen).index(True)
-        trust.axes[:] = [axis and not frozen for axis, frozen in zip(trust.axes, seen.frozen, strict=True)]
-        return Verdict(
-            Reaction.RAMP, "encoder_frozen", f"an encoder of {t.axes[i]} stands still, the axis not"
-        )
+        _distrust(trust, still)
+        return Verdict(Reaction.RAMP, "encoder_frozen", f"an encoder of {t.axes[still[0]]} stands still")
 
     return check
 
@@ -162,7 +161,9 @@ def _jumps(t: Thresholds, trust: Trust) -> Check:
     tallies = Tallies(t.axes, Rule(Reaction.SANITISE, 1, 1), Rule(Reaction.RAMP, JUMPS, WINDOW))
 
     def check(seen: Observation) -> Verdict:
-        strong, _, detail = tallies.push(seen.rejected)
+        strong, worst, detail = tallies.push(seen.rejected)
+        if strong is Reaction.RAMP:
+            _distrust(trust, worst)
         return Verdict(strong, "encoder_jump", f"{detail} measurements not plausible") if strong else PASS
 
     return check
@@ -172,12 +173,17 @@ def _mismatches(t: Thresholds, trust: Trust) -> Check:
     tallies = Tallies(t.axes, Rule(Reaction.RECORD, 1, 1), Rule(Reaction.RAMP, MISMATCHES, WINDOW))
 
     def check(seen: Observation) -> Verdict:
-        strong, i, detail = tallies.push(seen.mismatched)
+        strong, worst, detail = tallies.push(seen.mismatched)
         if strong is Reaction.RAMP:
-            trust.axes[i] = False
+            _distrust(trust, worst)
         return Verdict(strong, "encoder_mismatch", f"{detail} contradict each other") if strong else PASS
 
     return check
+
+
+def _distrust(trust: Trust, axes: list[int]) -> None:
+    for i in axes:
+        trust.axes[i] = False
 
 
 def _limits(t: Thresholds, trust: Trust) -> Check:

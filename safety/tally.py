@@ -63,12 +63,13 @@ class Tallies:
         self._window = max(rule.of for rule in rules)
         self._quiet = self._window
 
-    def push(self, bad: Sequence[object]) -> tuple[Reaction, int, str]:
-        """Take a tick: which are bad, one each; the strongest reaction, to which of them, and their count."""
+    def push(self, bad: Sequence[object]) -> tuple[Reaction, list[int], str]:
+        """Take a tick, one mark each; the strongest reaction, to which of them, and the first one's count."""
         self._quiet = 0 if any(bad) else self._quiet + 1
         if self._quiet > self._window:
-            return Reaction.PASS, 0, ""
+            return Reaction.PASS, [], ""
         found = [tally.push(bool(mark)) for tally, mark in zip(self._tallies, bad, strict=True)]
         strong = max(found)
-        i = found.index(strong)
-        return strong, i, f"{self._names[i]}: {self._tallies[i].count} of {self._window}"
+        worst = [i for i, reaction in enumerate(found) if reaction is strong]
+        first = worst[0]
+        return strong, worst, f"{self._names[first]}: {self._tallies[first].count} of {self._window}"

