@@ -10,5 +10,6 @@ setup(
         "csrc/build.py:hqp",
         "csrc/build.py:plant",
         "csrc/build.py:runtime",
+        "csrc/build.py:safety",
     ],
 )

@@ -197,6 +197,7 @@ class PowerStage:
             raise ValueError(f"{target} cannot be a target; choose one of {', '.join(map(str, TARGETS))}")
         self.target = target
         self.ready = False
+        self._dropped = [[False for _ in devices] for devices in self._devices]
         self._reset_faults = reset_faults
         self._walks = [[_Walk() for _ in devices] for devices in self._devices]
         if target is State.SWITCH_ON_DISABLED:
@@ -230,6 +231,19 @@ class PowerStage:
                 return f"{name} is in mode {mode} (6061h) instead of {own}"
         return ""
 
+    def drop(self, index: int) -> None:
+        """Switches one drive off until the next request, whatever it reports and the others do.
+
+        Args:
+            index: of the drive, counted through all groups.
+        """
+        g = 0
+        while index >= len(self._devices[g]):
+            index -= len(self._devices[g])
+            g += 1
+        self._dropped[g][index] = True
+        self._words[g][2][index] = DISABLE_VOLTAGE
+
     def step(self) -> bool:
         """Looks at the statuswords and writes the controlwords; call once per tick.
 
@@ -253,6 +267,9 @@ class PowerStage:
         controlwords = [words[2].tolist() for words in self._words]
         for g, walks in enumerate(self._walks):
             for i, walk in enumerate(walks):
+                if self._dropped[g][i]:
+                    controlwords[g][i] = DISABLE_VOLTAGE
+                    continue
                 try:
                     arrived, controlwords[g][i] = self._step_drive(g, i, walk)
                 except DriveError as error:

@@ -115,6 +115,7 @@ class Memory:
         counter: of the last SYNC; commanded: tick of the last commands.
         gain: how far the operator's wrench has faded in.
         trust: how far the measured wrench is believed.
+        dropped: one an axis, whether a stop switched its drive off for want of measurements.
         mark: told when a stage of the tick ends; decides nothing.
         packed, digest: the consumed frames as bytes, and their CRC.
     """
@@ -133,6 +134,7 @@ class Memory:
         self.power = PowerStage(image, machine.drive_groups, round(TRANSITION_DEADLINE_S * rate))
         self.seen = Observation()
         self.calm = [False] * image.expected
+        self.dropped = [False] * len(machine.axes)
         self.counter = 0
         self.commanded = -1
         self.permission = Permission(config.arming.by == "command", round(PERMISSION_S * rate))
@@ -233,11 +235,12 @@ def _first_look(tick: int, m: Memory, outputs: Outputs) -> None:
 
 
 def _run(inputs: Inputs, m: Memory, outputs: Outputs) -> None:
+    m.machine.plausibility.accept(1 + inputs.skipped, m.mode.powered and m.mode is not Mode.ENABLING)
     m.machine.estimate()
     m.mark(Stage.ESTIMATE)
     seen = _observe(inputs, m)
     verdict = m.monitor.judge(seen)
-    m.trust = m.monitor.wrench_gain
+    m.trust = m.monitor.trust.wrench
     if seen.foreign:
         m.foreign = inputs.tick
     if inputs.commands:
@@ -258,7 +261,13 @@ def _run(inputs: Inputs, m: Memory, outputs: Outputs) -> None:
     _switch(inputs.tick, m, outputs)
     machine = m.machine
     admitted = m.gate.admit(
-        machine.commands, machine.position, machine.velocity, m.mode.powered, m.commanded, inputs.tick
+        machine.commands,
+        machine.position,
+        machine.velocity,
+        m.mode.powered,
+        m.commanded,
+        inputs.tick,
+        m.dropped,
     )
     if not m.gate.enable and m.power.target is not State.SWITCH_ON_DISABLED:
         m.power.request(State.SWITCH_ON_DISABLED)
@@ -297,11 +306,14 @@ def _observe(inputs: Inputs, m: Memory) -> Observation:
     else:
         seen.missed, seen.faults = image.missed.tolist(), image.emcy.tolist()
         seen.lost = np.logical_or(image.lost, image.al_state != OPERATING).tolist()
+    found = machine.plausibility.findings
+    seen.rejected, seen.mismatched, seen.frozen = found.rejected, found.mismatched, found.frozen
+    seen.stale = found.stale
     seen.position, seen.velocity = machine.position, machine.velocity
     seen.armed = m.mode.powered
     seen.dead_man, seen.e_stop, seen.field_clear, seen.sto = m.signals.state()
     seen.wrench, seen.inertial = machine.raw_wrench, machine.inertial
-    seen.solved = machine.solved
+    seen.solved = machine.solved or m.mode not in (Mode.ENGAGING, Mode.ACTIVE)  # else nothing was solved
     return seen
 
 
@@ -417,6 +429,7 @@ def _wait(commands: Command, press: bool, verdict: Verdict, m: Memory, outputs: 
     position = tuple(m.machine.position)
     m.place = position, position
     m.machine.engage()
+    m.dropped[:] = [False] * len(m.dropped)
     m.power.request(State.OPERATION_ENABLED)
     m.gain = 0.0
     _enter(m, Mode.ENABLING, outputs, "dead-man pressed; drives switch on")
@@ -472,6 +485,7 @@ def _refusals(verdict: Verdict, m: Memory) -> list[str]:
         at_rest=m.at_rest,
         recorded=m.recorded,
     )
+    found += m.machine.unrest
     return found or ([verdict.detail] if verdict.reaction.stops else [])
 
 
@@ -488,13 +502,15 @@ def _control(tick: int, m: Memory, outputs: Outputs) -> None:
         return
     if not m.mode.powered:
         return
-    at_rest = machine.brake()
+    if m.mode is not Mode.ENABLING:
+        _drop(m, outputs)
+    at_rest = machine.brake(m.dropped) or all(m.dropped)
     m.commanded = tick
     if m.mode is not Mode.STOPPING:
         return
     m.ramp += 1
     reaction = m.latch.reaction
-    if reaction is Reaction.HOLD:
+    if reaction is Reaction.HOLD and not all(m.dropped):
         if at_rest:
             _enter(m, Mode.HOLDING, outputs, "at rest, held under power")
         elif m.ramp >= m.hold_limit:
@@ -502,6 +518,15 @@ def _control(tick: int, m: Memory, outputs: Outputs) -> None:
             _latch(Verdict(Reaction.RAMP, "stop_timeout", late), tick, m, outputs)
     elif reaction is Reaction.OFF or at_rest or m.ramp >= m.ramp_limit:
         _enter(m, Mode.STOPPED, outputs, "drives switch off; release the dead-man switch and reset")
+
+
+def _drop(m: Memory, outputs: Outputs) -> None:
+    """Switch off, until the next start, the drives of axes that nothing reliable is known of."""
+    for i, trusted in enumerate(m.monitor.trust.axes):
+        if not (trusted or m.dropped[i]):
+            m.dropped[i] = True
+            m.power.drop(i)
+            outputs.events.append(f"{m.machine.axes[i].name} is not measured: torque off, brake closed")
 
 
 def _switch(tick: int, m: Memory, outputs: Outputs) -> None:

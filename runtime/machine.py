@@ -9,7 +9,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from ..safety import AxisLimits, Thresholds
+from ..safety import AxisLimits, Plausibility, Thresholds
 from .modes import Mode
 
 GATE_SHARE = 0.5
@@ -20,6 +20,12 @@ RAMP_SHARE = 0.8
 """Share of the declared stop time that is left for braking after detection."""
 SPEED_MARGIN = 1.1
 """Measured over-speed that stops the machine (docs/fault-matrix.md, row 25)."""
+DRIFT = 0.04
+"""Part of a force-torque sensor's full scale that it may show before arming, when nobody pulls (row 13)."""
+GRAVITY, GRAVITY_MARGIN = 9.81, 1.0
+"""What an accelerometer at rest measures, and how far it may be off before arming [m/s^2]."""
+REST_S = 10e-3
+"""For so long axes must be slow to be at rest."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,6 +53,7 @@ class Machine(Protocol):
         thresholds: what the monitor compares with.
         play: how far a hand may pull each axis from where it is held or braked: as far as the whole torque
             of the hold goes, and what is further is not held [rad or m].
+        plausibility: what its measurements must pass; takes each tick before ``estimate``.
         state: numpy structure of what the log keeps of a tick.
         braking: longest time that ``brake`` takes from full speed [s].
         position, velocity: measured, one an axis.
@@ -60,6 +67,7 @@ class Machine(Protocol):
     axes: tuple[AxisLimits, ...]
     thresholds: Thresholds
     play: tuple[float, ...]
+    plausibility: Plausibility
     state: np.dtype[np.void]
     commands: list[float]
     solved: bool
@@ -72,6 +80,10 @@ class Machine(Protocol):
     @property
     def inside_limits(self) -> bool:
         """Whether the measured posture may be engaged."""
+
+    @property
+    def unrest(self) -> list[str]:
+        """Sensors that show at rest what they should not, each as a sentence for people (row 13)."""
 
     def estimate(self) -> None:
         """Take the latched process image."""
@@ -87,10 +99,14 @@ class Machine(Protocol):
             trust: 0 to 1, how far the measured wrench is believed.
         """
 
-    def brake(self) -> bool:
-        """Compute commands that bring the machine to rest and hold it; whether it is at rest.
+    def brake(self, dropped: Sequence[bool]) -> bool:
+        """Compute commands that bring the machine to rest and hold it; whether it is at rest, as measured.
 
-        A stop trusts no force sensor: what the last wrench contributed fades out.
+        A stop trusts no force sensor: what the last wrench contributed fades out. It begins with what was
+        written last.
+
+        Args:
+            dropped: one an axis, whether its drive was switched off because nobody knows what it does.
         """
 
     def write(self, admitted: Sequence[float]) -> None:
