@@ -93,6 +93,8 @@ STDIN = 0
 TAKEN = "the simulated person is yours now: the script has let go of dead-man switch and hand"
 REPLIES = 20
 """Answers to what is typed, a second at most: a flood of it must not fill the ring."""
+BREATH_S = 0.01
+"""Between two looks at what is typed: faster than anybody types, too slow for a flood to matter."""
 SUSPEND_S = 0.1
 """From rest until the shell may have the screen, on which the recorder has shown everything by then."""
 
@@ -421,8 +423,9 @@ class Daemon:
         data = self._keyboard.read()
         if data is None:
             return
-        if not data:
-            loop.remove_reader(self._keyboard.fd)
+        loop.remove_reader(self._keyboard.fd)
+        if data:
+            loop.call_later(BREATH_S, loop.add_reader, self._keyboard.fd, self._typed, loop)
         heard = self._ear.hear(data)
         for order in heard.orders:
             self._obey(order)
