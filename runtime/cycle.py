@@ -116,6 +116,7 @@ class Memory:
         gain: how far the operator's wrench has faded in.
         trust: how far the measured wrench is believed.
         dropped: one an axis, whether a stop switched its drive off for want of measurements.
+        proven: whether the sensors showed rest when the machine was first started: later a hand may pull.
         mark: told when a stage of the tick ends; decides nothing.
         packed, digest: the consumed frames as bytes, and their CRC.
     """
@@ -135,6 +136,7 @@ class Memory:
         self.seen = Observation()
         self.calm = [False] * image.expected
         self.dropped = [False] * len(machine.axes)
+        self.proven = False
         self.counter = 0
         self.commanded = -1
         self.permission = Permission(config.arming.by == "command", round(PERMISSION_S * rate))
@@ -430,6 +432,7 @@ def _wait(commands: Command, press: bool, verdict: Verdict, m: Memory, outputs: 
     m.place = position, position
     m.machine.engage()
     m.dropped[:] = [False] * len(m.dropped)
+    m.proven = True
     m.power.request(State.OPERATION_ENABLED)
     m.gain = 0.0
     _enter(m, Mode.ENABLING, outputs, "dead-man pressed; drives switch on")
@@ -485,7 +488,8 @@ def _refusals(verdict: Verdict, m: Memory) -> list[str]:
         at_rest=m.at_rest,
         recorded=m.recorded,
     )
-    found += m.machine.unrest
+    if not m.proven:
+        found += m.machine.unrest
     return found or ([verdict.detail] if verdict.reaction.stops else [])
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from math import isfinite
-from operator import le
+from operator import le, not_
 
 from .observation import Observation, Thresholds
 from .tally import WINDOW, Rule, Tallies, Tally
@@ -69,10 +69,12 @@ class Monitor:
 
     def judge(self, seen: Observation) -> Verdict:
         """The strongest of what the single checks say; the first of equals."""
-        self.trust.axes[:] = [not stale for stale in seen.stale]
+        self.trust.axes[:] = map(not_, seen.stale)
         verdict = PASS
         for check in self._checks:
-            verdict = strongest(verdict, check(seen))
+            found = check(seen)
+            if found is not PASS:
+                verdict = strongest(verdict, found)
         return verdict
 
 
@@ -110,7 +112,9 @@ def _missing(t: Thresholds, trust: Trust) -> Check:
 
     def check(seen: Observation) -> Verdict:
         strong, short, detail = tallies.push(seen.missed)
-        worst = max(seen.missed, default=0)
+        if not short:
+            return PASS
+        worst = max(seen.missed)
         if worst >= MISSED_HOLD:
             name = t.devices[list(seen.missed).index(worst)]
             blind = all(seen.stale)  # no axis is left that could brake
@@ -148,9 +152,9 @@ def _masters(t: Thresholds, trust: Trust) -> Check:
 
 def _frozen(t: Thresholds, trust: Trust) -> Check:
     def check(seen: Observation) -> Verdict:
-        still = [i for i, frozen in enumerate(seen.frozen) if frozen] if True in seen.frozen else []
-        if not still:
+        if True not in seen.frozen:
             return PASS
+        still = [i for i, frozen in enumerate(seen.frozen) if frozen]
         _distrust(trust, still)
         return Verdict(Reaction.RAMP, "encoder_frozen", f"an encoder of {t.axes[still[0]]} stands still")
 
@@ -162,6 +166,8 @@ def _jumps(t: Thresholds, trust: Trust) -> Check:
 
     def check(seen: Observation) -> Verdict:
         strong, worst, detail = tallies.push(seen.rejected)
+        if not worst:
+            return PASS
         if strong is Reaction.RAMP:
             _distrust(trust, worst)
         return Verdict(strong, "encoder_jump", f"{detail} measurements not plausible") if strong else PASS
@@ -174,6 +180,8 @@ def _mismatches(t: Thresholds, trust: Trust) -> Check:
 
     def check(seen: Observation) -> Verdict:
         strong, worst, detail = tallies.push(seen.mismatched)
+        if not worst:
+            return PASS
         if strong is Reaction.RAMP:
             _distrust(trust, worst)
         return Verdict(strong, "encoder_mismatch", f"{detail} contradict each other") if strong else PASS

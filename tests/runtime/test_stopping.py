@@ -271,8 +271,11 @@ def test_commands_beyond_the_limit_are_clamped_and_stop_after_ten(engaging: Benc
 def test_a_measured_position_or_speed_beyond_the_hard_limit_stops(
     engaging: Bench, quantity: str, limit: str
 ) -> None:
-    measured = getattr(engaging.memory.machine.thresholds, limit)[1] + 0.05
-    engaging.after_sensing(lambda: setattr(engaging.joints[1], quantity, measured))
+    thresholds = engaging.memory.machine.thresholds
+    measured = abs(getattr(engaging.joints[1], quantity))
+    allowed = [*getattr(thresholds, limit)]
+    allowed[1] = measured - 0.5  # a value that jumped there would be no measurement
+    object.__setattr__(thresholds, limit, tuple(allowed))
     engaging.run(6)
     assert engaging.reason == "beyond_limit"
 
