@@ -1,6 +1,8 @@
 """The cycle in closed loop with the simulated machine: what stops it, how fast and why."""
 
-from collections.abc import Callable
+import itertools
+from collections.abc import Callable, Iterator
+from functools import partial
 from math import inf, nan
 
 import numpy as np
@@ -13,6 +15,7 @@ from hapticd.runtime.modes import Command, Mode
 from hapticd.runtime.rhi.machine import RedundantInterface
 from hapticd.safety.gate import CLAMPS_BEFORE_HOLD
 from hapticd.sim import faults
+from hapticd.sim.drives import SimJointDrive
 
 from .conftest import MACHINES, RAMP_TICKS, Bench, fall
 
@@ -99,13 +102,21 @@ def test_a_fault_stops_the_machine_in_time_latched_and_with_its_reason(engaging:
     assert bench.mode in (Mode.STOPPED, Mode.HOLDING)  # latched
 
 
+def drift(joint: SimJointDrive, ticks: Iterator[int]) -> None:
+    """What the joint measures moves with 0.3 rad/s."""
+    moved = 0.3e-3 * next(ticks)
+    joint.velocity = 0.3
+    joint.position += moved
+    joint.link_position += moved
+
+
 @pytest.mark.parametrize("name", ["dead-man released", "drive fault", "five frames lost", "commanded stop"])
 def test_a_stop_while_drives_switch_on_takes_them_off_again_and_enables_none(bench: Bench, name: str) -> None:
     slow = bench.joints[0]
     slow.outputs_latched = lambda: None  # type: ignore[method-assign]
     bench.until(Mode.ENABLING)
-    bench.after_sensing(lambda: setattr(slow, "velocity", 0.3))  # nothing looks at rest
-    bench.run(10)  # not so long that the encoder counts as frozen
+    bench.after_sensing(partial(drift, slow, itertools.count(1)))  # nothing looks at rest
+    bench.run(10)
     happen, reason, _, detect = STOPS[name]
     happen(bench)
     bench.until(Mode.STOPPED, limit=detect + 1)
