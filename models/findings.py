@@ -7,6 +7,7 @@ from collections.abc import Iterable
 from typing import NoReturn
 
 from .errors import ModelError
+from .printable import beginning
 from .xml_tree import SHOWN, Element
 
 LISTED = 20
@@ -35,5 +36,4 @@ def near(word: str, known: Iterable[str]) -> str:
 
 def shown(text: str) -> str:
     """A text of a file, fit for a message: its beginning, printable."""
-    text = text if len(text) <= SHOWN else text[:SHOWN] + "..."
-    return "".join(c if c.isprintable() else "?" for c in text)
+    return beginning(text, SHOWN)

@@ -15,6 +15,7 @@ import msgspec
 
 from ..devices.errors import DeviceError
 from ..models import ModelError
+from ..models.printable import printable
 from . import config
 from .arguments import MAX_SECONDS, Commands, Parser, bit_rate, number, setting
 from .benchmarks import add_benchmarks
@@ -22,7 +23,7 @@ from .errors import ConfigError, HapticdError
 from .interrupts import Interrupted, held, say
 from .invocation import program
 from .outputs import folder
-from .screen import printable, steerable
+from .screen import steerable
 
 EPILOG = """examples:
   {program} run giant

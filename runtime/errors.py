@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from ..models.printable import printable
+
 
 class HapticdError(Exception):
     """Base of everything the command line reports without a traceback.
@@ -28,7 +30,7 @@ class Finding:
 
     def __str__(self) -> str:
         text = (f"{self.key}: " if self.key else "") + self.problem + (f"; {self.fix}" if self.fix else "")
-        return "".join(c if c.isprintable() else "?" for c in text)  # a file does not write to the terminal
+        return printable(text)
 
 
 class ConfigError(HapticdError):

@@ -7,6 +7,7 @@ import textwrap
 import unicodedata
 from collections.abc import Callable, Sequence
 
+from ..models.printable import printable
 from .outlet import Outlet
 
 CLEAR_BELOW = "\x1b[J"
@@ -95,13 +96,6 @@ def terminal_size(fd: int) -> tuple[int, int]:
     except OSError:
         return FALLBACK
     return size.columns or FALLBACK[0], size.lines or FALLBACK[1]
-
-
-def printable(text: str) -> str:
-    """The text without characters that would steer a terminal."""
-    if text.isprintable():
-        return text
-    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
 
 
 def fit(words: Sequence[str], columns: int) -> str:

@@ -7,6 +7,7 @@ from math import inf, isinf, pi
 from typing import ClassVar
 
 from ..models.numerals import number
+from ..models.printable import beginning
 from ..models.ranges import Range
 
 DIMENSIONS: dict[str, dict[str, float]] = {
@@ -109,9 +110,7 @@ def parse(text: object, dimension: str) -> tuple[float, ...]:
 
 def shown(value: object) -> str:
     """A value of a file, fit for a message: its beginning, printable."""
-    text = value if isinstance(value, str) else repr(value)
-    text = text if len(text) <= SHOWN else text[:SHOWN] + "..."
-    return "".join(c if c.isprintable() else "?" for c in text)
+    return beginning(value if isinstance(value, str) else repr(value), SHOWN)
 
 
 def require_range(text: object, values: tuple[float, ...], allowed: Range) -> None:

@@ -92,10 +92,11 @@ class ForeignNode:
         counter, flags = struct.unpack_from("<HB", data)
         self.enabled_outputs += flags & 1
         if self.node.nmt.state == "OPERATIONAL":
-            payload = struct.pack("<HB", counter, 8 if flags & 1 else 4)
+            payload = struct.pack("<HB", counter, 8 if flags & 1 else 4) + self.inputs
             self.node.network.send_message(0x180 + self.node.id, payload.ljust(self.tpdo_length, b"\0"))
 
     tpdo_length = 0
+    inputs = b""
 
     def close(self) -> None:
         self.node.nmt.stop_heartbeat()
@@ -297,11 +298,12 @@ def test_a_text_padded_with_zeros_and_numbers_without_their_size_are_understood(
 
 
 def test_a_foreign_drive_that_never_enables_stops_the_walk_and_is_named(foreign: Foreign) -> None:
-    _, master = foreign("joint1")
+    node, master = foreign("joint1")
+    node.inputs = struct.pack("<HB", 0x40, 10)  # switch on disabled, in its mode of operation; and stays so
     master.bring_up()
     power = PowerStage(master.image, ["joints"], deadline=50)
     power.request(State.OPERATION_ENABLED)
     master.image["joints.target_torque"][:] = 5.0
-    with pytest.raises(TransitionError, match=r"joint1 \(node 1\) did not make transition 1: "):
+    with pytest.raises(TransitionError, match=r"joint1 \(node 1\) did not make transition 2: "):
         for _ in range(1000):
             master.tick(power.step, operational=True)

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from hapticd.runtime.children import tied
-from hapticd.runtime.log import MAGIC
+from hapticd.runtime.recording import MAGIC
 
 CTRL_C = "\x03"
 PATIENCE_S = 60.0

@@ -11,8 +11,9 @@ import tty
 from collections.abc import Iterator
 
 import pytest
+from hapticd.models.printable import printable
 from hapticd.runtime.outlet import CHUNK, MOST_PENDING, Outlet, reopened
-from hapticd.runtime.screen import FALLBACK, Screen, fit, printable, steerable, terminal_size, width
+from hapticd.runtime.screen import FALLBACK, Screen, fit, steerable, terminal_size, width
 
 from .terminal import Emulator
 
