@@ -7,6 +7,8 @@
 #include <string.h>
 
 enum { MAX_N = 1024, MAX_LEVELS = 256, MAX_ROWS = 4096 };
+static const ptrdiff_t MAX_CELLS =
+    1 << 26; /* rows times n; four arrays of this size are the bulk of a solver: 2 GiB */
 
 static const double LARGEST = 1e100, SMALLEST = 1e-100; /* of a coefficient; of the norm of a row that acts */
 static const double CLOSED = 1e-9;                      /* lb > ub by less than this part of them: a point */
@@ -137,6 +139,7 @@ hqp_solver *hqp_create(const hqp_dims *dims, const hqp_settings *settings) {
         if (rows > shape.widest) shape.widest = rows;
         shape.total += rows;
     }
+    if (shape.total * shape.ld > MAX_CELLS) return NULL;
     const size_t bytes = lay_out(&shape, NULL);
     char *arena = aligned_alloc(64, bytes);
     if (!arena) return NULL;

@@ -68,8 +68,8 @@ typedef struct hqp_solver hqp_solver;
 /* feasibility 1e-13, rank 1e-9, rounding 5e-15, max_iterations 0: 8 n, at least 64. */
 hqp_settings hqp_default_settings(void);
 
-/* The only function that allocates. settings may be NULL. NULL: dimension or setting out of range, no memory.
- */
+/* The only function that allocates. settings may be NULL. NULL: dimension or setting out of range, more than
+ * 2^26 coefficients (rows of all levels times n), no memory. */
 hqp_solver *hqp_create(const hqp_dims *dims, const hqp_settings *settings);
 
 /* Solve, starting from the last solution and its working sets. levels: [dims.levels]; x: [n], written only.
