@@ -12,6 +12,8 @@ static const ptrdiff_t MAX_CELLS =
 
 static const double LARGEST = 1e100, SMALLEST = 1e-100; /* of a coefficient; of the norm of a row that acts */
 static const double CLOSED = 1e-9;                      /* lb > ub by less than this part of them: a point */
+enum { ATTEMPTS = 3 };                                  /* walks of the levels that are not proven */
+enum { WANDERING = 32 }; /* iterations after n in which a sweep has settled, or will not */
 
 hqp_settings hqp_default_settings(void) {
     return (hqp_settings){.feasibility = 1e-13, .rank = 1e-9, .rounding = 5e-15, .max_iterations = 0};
@@ -25,6 +27,8 @@ const char *hqp_status_name(hqp_status status) {
         return "iteration cap reached";
     case HQP_REPEATED_SET:
         return "working set repeated";
+    case HQP_NOT_PROVEN:
+        return "not proven optimal";
     case HQP_BAD_MATRIX:
         return "entry not finite";
     case HQP_BAD_BOUNDS:
@@ -89,6 +93,13 @@ static size_t lay_out(hqp_solver *s, char *arena) {
         {&s->step, ld},
         {&s->reduced, ld},
         {&s->start, ld},
+        {&s->good, ld},
+        {&s->descent, ld},
+        {&s->cone.lb, rows},
+        {&s->cone.ub, rows},
+        {&s->cone.x, ld},
+        {&s->cone.target, ld},
+        {&s->none, levels},
         {&s->kept, ld},
         {&s->path, ld * (levels + 1)},
     };
@@ -99,8 +110,8 @@ static size_t lay_out(hqp_solver *s, char *arena) {
                           &s->work_order, &s->fit_order, &s->column_row, &s->held.id, &s->clash.id};
     for (size_t i = 0; i < sizeof ints / sizeof *ints; i++)
         *ints[i] = slice(arena, &used, most * sizeof(int));
-    signed char **const flags[] = {&s->kind,      &s->side, &s->forced, &s->guess_side, &s->guess_held_side,
-                                   &s->clash.side};
+    signed char **const flags[] = {
+        &s->kind, &s->side, &s->forced, &s->guess_side, &s->guess_held_side, &s->clash.side, &s->cone.kind};
     for (size_t i = 0; i < sizeof flags / sizeof *flags; i++) *flags[i] = slice(arena, &used, most);
     s->guess_held_at = slice(arena, &used, rows * sizeof(short));
     s->frozen_at = slice(arena, &used, rows * sizeof(short));
@@ -110,6 +121,7 @@ static size_t lay_out(hqp_solver *s, char *arena) {
     s->row0 = slice(arena, &used, (levels + 1) * sizeof(int));
     s->rank_at = slice(arena, &used, (levels + 2) * sizeof(int));
     s->equalities = slice(arena, &used, levels * sizeof(int));
+    s->slack = slice(arena, &used, levels);
     return used;
 }
 
@@ -133,7 +145,7 @@ hqp_solver *hqp_create(const hqp_dims *dims, const hqp_settings *settings) {
     if (!dims_fit(dims) || !settings_fit(settings)) return NULL;
     hqp_solver shape = {
         .n = dims->n, .levels = dims->levels, .ld = hqp_ceil4(dims->n), .settings = *settings};
-    if (shape.settings.max_iterations == 0) shape.settings.max_iterations = shape.n <= 8 ? 64 : 8 * shape.n;
+    if (shape.settings.max_iterations == 0) shape.settings.max_iterations = shape.n <= 8 ? 128 : 16 * shape.n;
     for (int p = 0; p < dims->levels; p++) {
         const int rows = dims->equalities[p] + dims->inequalities[p];
         if (rows > shape.widest) shape.widest = rows;
@@ -161,7 +173,8 @@ void hqp_destroy(hqp_solver *s) {
     free(s);
 }
 
-void hqp_reset(hqp_solver *s) {
+/* Forget the working sets; x = 0. */
+static void forget(hqp_solver *s) {
     memset(s->x, 0, (size_t)s->ld * sizeof(double));
     for (int i = 0; i < s->total; i++) {
         s->guess_side[i] = s->guess_held_side[i] = 0;
@@ -169,6 +182,10 @@ void hqp_reset(hqp_solver *s) {
         s->strength[i] = 0.0;
     }
     s->warm = s->resumable = 0;
+}
+
+void hqp_reset(hqp_solver *s) {
+    forget(s);
 }
 
 /* Norm of a row of `given` and where its nonzeros are; 0 where an entry is not usable. */
@@ -231,16 +248,13 @@ static signed char activity(const hqp_solver *s, int id, double value) {
     return isfinite(s->lb[id]) && hqp_at_bound(s, id, -1, value, s->x_norm) ? -1 : 0;
 }
 
-/* slack and activity of all rows at x */
+/* slack and activity of all rows at x, whose values are known */
 static void report(const hqp_solver *s, hqp_info *info) {
     double *w = info->w, *v = info->v;
     signed char *active = info->active;
     for (int p = 0; p < s->levels; p++) {
         for (int i = s->row0[p]; i < s->row0[p + 1]; i++) {
-            const double value = hqp_value(s, i, s->x);
-            const double slack = value < s->lb[i]   ? s->lb[i] - value
-                                 : value > s->ub[i] ? s->ub[i] - value
-                                                    : 0.0;
+            const double value = s->value[i], slack = hqp_slack(s, i);
             if (i < s->row0[p] + s->equalities[p]) {
                 if (w) *w++ = slack;
                 continue;
@@ -257,8 +271,8 @@ static hqp_status refuse(hqp_solver *s, hqp_status status, int level, double *x,
     for (int i = 0; i < equalities && info->w; i++) info->w[i] = NAN;
     for (int i = 0; i < s->total - equalities && info->v; i++) info->v[i] = NAN;
     if (info->active) memset(info->active, 0, (size_t)(s->total - equalities));
-    memcpy(s->x, s->start, (size_t)s->ld * sizeof(double));
-    memcpy(x, s->start, (size_t)s->n * sizeof(double));
+    memcpy(s->x, s->good, (size_t)s->ld * sizeof(double));
+    memcpy(x, s->good, (size_t)s->n * sizeof(double));
     s->resumable = s->warm = 0;
     info->status = status;
     info->iterations = s->iterations;
@@ -283,46 +297,105 @@ static hqp_status walk_from(hqp_solver *s, int first) {
     return status;
 }
 
+/* Take the factorisation and x to the start of level `first`. */
 static void start_at(hqp_solver *s, const double *x, int first) {
     memcpy(s->x, x, (size_t)s->ld * sizeof(double));
     hqp_rewind(s, first);
 }
 
+enum outcome { LOST, SETTLED, PROVEN }; /* SETTLED: x is likely, its proof is missing */
+
+static int is_proven(hqp_solver *s) {
+    hqp_find_values(s);
+    return hqp_prove(s, s->levels) == s->levels;
+}
+
 /*
- * Sweep, at first with fixings taken ahead of their turn; if that does not settle, walk. What rounding left
- * while x was far away is then put right by one more sweep with the sets that the walk found.
+ * Sweep, and prove the answer. Where that fails because rounding left too much while x was far away, or over
+ * many solves with a factorisation that was kept, one more sweep with the same sets puts it right.
  */
-static hqp_status solve_from(hqp_solver *s, int first) {
-    s->resumable = s->levels_done = s->levels;
-    s->iteration_limit = s->settings.max_iterations / 2;
-    first = hqp_fix(s, first);
+static enum outcome sweep(hqp_solver *s, int first, int repair) {
+    hqp_rewind(s, first);
+    if (!hqp_sweep(s, first, repair)) return LOST;
+    if (is_proven(s)) return PROVEN;
+    memcpy(s->kept, s->x, (size_t)s->ld * sizeof(double));
+    hqp_rewind(s, 0);
+    const int settled = hqp_sweep(s, 0, 0);
+    if (settled && is_proven(s)) return PROVEN;
+    if (!settled) memcpy(s->x, s->kept, (size_t)s->ld * sizeof(double));
+    return SETTLED;
+}
+
+/* The first method: sweep, at first with fixings taken ahead of their turn. */
+static enum outcome try_sweeps(hqp_solver *s, int *first) {
+    const int left = s->settings.max_iterations - s->iterations, share = left - left / 8;
+    const int limit = share < s->n + WANDERING ? share : s->n + WANDERING;
+    const int begin = s->iterations;
+    s->iteration_limit = begin + limit / 2;
+    *first = hqp_fix(s, *first);
     if (s->fixed_through >= 0) {
-        hqp_rewind(s, first);
-        if (hqp_sweep(s, first, 1)) return HQP_SOLVED;
+        const enum outcome outcome = sweep(s, *first, 1);
+        if (outcome != LOST) return outcome;
         hqp_unfix(s);
         memcpy(s->x, s->start, (size_t)s->ld * sizeof(double));
+        *first = 0;
+    }
+    s->iteration_limit = begin + limit;
+    return sweep(s, *first, 1);
+}
+
+/* Whether x, where the walk ended, is proven as it is or after a sweep with the walk's sets, which puts right
+ * what rounding left. If not, s->levels_done levels are, and the next can be walked again. */
+static int is_walk_proven(hqp_solver *s, hqp_status of_walk) {
+    memcpy(s->kept, s->x, (size_t)s->ld * sizeof(double));
+    if (of_walk == HQP_SOLVED && sweep(s, 0, 0) == PROVEN) return 1;
+    memcpy(s->x, s->kept, (size_t)s->ld * sizeof(double));
+    const int rank = s->rank_at[s->levels];
+    s->levels_done = hqp_prove_by_descent(s, of_walk == HQP_ITERATION_CAP ? s->levels_done : s->levels);
+    s->resumable = 0;
+    if (s->levels_done < s->levels) return 0;
+    s->rank_at[s->levels] = rank; /* with the rows that the levels hold */
+    return 1;
+}
+
+/* The second method: walk, from what the sweep found or else from the start; and again from the first level
+ * without proof. */
+static hqp_status try_walk(hqp_solver *s, enum outcome of_sweep, int first) {
+    hqp_status status = HQP_NOT_PROVEN;
+    s->iteration_limit = s->settings.max_iterations;
+    if (of_sweep == SETTLED)
+        first = hqp_prove_by_descent(s, s->levels);
+    else
+        start_at(s, s->start, first);
+    for (int attempt = 0; attempt < ATTEMPTS && status != HQP_ITERATION_CAP; attempt++) {
+        status = walk_from(s, first);
+        if (is_walk_proven(s, status)) return HQP_SOLVED;
+        first = s->levels_done;
+    }
+    hqp_find_values(s);
+    return status == HQP_SOLVED ? HQP_NOT_PROVEN : status;
+}
+
+/* Only what is proven is solved: one method after the other, and both again from cold. */
+static hqp_status solve_from(hqp_solver *s, int first) {
+    hqp_status status = HQP_SOLVED;
+    for (int warm = s->warm; warm >= 0; warm--) {
+        memcpy(s->start, s->x, (size_t)s->ld * sizeof(double));
+        s->resumable = s->levels_done = s->levels;
+        const enum outcome outcome = try_sweeps(s, &first);
+        if (outcome == PROVEN) return HQP_SOLVED;
+        status = try_walk(s, outcome, first);
+        if (status == HQP_SOLVED || status == HQP_ITERATION_CAP) return status;
+        if (warm) forget(s);
         first = 0;
     }
-    s->iteration_limit = s->settings.max_iterations;
-    hqp_rewind(s, first);
-    if (hqp_sweep(s, first, 1)) return HQP_SOLVED;
-    s->iteration_limit = s->iterations + s->settings.max_iterations;
-    start_at(s, s->start, first);
-    const hqp_status status = walk_from(s, first);
-    memcpy(s->kept, s->x, (size_t)s->ld * sizeof(double));
-    s->resumable = s->levels_done;
-    if (status != HQP_SOLVED) return status;
-    hqp_rewind(s, first);
-    if (hqp_sweep(s, first, 0)) return status;
-    start_at(s, s->kept, first);
-    s->resumable = first;
     return status;
 }
 
 hqp_status hqp_resolve(hqp_solver *s, const hqp_level *levels, int first, double *x, hqp_info *info) {
     if (first > s->resumable) first = s->resumable;
     if (first < 0) first = 0;
-    memcpy(s->start, s->x, (size_t)s->ld * sizeof(double));
+    memcpy(s->good, s->x, (size_t)s->ld * sizeof(double));
     s->iterations = 0;
     for (int p = first; p < s->levels; p++) {
         const hqp_status status = load_level(s, p, &levels[p]);

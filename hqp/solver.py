@@ -28,6 +28,7 @@ class Status(IntEnum):
     SOLVED = lib.HQP_SOLVED
     ITERATION_CAP = lib.HQP_ITERATION_CAP
     REPEATED_SET = lib.HQP_REPEATED_SET
+    NOT_PROVEN = lib.HQP_NOT_PROVEN
     BAD_MATRIX = lib.HQP_BAD_MATRIX
     BAD_BOUNDS = lib.HQP_BAD_BOUNDS
     OVERFLOW = lib.HQP_OVERFLOW
@@ -123,7 +124,7 @@ class Solver:
         rank: a row is dependent on others when less than this part of its norm is left.
         rounding: relative error of row . x; a multiplier that it could have caused counts as zero.
         max_iterations: working sets that may be tried after the first of each level, over the whole solve;
-            0: 8 n, at least 64.
+            0: 16 n, at least 128.
 
     Raises:
         HqpError: a size or a setting that is out of range.
