@@ -111,7 +111,8 @@ static size_t lay_out(hqp_solver *s, char *arena) {
     for (size_t i = 0; i < sizeof ints / sizeof *ints; i++)
         *ints[i] = slice(arena, &used, most * sizeof(int));
     signed char **const flags[] = {
-        &s->kind, &s->side, &s->forced, &s->guess_side, &s->guess_held_side, &s->clash.side, &s->cone.kind};
+        &s->kind,       &s->side,      &s->forced, &s->guess_side, &s->guess_held_side,
+        &s->clash.side, &s->cone.kind, &s->clear};
     for (size_t i = 0; i < sizeof flags / sizeof *flags; i++) *flags[i] = slice(arena, &used, most);
     s->guess_held_at = slice(arena, &used, rows * sizeof(short));
     s->frozen_at = slice(arena, &used, rows * sizeof(short));
@@ -318,6 +319,7 @@ static enum outcome sweep(hqp_solver *s, int first, int repair) {
     hqp_rewind(s, first);
     if (!hqp_sweep(s, first, repair)) return LOST;
     if (is_proven(s)) return PROVEN;
+    if (s->is_doubtful) return SETTLED;
     memcpy(s->kept, s->x, (size_t)s->ld * sizeof(double));
     hqp_rewind(s, 0);
     const int settled = hqp_sweep(s, 0, 0);
@@ -344,18 +346,22 @@ static enum outcome try_sweeps(hqp_solver *s, int *first) {
     return sweep(s, *first, 1);
 }
 
+/* Prove the first `count` levels by projection, with a factorisation that hqp_resolve cannot take up. */
+static int is_proven_by_descent(hqp_solver *s, int count) {
+    const int rank = s->rank_at[s->levels];
+    s->resumable = 0;
+    s->levels_done = hqp_prove_by_descent(s, count);
+    s->rank_at[s->levels] = rank; /* with the rows that the levels hold */
+    return s->levels_done == s->levels;
+}
+
 /* Whether x, where the walk ended, is proven as it is or after a sweep with the walk's sets, which puts right
  * what rounding left. If not, s->levels_done levels are, and the next can be walked again. */
 static int is_walk_proven(hqp_solver *s, hqp_status of_walk) {
     memcpy(s->kept, s->x, (size_t)s->ld * sizeof(double));
     if (of_walk == HQP_SOLVED && sweep(s, 0, 0) == PROVEN) return 1;
     memcpy(s->x, s->kept, (size_t)s->ld * sizeof(double));
-    const int rank = s->rank_at[s->levels];
-    s->levels_done = hqp_prove_by_descent(s, of_walk == HQP_ITERATION_CAP ? s->levels_done : s->levels);
-    s->resumable = 0;
-    if (s->levels_done < s->levels) return 0;
-    s->rank_at[s->levels] = rank; /* with the rows that the levels hold */
-    return 1;
+    return is_proven_by_descent(s, of_walk == HQP_ITERATION_CAP ? s->levels_done : s->levels);
 }
 
 /* The second method: walk, from what the sweep found or else from the start; and again from the first level
@@ -363,17 +369,22 @@ static int is_walk_proven(hqp_solver *s, hqp_status of_walk) {
 static hqp_status try_walk(hqp_solver *s, enum outcome of_sweep, int first) {
     hqp_status status = HQP_NOT_PROVEN;
     s->iteration_limit = s->settings.max_iterations;
-    if (of_sweep == SETTLED)
-        first = hqp_prove_by_descent(s, s->levels);
-    else
+    if (of_sweep == LOST)
         start_at(s, s->start, first);
-    for (int attempt = 0; attempt < ATTEMPTS && status != HQP_ITERATION_CAP; attempt++) {
+    else if (is_proven_by_descent(s, s->levels))
+        status = HQP_SOLVED;
+    else
+        first = s->levels_done;
+    for (int i = 0; i < ATTEMPTS && status != HQP_SOLVED && status != HQP_ITERATION_CAP; i++) {
         status = walk_from(s, first);
-        if (is_walk_proven(s, status)) return HQP_SOLVED;
+        if (is_walk_proven(s, status))
+            status = HQP_SOLVED;
+        else if (status == HQP_SOLVED)
+            status = HQP_NOT_PROVEN;
         first = s->levels_done;
     }
     hqp_find_values(s);
-    return status == HQP_SOLVED ? HQP_NOT_PROVEN : status;
+    return status;
 }
 
 /* Only what is proven is solved: one method after the other, and both again from cold. */

@@ -44,6 +44,7 @@ struct hqp_solver {
     signed char *kind;       /* HQP_IDLE, HQP_EQUALITY, HQP_RANGE */
     signed char *side;       /* membership in the working set: -1 at lb, 1 at ub, 0 no member */
     signed char *forced;     /* of a clash found in this solve: certainly at its bound */
+    signed char *clear;      /* of a frozen row that a level held: its multiplier is certainly not zero */
     signed char *guess_side; /* side the row is fitted at in its own level */
     signed char *guess_held_side;     /* side it is held at in a later level .. */
     short *guess_held_at, *frozen_at; /* .. namely in this one, or -1; level that froze the row, or -1 */
@@ -92,6 +93,7 @@ struct hqp_solver {
     } cone;
     double *none;       /* [levels] length of a gradient that counts as none */
     signed char *slack; /* [levels] there is a slack to be proven minimal */
+    int is_doubtful;    /* the last proof failed on rows that were settled by too small a multiplier */
     double *path;       /* [levels + 1][ld] x at the start of each level of a sweep */
     double x_norm, trial_norm;
     int iterations, iteration_limit;

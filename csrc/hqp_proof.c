@@ -15,6 +15,8 @@
 
 static const double PROVEN = 1e-9;    /* times norm of row (1 + slack): a gradient that counts as none */
 static const double ROUNDINGS = 20.0; /* times rounding of row . x: the same */
+static const double SETTLED = 1e3;    /* times that: a multiplier so small settles nothing; who relied on it
+                                         would find lower levels held by factors of a million */
 static const double TOUCHING =
     1e-9; /* times (1 + |bound|), plus rounding: a row this close is at its bound */
 
@@ -28,8 +30,8 @@ void hqp_find_values(hqp_solver *s) {
 int hqp_has_slack(hqp_solver *s, int level) {
     double squares = 0.0, largest = 0.0, most = 0.0;
     for (int i = s->row0[level]; i < s->row0[level + 1]; i++) {
-        if (s->kind[i] == HQP_IDLE) continue;
         const double slack = hqp_slack(s, i);
+        if (slack == 0.0 || s->kind[i] == HQP_IDLE) continue;
         squares += slack * slack;
         most += fabs(slack) * s->norm[i];
         if (s->norm[i] > largest) largest = s->norm[i];
@@ -90,8 +92,8 @@ static int first_doubtful(const hqp_solver *s) {
         for (int i = s->row0[p]; i < s->row0[p + 1]; i++) {
             const int at = s->frozen_at[i];
             if (at < 0 || at >= first) continue;
-            const int is_clear =
-                at == p ? hqp_outside(s, i, s->value[i], s->x_norm) : s->strength[i] > s->none[at];
+            const int is_clear = at == p ? hqp_outside(s, i, s->value[i], s->x_norm)
+                                         : s->clear[i] && s->strength[i] > SETTLED * s->none[at];
             if (!is_clear) first = at;
         }
     }
@@ -105,9 +107,11 @@ static int first_doubtful(const hqp_solver *s) {
 int hqp_prove(hqp_solver *s, int count) {
     for (int p = 0; p < s->levels; p++) s->slack[p] = (signed char)hqp_has_slack(s, p);
     const int doubtful = first_doubtful(s);
+    s->is_doubtful = 0;
     for (int p = 0; p < count; p++) {
         if (!s->slack[p]) continue;
-        if (p <= s->fixed_through || p > doubtful) return p;
+        s->is_doubtful = p > doubtful;
+        if (p <= s->fixed_through || s->is_doubtful) return p;
         if (s->rank_at[p] < s->width && !is_fulfilled(s, p)) return p;
     }
     return count;

@@ -146,6 +146,7 @@ static int release_doubtful(hqp_solver *s, int level) {
     for (int i = 0; i < s->work_rank; i++) {
         const int id = s->work[s->work_order[i]], is_clear = s->multiplier[i] > CLEAR * s->rounding[i];
         s->strength[id] = s->multiplier[i];
+        s->clear[id] = (signed char)is_clear;
         if (s->forced[id] || is_clear) continue;
         s->side[id] = 0;
         changes++;

@@ -234,17 +234,21 @@ class Solver:
     def _solve_from(self, first: int, levels: Iterable[Level]) -> Solution:
         self._take()
         try:
-            here = threading.get_ident()
-            if self._thread not in (None, here):
-                raise HqpError(
-                    "Solver", "belongs to another thread", "give each its own, or hand it over with reset()"
-                )
-            first = min(first, self._bind(levels))
-            self._thread = here
+            if threading.get_ident() != self._thread:
+                self._own()
+            if levels is not self._bound:  # the same tuple holds the same levels
+                first = min(first, self._bind(levels))
             lib.hqp_resolve(self._solver, self._levels, first, self._solution._x, self._info)
         finally:
             self._lock.release()
         return self._solution
+
+    def _own(self) -> None:
+        if self._thread is not None:
+            raise HqpError(
+                "Solver", "belongs to another thread", "give each its own, or hand it over with reset()"
+            )
+        self._thread = threading.get_ident()
 
     def _take(self) -> None:
         if not self._lock.acquire(blocking=False):
@@ -253,8 +257,6 @@ class Solver:
     def _bind(self, levels: Iterable[Level]) -> int:
         """Point at the arrays of these levels. Returns the first level that is not the one bound already."""
         count = len(self._rows)
-        if levels is self._bound:  # a tuple, so it cannot have changed
-            return count
         new = _listed(levels, count)
         if len(new) == len(self._bound) == count and all(map(operator.is_, new, self._bound)):
             return count
