@@ -54,17 +54,9 @@ static hqp_rows slice_rows(char *arena, size_t *used, size_t rows, size_t ld) {
     return r;
 }
 
-/* Give every array its place behind the solver; returns the size of the whole. */
-static size_t lay_out(hqp_solver *s, char *arena) {
+static void lay_out_reals(hqp_solver *s, char *arena, size_t *used) {
     const size_t rows = (size_t)s->total, n = (size_t)s->n, ld = (size_t)s->ld, levels = (size_t)s->levels;
     const size_t widest = (size_t)s->widest, most = rows + n + 1;
-    size_t used = (sizeof *s + 63) & ~(size_t)63;
-    s->given = slice_rows(arena, &used, rows, ld);
-    s->base = slice_rows(arena, &used, rows, ld);
-    s->work_rows = slice_rows(arena, &used, rows, ld);
-    s->fit_rows = slice_rows(arena, &used, widest > n ? widest : n, ld);
-    s->reflector = slice_rows(arena, &used, n, ld);
-    s->direction = slice_rows(arena, &used, n, ld);
     const struct {
         double **at;
         size_t count;
@@ -104,8 +96,22 @@ static size_t lay_out(hqp_solver *s, char *arena) {
         {&s->path, ld * (levels + 1)},
     };
     for (size_t i = 0; i < sizeof reals / sizeof *reals; i++) {
-        *reals[i].at = slice(arena, &used, reals[i].count * sizeof(double));
+        *reals[i].at = slice(arena, used, reals[i].count * sizeof(double));
     }
+}
+
+/* Give every array its place behind the solver; returns the size of the whole. */
+static size_t lay_out(hqp_solver *s, char *arena) {
+    const size_t rows = (size_t)s->total, n = (size_t)s->n, ld = (size_t)s->ld, levels = (size_t)s->levels;
+    const size_t widest = (size_t)s->widest, most = rows + n + 1;
+    size_t used = (sizeof *s + 63) & ~(size_t)63;
+    s->given = slice_rows(arena, &used, rows, ld);
+    s->base = slice_rows(arena, &used, rows, ld);
+    s->work_rows = slice_rows(arena, &used, rows, ld);
+    s->fit_rows = slice_rows(arena, &used, widest > n ? widest : n, ld);
+    s->reflector = slice_rows(arena, &used, n, ld);
+    s->direction = slice_rows(arena, &used, n, ld);
+    lay_out_reals(s, arena, &used);
     int **const ints[] = {&s->column,     &s->done,      &s->only,       &s->work,    &s->fit,
                           &s->work_order, &s->fit_order, &s->column_row, &s->held.id, &s->clash.id};
     for (size_t i = 0; i < sizeof ints / sizeof *ints; i++)

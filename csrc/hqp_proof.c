@@ -13,12 +13,12 @@
 
 #include <string.h>
 
-static const double PROVEN = 1e-9;    /* times norm of row (1 + slack): a gradient that counts as none */
-static const double ROUNDINGS = 20.0; /* times rounding of row . x: the same */
-static const double SETTLED = 1e3;    /* times that: a multiplier so small settles nothing; who relied on it
-                                         would find lower levels held by factors of a million */
-static const double TOUCHING =
-    1e-9; /* times (1 + |bound|), plus rounding: a row this close is at its bound */
+/* times norm of row (1 + slack): a gradient that counts as none; and times rounding of row . x: the same */
+static const double PROVEN = 1e-9, ROUNDINGS = 20.0;
+/* times that: a smaller multiplier settles no row, or lower levels could lean on it a million times over */
+static const double SETTLED = 1e3;
+/* times (1 + |bound|), plus rounding: a row this close is at its bound */
+static const double TOUCHING = 1e-9;
 
 /* s->value = row . x */
 void hqp_find_values(hqp_solver *s) {

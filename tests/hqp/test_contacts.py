@@ -87,6 +87,26 @@ def test_equalities_stay_met_through_a_thousand_warm_ticks_of_jumping_targets():
             assert is_proven(levels, solution), tick
 
 
+def test_a_multiplier_that_rounding_could_make_lets_no_lower_level_suffer():
+    """Rows that a level holds by 1e-8 of its gradient must not be taken for settled by the levels below."""
+    rng = np.random.default_rng(12)
+    ticks = recorded("contact_accuracy")
+    levels = tuple(ticks[0])
+    targets = [[level.b.copy() for level in tick] for tick in ticks]
+    matrices = [[(level.A.copy(), level.C.copy()) for level in tick] for tick in ticks]
+    solver = solver_of(levels)
+    for tick in range(260):
+        source = rng.integers(len(ticks))
+        if rng.random() < 0.1:
+            for level, (A, C) in zip(levels, matrices[source], strict=True):
+                level.A[:], level.C[:] = A, C
+        for level, b in zip(levels, targets[source], strict=True):
+            leap = rng.choice([0, 1e-3, 0.01, 0.3], p=[0.4, 0.3, 0.2, 0.1])
+            level.b[:] = b * (1.0 + (1e-3 if level is levels[0] else leap) * rng.normal(size=len(b)))
+        solution = solver.solve(levels)
+        assert solution.status is Status.SOLVED and is_proven(levels, solution), tick
+
+
 @pytest.mark.parametrize("cap", [1, 5, 20, 50, 100, 5000])
 def test_the_cap_is_kept_by_both_methods_together_and_the_search_ends_before_a_large_one(cap):
     for name in ("contact_cold", "contact_warm", "contact_accuracy"):
