@@ -49,9 +49,9 @@ class Recording:
         """The problem of one tick, in arrays of its own."""
         return [Level(**{k: a[tick].copy() for k, a in zip(PARTS, part, strict=True)}) for part in self.parts]
 
-    def replay(self, ticks: Sequence[int] | None = None) -> Iterator[tuple[int, list[Level]]]:
+    def replay(self, ticks: Sequence[int] | None = None) -> Iterator[tuple[int, Sequence[Level]]]:
         """Each tick and its problem, all in the same arrays: as a control loop would hand them over."""
-        shared = self.levels(0)
+        shared = tuple(self.levels(0))
         for tick in range(len(self)) if ticks is None else ticks:
             for level, part in zip(shared, self.parts, strict=True):
                 for name, array in zip(PARTS, part, strict=True):

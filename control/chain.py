@@ -156,7 +156,7 @@ class ChainLevels:
         self._keep.append(rows)
         return rows
 
-    def _levels(self) -> list[Level]:
+    def _levels(self) -> tuple[Level, ...]:
         n, dim = self.n, self.dim
         torques = n + 13
         unit = np.eye(dim)
@@ -168,7 +168,7 @@ class ChainLevels:
         def bounds(level: int, rows: int) -> dict[str, Array]:
             return {"lb": self._array(f"lb{level}", rows), "ub": self._array(f"ub{level}", rows)}
 
-        return [
+        return (
             Level(A=self._array("A1", 6, dim), b=self._array("b1", 6)),
             Level(C=manipulator, **bounds(2, 6)),
             Level(C=tilt, **bounds(3, 1)),
@@ -180,4 +180,4 @@ class ChainLevels:
             Level(A=dynamics, b=self._array("b9", n)),
             Level(C=alpha, **bounds(10, torques)),
             Level(A=alpha, b=np.zeros(torques)),
-        ]
+        )
