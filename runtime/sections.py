@@ -76,7 +76,7 @@ class PythonCanBus(Strict, frozen=True, tag_field="kind", tag="python-can"):
     """Any interface of python-can that carries CAN FD; ``settings`` are handed to it as they are."""
 
     interface: str
-    channel: str | Annotated[int, Meta(ge=0, le=65535)]
+    channel: str | Annotated[int, Meta(ge=0, le=65535, description="a number of a channel or a port")]
     bitrate: BitRate | None = None
     data_bitrate: BitRate | None = None
     settings: dict[str, Any] = {}
