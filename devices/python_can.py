@@ -7,6 +7,7 @@ import difflib
 import inspect
 import re
 import secrets
+import shlex
 import sys
 from collections.abc import Mapping
 from importlib import import_module, metadata
@@ -175,7 +176,7 @@ def missing_packages(interface: str) -> list[str]:
 def install_command(interface: str) -> str:
     """What installs the packages that an interface needs."""
     extra = _OWN_EXTRAS.get(interface, interface.replace("_", "-"))
-    return f"{sys.executable} -m pip install 'python-can[{extra}]'"
+    return f"{sys.executable} -m pip install {shlex.quote(f'python-can[{extra}]')}"
 
 
 def _installed(package: str) -> bool:

@@ -277,9 +277,10 @@ def _log_path(given: Path | None, loaded: config.Loaded) -> Path:
             path.parent.mkdir(parents=True)
         path.touch(exist_ok=False)
     except FileExistsError as error:
+        if not path.exists():
+            raise LogPathError(f"cannot write the log {path}: {error.filename} is no folder") from error
         what = "is a folder" if path.is_dir() else "exists already"
-        there = path if path.exists() else path.parent
-        raise LogPathError(f"{there} {what}; name a new file with --log FILE") from error
+        raise LogPathError(f"{path} {what}; name a new file with --log FILE") from error
     except (OSError, ValueError) as error:
         why = error.strerror if isinstance(error, OSError) else str(error)
         raise LogPathError(f"cannot write the log {path}: {why}; name another with --log FILE") from error

@@ -6,7 +6,7 @@ import os
 from io import FileIO
 from pathlib import Path
 from tempfile import TemporaryFile
-from typing import TYPE_CHECKING
+from typing import IO, TYPE_CHECKING
 
 from .errors import HapticdError
 
@@ -41,12 +41,13 @@ class LogFile(FileIO):
         """
         self.full: OSError | None = None
         self._reserved = 0
+        self._reserve: IO[bytes] | None = None
         try:
             super().__init__(str(path), "w")
             self._reserve = TemporaryFile(dir=Path(path).parent, buffering=0)
             self._keep(RESERVE_BYTES)
         except OSError as error:
-            super().close()
+            self.close()
             raise LogWriteError(f"cannot write the log {path}: {error.strerror}") from error
 
     def write(self, data: ReadableBuffer, /) -> int:
@@ -71,15 +72,18 @@ class LogFile(FileIO):
 
     def close(self) -> None:
         """The reserve goes, too."""
-        self._reserve.close()
+        if self._reserve:
+            self._reserve.close()
         super().close()
 
     def _give_up(self, error: OSError) -> None:
         self.full = error
+        assert self._reserve
         self._reserve.close()
 
     def _keep(self, size: int) -> None:
         if size > self._reserved:
+            assert self._reserve
             os.posix_fallocate(self._reserve.fileno(), self._reserved, RESERVE_BYTES)
             self._reserved += RESERVE_BYTES
 

@@ -25,7 +25,7 @@ def report(machine: str, ticks: int = 30_000, skipped: int = 0, **changes: str) 
         LimitReport(s.name, s.unit, 0.0, 0.0, s.lower, s.upper, touched.get(s.name, ""), 1e-3)
         for s in limits.specs
     ]
-    empty = Summary(limits, 1000.0, 0).report(0)
+    empty = Summary.of(session).report(0)
     return msgspec.structs.replace(empty, ticks=ticks, skipped=skipped, limits=entries)
 
 
