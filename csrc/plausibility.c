@@ -31,7 +31,7 @@ int plausible_accept(const plausible_values *v, int elapsed) {
     return old;
 }
 
-int plausible_move(const plausible_motion *m, int elapsed, int free_to_move) {
+int plausible_move(const plausible_motion *m, int free_to_move) {
     int frozen = 0;
     for (int i = 0; i < m->n; i++) {
         m->frozen[i] = 0;
@@ -45,9 +45,9 @@ int plausible_move(const plausible_motion *m, int elapsed, int free_to_move) {
         /* a drive that is told nothing may have its brake closed */
         const int pushes = free_to_move && m->command[i] != 0.0 && fabs(net) > m->acting[i];
         const int32_t along = net > 0.0 ? 1 : -1;
-        m->still[i] = older(m->still[i], elapsed);
-        m->travel[i] += m->velocity[i] * m->dt * elapsed;
-        m->pushed[i] = pushes ? along * elapsed + (along * m->pushed[i] > 0 ? m->pushed[i] : 0) : 0;
+        m->still[i] = older(m->still[i], 1);
+        m->travel[i] += m->velocity[i] * m->dt;
+        m->pushed[i] = pushes ? along + (along * m->pushed[i] > 0 ? m->pushed[i] : 0) : 0;
         const int must_move =
             fabs(m->travel[i]) > m->reach[i] || m->pushed[i] >= m->limit || m->pushed[i] <= -m->limit;
         m->frozen[i] = m->still[i] >= m->limit && must_move;

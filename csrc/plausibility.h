@@ -50,8 +50,9 @@ typedef struct {
     uint8_t *frozen;        /* 1 where it stands still although the axis must move */
 } plausible_motion;
 
-/* Takes a tick; `free`: whether commands may move the axes. Returns how many encoders are frozen. */
-int plausible_move(const plausible_motion *m, int elapsed, int free_to_move);
+/* Takes a tick; `free_to_move`: whether commands may move the axes. Returns how many encoders are frozen.
+ * Ticks that were skipped do not count: nobody saw what the axes did meanwhile. */
+int plausible_move(const plausible_motion *m, int free_to_move);
 
 /* Pairs of encoders on both sides of a spring, or of nothing that yields. */
 typedef struct {

@@ -309,6 +309,7 @@ class Daemon:
         if self._stalled < FROZEN_S * self._rate:
             return True
         self._ending.failed = f"the simulated plant froze: no answer for {FROZEN_S:g} s"
+        self._ending.failed_at = self._rhythm.tick
         self._event(self._rhythm.tick, self._ending.failed)
         self.end()
         return False

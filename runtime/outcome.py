@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import inf
 from signal import Signals
 
 from ..safety import describe
@@ -42,6 +43,7 @@ class Ending:
         signals: that asked for the end, in their order.
         lost: the bus is gone: how that is known.
         failed: what broke in the program's own surroundings: the simulated plant, the log.
+        failed_at: tick of that; a stop from then on is its consequence.
         unrecorded: why there is no summary, where there is none.
     """
 
@@ -49,6 +51,7 @@ class Ending:
     signals: tuple[int, ...] = ()
     lost: str = ""
     failed: str = ""
+    failed_at: float = inf
     unrecorded: str = "the recorder was lost; there is no summary"
 
 
@@ -72,7 +75,7 @@ def _judge(memory: Memory, report: Report | None, ending: Ending) -> tuple[int, 
     if mode.powered and len(signals) > 1:
         again = f"{word}, and again: ended before the machine was at rest"
         return exit_status(signals[1]), f"{again}; {DRIVES_STOP}"
-    if memory.stopped_by:
+    if memory.stopped_by and memory.stopped_by.tick < ending.failed_at:
         stopped = f"stopped by safety: {describe(memory.stopped_by)}"
         return 3, "; ".join(filter(None, (stopped, ending.failed)))
     if ending.failed:

@@ -59,5 +59,5 @@ def _host(report: Report, simulated: bool) -> str:
     share = report.skipped / max(1, report.ticks + report.shed + report.skipped)
     if share <= KEPT_UP:
         return f"this host kept up ({100 * share:.2g} % of the ticks skipped)"
-    advice = "close other programs" + (", or run with --lockstep" if simulated else f"; try {program()} doctor")
-    return f"this host was too busy ({100 * share:.2g} % of the ticks skipped): {advice}"
+    other = ", or run with --lockstep" if simulated else f"; try {program()} doctor"
+    return f"this host was too busy ({100 * share:.2g} % of the ticks skipped): close other programs{other}"

@@ -129,9 +129,9 @@ class Motion:
             },
         )
 
-    def fine(self, elapsed: int, free: bool) -> bool:
+    def fine(self, free: bool) -> bool:
         """Take a tick; ``free`` says whether commands may move the axes. Whether none is frozen."""
-        return int(lib.plausible_move(self._core, elapsed, free)) == 0
+        return int(lib.plausible_move(self._core, free)) == 0
 
 
 class Pairs:
@@ -227,7 +227,7 @@ class Plausibility:
             for values in group.values:
                 fine &= values.accept(elapsed)
             for motion in group.motions:
-                fine &= motion.fine(elapsed, free)
+                fine &= motion.fine(free)
             for pair in group.pairs:
                 fine &= pair.fine()
         self.findings = self._calm if fine else self._find()
