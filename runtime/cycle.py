@@ -170,6 +170,11 @@ class Memory:
         return all(abs(v) <= most for v, most in zip(self.machine.velocity, self.rest, strict=True))
 
     @property
+    def starting(self) -> bool:
+        """Whether what moved while the drives had no torque may not have been measured yet."""
+        return self.mode in (Mode.ENABLING, Mode.ENGAGING) and self.gain < self.unseen
+
+    @property
     def secured(self) -> bool:
         """Whether no drive has power: none was ever switched on, or every one says now that it is off."""
         never = self.mode in (Mode.BRINGUP, Mode.FAILED)
@@ -253,7 +258,7 @@ def _run(inputs: Inputs, m: Memory, outputs: Outputs) -> None:
     press = m.dead_man.pressed_anew(seen.dead_man)
     if m.mode in (Mode.READY, Mode.STOPPED):
         _wait(inputs.commands, press, verdict, m, outputs)
-    elif m.mode in (Mode.ENABLING, Mode.ENGAGING) and m.gain < m.unseen:
+    elif m.starting:
         _keep_place(inputs.tick, m, outputs)
     if m.mode in STANDING:
         _stand(inputs.tick, m, outputs)
@@ -324,7 +329,8 @@ def _latch(verdict: Verdict, tick: int, m: Memory, outputs: Outputs) -> None:
 
     While no drive has power, what would merely hold the machine (R2) forbids to start as long as it lasts;
     what would switch it off is latched all the same, for it may be gone when somebody presses. A machine
-    whose drives just switch on has nothing to ramp down, and cannot be held either: they switch off again.
+    whose drives just switch on, or got torque so lately that what moved before is not measured yet, has
+    nothing to ramp down, and a ramp or a hold might pull at what moved: they switch off again.
     """
     if not (m.mode.powered or m.latch.trip) and verdict.reaction < Reaction.RAMP:
         return
@@ -332,7 +338,7 @@ def _latch(verdict: Verdict, tick: int, m: Memory, outputs: Outputs) -> None:
         return
     if verdict.reason != END:
         m.stopped_by = m.latch.trip
-    if m.mode.powered and m.mode is not Mode.ENABLING:
+    if m.mode.powered and not m.starting:
         if m.mode is not Mode.STOPPING:  # a stronger reason gives a stop no more time
             m.ramp = 0
         _enter(m, Mode.STOPPING, outputs, describe(m.latch.trip))

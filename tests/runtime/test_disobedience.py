@@ -5,7 +5,7 @@ from hapticd.devices.cia402 import State
 from hapticd.devices.safety_plc import SafetyRequest
 from hapticd.runtime.cycle import RESET_DEADLINE_S, TRANSITION_DEADLINE_S
 from hapticd.runtime.modes import Command, Mode
-from hapticd.runtime.outcome import outcome
+from hapticd.runtime.outcome import Ending, outcome
 from hapticd.safety import Reaction
 
 from .conftest import Bench, weld
@@ -137,11 +137,11 @@ def test_the_session_ends_when_the_drives_say_that_they_are_off_and_not_when_the
     for _ in range(DEADLINE - 5):
         engaging.run(1)
         assert not engaging.memory.secured
-    message = outcome(engaging.memory, None).message
+    message = outcome(engaging.memory, None, Ending()).message
     assert message.startswith(f"not known to be off: {engaging.joints[0].device.name} reports operation")
     engaging.run(20)  # the safety PLC took its torque, and so it says
     assert engaging.memory.secured
-    assert "R4 drive_state" in outcome(engaging.memory, None).message
+    assert "R4 drive_state" in outcome(engaging.memory, None, Ending()).message
 
 
 @pytest.mark.parametrize("held", ["dead-man", "fault", "none"])

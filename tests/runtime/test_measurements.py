@@ -259,8 +259,13 @@ def test_measurements_are_checked_while_nothing_has_power_too(machine: str) -> N
     bench = Bench(('dead_man = [{ at = "0.3 s", pressed = true }]', "dead_man = []"), machine=machine)
     bench.run(200)
     offset(bench, "position", 0.2)
+    bench.run(WIRE + 2)
+    assert (bench.mode, bench.reason) == (Mode.STOPPED, "encoder_jump")
     bench.run(350)  # long enough for it to be believed again; the other encoder is not
+    bench.run(600, Command.RESET)
+    assert bench.mode is Mode.STOPPED
+    assert "reset refused" in bench.events[-1] and "contradict" in bench.events[-1]
     bench.press(True)
     bench.run(5)
-    assert bench.mode is Mode.READY
-    assert "contradict" in bench.events[-1]
+    assert bench.mode is Mode.STOPPED and bench.safe
+    assert bench.events[-1].startswith("not started: a stop is latched; reset it first")

@@ -6,6 +6,7 @@ from hapticd.runtime.cycle import INTRUDER_SILENT_S, PERMISSION_S
 from hapticd.runtime.modes import Command, Mode
 from hapticd.safety import Reaction
 from hapticd.sim import faults
+from hapticd.sim.person import Deed
 
 from .conftest import Bench
 
@@ -57,6 +58,7 @@ def starts(bench: Bench) -> bool:
 def test_one_frame_of_a_second_master_forbids_to_start_until_a_reset(
     waiting: Bench, frame: tuple[int, bytes]
 ) -> None:
+    waiting.plant.obey(Deed.RELEASE)  # the hand stays at the handle and pulls at nothing
     intrude(waiting, frame)
     waiting.run(1000)
     assert waiting.reason == "second_master"
