@@ -170,6 +170,8 @@ def test_events_and_lines_do_not_garble_each_other(start: Start) -> None:
     for _ in range(5):
         terminal.type("xh")
         terminal.look(0.2)
+    terminal.until_seen('"x": no such key', times=5)
+    terminal.until_seen("Keys, without Enter:", times=6)
     terminal.type("q")
     assert terminal.end() == 0
     text = terminal.emulator.text
@@ -276,7 +278,7 @@ def test_a_terminal_that_cannot_be_steered_gets_plain_lines_and_gives_words(
     terminal.until_seen('"abort": no such word; stop, quit, help')
     terminal.type("release\n")
     terminal.until_seen("R3 dead_man")
-    terminal.until_seen("STOPPED: torque off")
+    terminal.until_seen("STOPPED: drives switch off")
     terminal.type("  Reset \n")
     terminal.until_seen("READY: reset")
     terminal.type("press\n")
