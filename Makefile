@@ -1,6 +1,6 @@
 # Everything from a fresh clone: each target sets up what it needs and then does its work.
 .DEFAULT_GOAL := help
-.PHONY: help run test vm-test lint types bench nasty fuzz format clean
+.PHONY: help run test vm-test lint types bench nasty fuzz mutants fidelity format clean
 export PYTHON CC
 BIN := .venv/bin
 PACKAGES := bench configs control devices experiments hqp models runtime safety sim
@@ -8,14 +8,16 @@ C_SOURCES := $(wildcard csrc/*.c csrc/*.h tests/hqp/*.c)
 C_FLAGS := -std=c11 -D_GNU_SOURCE -Icsrc -O2 -Wall -Wextra -Wconversion -Wshadow -Wvla -Werror
 
 help:
-	@echo "make run     set up, run the simulated giant with a scripted hand for 30 s, print a summary"
-	@echo "make test    set up and run the tests"
-	@echo "make vm-test boot a PREEMPT_RT kernel in QEMU and test SocketCAN, FIFO, mlock and the doctor there"
-	@echo "make lint    ruff, mypy, import-linter, C warnings as errors, clang-format"
-	@echo "make bench   time the solver beside its peers"
-	@echo "make nasty   solve 1000 problems of each nasty kind, judged by their certificates"
-	@echo "make fuzz    feed the solver's C interface with any bytes for a minute (needs clang)"
-	@echo "make format  rewrite Python and C sources in the project's style"
+	@echo "make run      set up, run the simulated giant with a scripted hand for 30 s, print a summary"
+	@echo "make test     set up and run the tests"
+	@echo "make vm-test  boot a PREEMPT_RT kernel in QEMU and test SocketCAN, FIFO, mlock and the doctor there"
+	@echo "make lint     ruff, mypy, import-linter, C warnings as errors, clang-format"
+	@echo "make bench    time solver, loop and tick beside their peers"
+	@echo "make nasty    solve 1000 problems of each nasty kind, judged by their certificates"
+	@echo "make fuzz     feed the solver's C interface with any bytes for a minute (needs clang)"
+	@echo "make mutants  try 2000 damaged copies of each built-in model and configuration, another set each time"
+	@echo "make fidelity run every figure and table of the papers; fills docs/fidelity.md and docs/figures"
+	@echo "make format   rewrite Python and C sources in the project's style"
 
 run:
 	@./setup.sh core
@@ -53,9 +55,17 @@ nasty:
 	@./setup.sh bench
 	@$(BIN)/hapticd bench nasty $(ARGS)
 
+fidelity:
+	@./setup.sh plot
+	@$(BIN)/hapticd experiment --all --out docs
+
 fuzz:
 	@./setup.sh core
 	@$(BIN)/python tests/hqp/fuzz.py $(ARGS)
+
+mutants:
+	@./setup.sh test
+	@HAPTICD_MUTANTS=2000 HAPTICD_MUTANT_SEED=$${SEED:-$$(date +%s)} $(BIN)/python -m pytest tests/hostile $(ARGS)
 
 format:
 	@./setup.sh lint

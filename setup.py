@@ -1,7 +1,8 @@
 from setuptools import setup
 
-# cffi has no pyproject key
+# cffi and scripts have no pyproject key
 setup(
+    scripts=["deploy/hapticd"],
     cffi_modules=[
         "csrc/build.py:bench",
         "csrc/build.py:control",
@@ -9,5 +10,6 @@ setup(
         "csrc/build.py:hqp",
         "csrc/build.py:plant",
         "csrc/build.py:runtime",
-    ]
+        "csrc/build.py:safety",
+    ],
 )

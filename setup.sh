@@ -1,5 +1,5 @@
 #!/bin/sh
-# Make the virtual environment .venv ready for what is asked: setup.sh core | test | lint | bench
+# Make the virtual environment .venv ready for what is asked: setup.sh core | test | lint | bench | plot
 # Called by the Makefile; does nothing where nothing changed.
 set -eu
 cd "$(dirname "$0")"
@@ -49,6 +49,7 @@ fi
 
 case $want in
     core) target=. ;;
+    bench) target=".[bench,plot]" ;;
     *) target=".[$want]" ;;
 esac
 echo "setup: installing hapticd ($want) into .venv; the first time takes a minute or two"

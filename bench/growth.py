@@ -14,8 +14,7 @@ from ..hqp.certificate import certificate
 from ..hqp.generate import problem
 from .contenders import Answer
 from .figures import TOLERANCES, Figures, progress, summary
-from .picture import pyplot
-from .recorded import BenchError
+from .picture import pyplot, save
 
 SIZES = (8, 12, 16, 20, 24, 30, 36, 42, 48, 54, 60)
 LEVELS = (2, 3, 4, 6, 8, 10, 12)
@@ -117,12 +116,9 @@ def plot(found: Growth, path: Path) -> None:
         ax.loglog(sizes, medians, "o-", label="median")
         ax.loglog(sizes, [values["p99_us"] for values in figures], "s--", label="p99")
         ax.loglog(sizes, at * np.array(sizes) ** k, ":", color="black", label=f"{kind}$^{{{k:.2f}}}$")
-        ax.set(xlabel=f"{kind}, at {fixed}", ylabel="cold solve, us")
+        ax.set(xlabel=f"{kind}, at {fixed}", ylabel="cold solve [us]")
         ax.set_xticks(sizes, [f"{size:g}" for size in sizes])
         ax.minorticks_off()
         ax.legend()
         ax.grid(alpha=0.3)
-    try:
-        figure.savefig(path)
-    except (OSError, ValueError) as error:
-        raise BenchError(f"cannot write the plot {path}: {error}") from error
+    save(figure, path)

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import importlib
+from pathlib import Path
 from typing import Any
 
+from ..runtime.invocation import install
 from .recorded import BenchError
 
 
@@ -17,6 +19,21 @@ def pyplot() -> Any:
     try:
         import matplotlib
     except ImportError as error:
-        raise BenchError("--plot needs matplotlib; pip install 'hapticd[plot]'") from error
+        raise BenchError(f"--plot needs matplotlib; type: {install('matplotlib')}") from error
     matplotlib.use("Agg")
     return importlib.import_module("matplotlib.pyplot")
+
+
+def save(figure: Any, path: Path) -> None:
+    """Write a figure, as SVG the same bytes for the same numbers.
+
+    Raises:
+        BenchError: the file cannot be written.
+    """
+    import matplotlib
+
+    try:
+        with matplotlib.rc_context({"svg.hashsalt": "hapticd"}):
+            figure.savefig(path, metadata={"Date": None} if path.suffix == ".svg" else None)
+    except OSError as error:
+        raise BenchError(f"cannot write the plot {path}: {error}") from error

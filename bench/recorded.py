@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from zipfile import BadZipFile
 
 import numpy as np
 from numpy.typing import NDArray
@@ -48,9 +49,9 @@ class Recording:
         """The problem of one tick, in arrays of its own."""
         return [Level(**{k: a[tick].copy() for k, a in zip(PARTS, part, strict=True)}) for part in self.parts]
 
-    def replay(self, ticks: Sequence[int] | None = None) -> Iterator[tuple[int, list[Level]]]:
+    def replay(self, ticks: Sequence[int] | None = None) -> Iterator[tuple[int, Sequence[Level]]]:
         """Each tick and its problem, all in the same arrays: as a control loop would hand them over."""
-        shared = self.levels(0)
+        shared = tuple(self.levels(0))
         for tick in range(len(self)) if ticks is None else ticks:
             for level, part in zip(shared, self.parts, strict=True):
                 for name, array in zip(PARTS, part, strict=True):
@@ -82,7 +83,7 @@ def load(path: Path) -> Recording:
             return Recording(path.stem.removeprefix("hqp_"), data["group"], data["x"], data["norms"], parts)
     except OSError as error:
         raise BenchError(f"cannot read {path}: {error.strerror or error}; name a file with --data") from error
-    except (KeyError, ValueError, AttributeError, IndexError) as error:
+    except (KeyError, ValueError, AttributeError, IndexError, EOFError, BadZipFile) as error:
         raise BenchError(
             f"{path} is no recording of problems: {error}; it must be an .npz file with group, x, norms and"
             " p1_A, p1_b, p1_C, p1_lb, p1_ub, p2_A, ... as in bench/data"

@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from importlib.util import find_spec
 from pathlib import Path
 
+from ..runtime.invocation import install
 from .cascades import QPS, Cascade
 from .contenders import Answer, Contender, DaqpHierarchical, Floor, Ours
 from .figures import Figures, count_wrong, progress, summary, table
@@ -75,7 +76,7 @@ def _installed(name: str) -> bool:
     package = PACKAGES.get(name)
     if not package or find_spec(package):
         return True
-    print(f"  {name} is skipped: {package} is not installed; pip install 'hapticd[bench]'", file=sys.stderr)
+    print(f"  {name} is skipped: {package} is not installed; {install(package)}", file=sys.stderr)
     return False
 
 

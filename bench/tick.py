@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import re
+import signal
 import subprocess
 import sys
 import tempfile
@@ -17,7 +18,11 @@ from statistics import median
 from typing import Any
 
 from ..runtime import config
+from ..runtime.children import run_tied
 from ..runtime.config import Loaded
+from ..runtime.errors import ConfigError
+from ..runtime.interrupts import held
+from ..runtime.session import build
 from .jitter import Round, in_process
 from .recorded import BenchError
 
@@ -43,7 +48,7 @@ def daemon(path: Path, seconds: float) -> dict[str, Any]:
     log.unlink(missing_ok=True)
     options = ["--duration", str(seconds), "--log", str(log), "--json"]
     command = [sys.executable, "-m", "hapticd.runtime", "run", str(path), *options]
-    done = subprocess.run(command, check=False, capture_output=True, text=True)
+    done = run_tied(command, signal.SIGTERM, stderr=subprocess.PIPE, text=True)
     if done.returncode:
         raise BenchError(f"the daemon ended with {done.returncode}:\n{done.stderr}")
     return dict(json.loads(done.stdout))
@@ -83,16 +88,25 @@ def table(found: dict[str, Any]) -> str:
     return "\n".join(lines)
 
 
+def _require_fit(name: str, rate: float, path: Path) -> None:
+    try:
+        build(config.load(str(path)))
+    except ConfigError as error:
+        raise BenchError(f"{name} does not run at {rate:g} Hz: {error.findings[0]}") from error
+
+
 def run(name: str, rates: Sequence[float], rounds: int, seconds: float, as_json: bool) -> None:
     """Measure and print, a rate at a time; with ``as_json`` one object a line."""
     loaded = config.load(name)
-    for rate in rates:
-        bare, live = [], []
-        with tempfile.TemporaryDirectory() as folder:
-            path = at_rate(loaded, rate, Path(folder))
+    with held(), tempfile.TemporaryDirectory() as folder:
+        paths = {rate: at_rate(loaded, rate, Path(folder)) for rate in rates}
+        for rate, path in paths.items():
+            _require_fit(name, rate, path)
+        for rate, path in paths.items():
+            bare, live = [], []
             for k in range(rounds):
                 print(f"{rate:g} Hz: round {k + 1} of {rounds}", file=sys.stderr)
                 bare.append(in_process("c_loop", rate, round(seconds * rate)))
                 live.append(daemon(path, seconds))
-        found = summarise(rate, bare, live)
-        print(json.dumps(found) if as_json else table(found), flush=True)
+            found = summarise(rate, bare, live)
+            print(json.dumps(found) if as_json else table(found), flush=True)

@@ -1,4 +1,4 @@
-"""The levels of seed 000, Table II, written by the C core into arrays that the solver reads."""
+"""The levels of HapticGiant, Table II, written by the C core into arrays that the solver reads."""
 
 from __future__ import annotations
 
@@ -226,7 +226,7 @@ class ChainLevels:
                 self._bind(struct, name, array, array.shape)
             self._boxes.append(rows)
 
-    def _levels(self) -> list[Level]:
+    def _levels(self) -> tuple[Level, ...]:
         m, n, dim = self.m, self.n, self.dim
         rows, torques = self._c.rows, self._c.torques
         unit = np.eye(dim)
@@ -254,7 +254,7 @@ class ChainLevels:
             levels += [Level(C=alpha, **bounds(10, torques)), Level(A=alpha, b=np.zeros(torques))]
         elif m > rows:
             levels.append(Level(A=manipulator, b=self.posture))
-        return levels
+        return tuple(levels)
 
 
 def _check(m: int, n: int, sums: Sequence[JointSum], rule: Rule, directions: Sequence[int]) -> None:

@@ -1,4 +1,4 @@
-"""Contact-aware null-space control (seed 001, fig. 5): the whole controller of a redundant interface."""
+"""Contact-aware null-space control (ContactAware, fig. 5): the whole controller of a redundant interface."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ class Projection:
         self._space, self.torque, self.alpha = space, space.torque, 1.0
 
     def resolve(self, part: float, gain: float) -> bool:
-        """Compose; always has an answer."""
+        """Compose."""
         self._space.compose(part, gain)
         self.alpha = self._space.alpha
         return True

@@ -7,7 +7,7 @@ from math import hypot
 
 
 class Wall:
-    """A spring behind a plane: F = -k d n at depth d > 0, seed 001, (21) on its stiff side.
+    """A spring behind a plane: F = -k d n at depth d > 0, ContactAware, (21) on its stiff side.
 
     Attributes:
         depth: of the hand behind the plane at the last ``force``, 0 in front of it [m].

@@ -1,4 +1,4 @@
-"""Hierarchical force control: renders a digital twin with the manipulator (seed 000, section VI)."""
+"""Hierarchical force control: renders a digital twin with the manipulator (HapticGiant, section VI)."""
 
 from __future__ import annotations
 

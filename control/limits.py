@@ -1,4 +1,4 @@
-"""Limits of a kinematic chain, as the bounds of seed 000, section VI-B, take them."""
+"""Limits of a kinematic chain, as the bounds of HapticGiant, section VI-B, take them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Force and velocity ellipsoids, and the Stein divergence that compares them (seed 001, III-A).
+"""Force and velocity ellipsoids, and the Stein divergence that compares them (ContactAware, III-A).
 
 Everything takes stacks: J is (..., m, n), the results have the same leading dimensions. ``csrc/nullspace.c``
 computes the same for one posture a tick.
@@ -26,7 +26,7 @@ def velocity_ellipsoid(J: Array, limit: Array) -> Array:
 
 
 def force_ellipsoid(J: Array, limit: Array) -> Array:
-    """M = (J W W J^T)^-1, (..., m, m), seed 001, (9).
+    """M = (J W W J^T)^-1, (..., m, m), ContactAware, (9).
 
     Raises:
         numpy.linalg.LinAlgError: J has not full rank.
@@ -36,7 +36,7 @@ def force_ellipsoid(J: Array, limit: Array) -> Array:
 
 
 def stein(A: Array, B: Array) -> Array:
-    """Divergence v = logdet((A + B)/2) - logdet(A B)/2 of positive definite matrices, seed 001, (10).
+    """Divergence v = logdet((A + B)/2) - logdet(A B)/2 of positive definite matrices, ContactAware, (10).
 
     It does not change when both are inverted, so velocity ellipsoids may stand for force ellipsoids.
     """

@@ -1,4 +1,4 @@
-"""Null-space control of a redundant interface in the tick: seed 001, (2)-(6), (10), (12)-(16), in C.
+"""Null-space control of a redundant interface in the tick: ContactAware, (2)-(6), (10), (12)-(16), in C.
 
 ``dynamic_inverse`` and ``null_projection`` are the same equations in numpy, for single postures and tests.
 """
@@ -38,14 +38,14 @@ class Gains:
 
 
 def dynamic_inverse(J: Array, M: Array) -> Array:
-    """J# = M^-1 J^T (J M^-1 J^T)^-1, (n, m), seed 001, (4)."""
+    """J# = M^-1 J^T (J M^-1 J^T)^-1, (n, m), ContactAware, (4)."""
     X = np.linalg.solve(M, J.T)
     inverse: Array = X @ np.linalg.inv(J @ X)
     return inverse
 
 
 def null_projection(J: Array, M: Array) -> Array:
-    """I - J^T J#^T, (n, n), seed 001, (3).
+    """I - J^T J#^T, (n, n), ContactAware, (3).
 
     It takes a torque to the nearest one, in the M^-1 metric, that does not accelerate the hand.
     """
@@ -127,7 +127,7 @@ class NullSpace:
         lib.nullspace_wanted(self._core, self._force)
 
     def reserve(self, J: Array, steepness: float) -> float:
-        """V of the wanted force in a posture with this Jacobian (m, n), seed 001, (14)."""
+        """V of the wanted force in a posture with this Jacobian (m, n), ContactAware, (14)."""
         return float(
             lib.nullspace_reserve(self._core, ffi.from_buffer("double[]", J), self._force, steepness)
         )

@@ -1,4 +1,4 @@
-"""Prepositioning of the PPU (seed 000, section VI-D)."""
+"""Prepositioning of the PPU (HapticGiant, section VI-D)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How far the motors are from their limits, and torques scaled so that none passes its own (seed 001, III-B).
+"""How far the motors are from their limits, and torques scaled so that none passes one (ContactAware, III-B).
 
 Everything but ``Headroom`` takes stacks of torques, (..., n).
 """
@@ -13,7 +13,7 @@ from ..models import Array
 def reserve(torque: Array, limit: Array, steepness: float) -> Array:
     """Actuator saturation observer V in [0, 1], (...,): 1 without torque, 0 where any motor saturates.
 
-    Seed 001, (14), for symmetric limits: V = (1 - exp(-S p)) / (1 - exp(-S)), p = prod_i (1 - (tau_i /
+    ContactAware, (14), for symmetric limits: V = (1 - exp(-S p)) / (1 - exp(-S)), p = prod_i (1 - (tau_i /
     limit_i)^2). Torques beyond a limit count as on it; otherwise two of them would give a positive V.
     """
     share = np.clip(np.asarray(torque) / limit, -1.0, 1.0)

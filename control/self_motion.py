@@ -31,7 +31,7 @@ class Objective(Protocol):
 
 
 class Ellipsoid:
-    """Stein divergence from a desired force ellipsoid, seed 001, (10)."""
+    """Stein divergence from a desired force ellipsoid, ContactAware, (10)."""
 
     def __init__(self, desired: Array, limit: Array) -> None:
         """Desired force ellipsoid (m, m) and torque limits (n,)."""

@@ -1,4 +1,4 @@
-"""Joint tracking of series-elastic drives with full feedforward (seed 000, section VI-E)."""
+"""Joint tracking of series-elastic drives with full feedforward (HapticGiant, section VI-E)."""
 
 from __future__ import annotations
 

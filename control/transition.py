@@ -1,4 +1,4 @@
-"""Actuator saturation controller: from the free to the stiff ellipsoid and back (seed 001, (15)-(19))."""
+"""Actuator saturation controller: from the free to the stiff ellipsoid and back (ContactAware, (15)-(19))."""
 
 from __future__ import annotations
 

@@ -14,7 +14,7 @@ from .limits import Limits
 
 
 class Twin(Protocol):
-    """A mechanism with n joints whose end effector E is kept coincident with the handle (seed 000, (9)).
+    """A mechanism with n joints whose end effector E is kept coincident with the handle (HapticGiant, (9)).
 
     Arrays are the twin's own buffers, valid until the next ``update``.
     """

@@ -1,4 +1,4 @@
-/* Acceleration intervals that keep one joint inside its limits (seed 000, section VI-B; Del Prete,
+/* Acceleration intervals that keep one joint inside its limits (HapticGiant, section VI-B; Del Prete,
  * "Joint position and velocity bounds in discrete-time acceleration/torque control", RA-L 2018).
  *
  * Units are those of the joint: rad or m, s. Position limits may be infinite. An interval whose ends

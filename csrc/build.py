@@ -38,5 +38,6 @@ control = module(
 )
 hqp = module("hapticd.hqp._hqp", ["hqp.h"], [path.name for path in sorted(HERE.glob("hqp*.c"))], "-O3")
 runtime = module("hapticd.runtime._rt", ["rt.h", "ring.h"], ["rt.c", "ring.c"])
+safety = module("hapticd.safety._plausibility", ["plausibility.h"], ["plausibility.c"])
 plant = module("hapticd.sim._plant", ["elastic.h"], ["elastic.c"])
 bench = module("hapticd.bench._floor", ["floor.h"], ["floor.c"], "-O3")

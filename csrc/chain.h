@@ -1,5 +1,5 @@
 /* The levels of the hierarchical force control that renders a serial chain, the digital twin "a", with
- * the manipulator "m" (seed 000, section VI-C, Table II), for any number of joints, sums of joints with
+ * the manipulator "m" (HapticGiant, section VI-C, Table II), for any number of joints, sums of joints with
  * limits of their own and points that stay in boxes.
  *
  *     x = [ qdd_m (m) | qdd_a (n) | alpha_a (n) | alpha_m (m) | alpha_sum (sums) | alpha_point (3 points) ]

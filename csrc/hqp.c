@@ -7,9 +7,13 @@
 #include <string.h>
 
 enum { MAX_N = 1024, MAX_LEVELS = 256, MAX_ROWS = 4096 };
+static const ptrdiff_t MAX_CELLS =
+    1 << 26; /* rows times n; four arrays of this size are the bulk of a solver: 2 GiB */
 
 static const double LARGEST = 1e100, SMALLEST = 1e-100; /* of a coefficient; of the norm of a row that acts */
 static const double CLOSED = 1e-9;                      /* lb > ub by less than this part of them: a point */
+enum { ATTEMPTS = 3 };                                  /* walks of the levels that are not proven */
+enum { WANDERING = 32 }; /* iterations after n in which a sweep has settled, or will not */
 
 hqp_settings hqp_default_settings(void) {
     return (hqp_settings){.feasibility = 1e-13, .rank = 1e-9, .rounding = 5e-15, .max_iterations = 0};
@@ -23,6 +27,8 @@ const char *hqp_status_name(hqp_status status) {
         return "iteration cap reached";
     case HQP_REPEATED_SET:
         return "working set repeated";
+    case HQP_NOT_PROVEN:
+        return "not proven optimal";
     case HQP_BAD_MATRIX:
         return "entry not finite";
     case HQP_BAD_BOUNDS:
@@ -48,17 +54,9 @@ static hqp_rows slice_rows(char *arena, size_t *used, size_t rows, size_t ld) {
     return r;
 }
 
-/* Give every array its place behind the solver; returns the size of the whole. */
-static size_t lay_out(hqp_solver *s, char *arena) {
+static void lay_out_reals(hqp_solver *s, char *arena, size_t *used) {
     const size_t rows = (size_t)s->total, n = (size_t)s->n, ld = (size_t)s->ld, levels = (size_t)s->levels;
     const size_t widest = (size_t)s->widest, most = rows + n + 1;
-    size_t used = (sizeof *s + 63) & ~(size_t)63;
-    s->given = slice_rows(arena, &used, rows, ld);
-    s->base = slice_rows(arena, &used, rows, ld);
-    s->work_rows = slice_rows(arena, &used, rows, ld);
-    s->fit_rows = slice_rows(arena, &used, widest > n ? widest : n, ld);
-    s->reflector = slice_rows(arena, &used, n, ld);
-    s->direction = slice_rows(arena, &used, n, ld);
     const struct {
         double **at;
         size_t count;
@@ -87,18 +85,40 @@ static size_t lay_out(hqp_solver *s, char *arena) {
         {&s->step, ld},
         {&s->reduced, ld},
         {&s->start, ld},
+        {&s->good, ld},
+        {&s->descent, ld},
+        {&s->cone.lb, rows},
+        {&s->cone.ub, rows},
+        {&s->cone.x, ld},
+        {&s->cone.target, ld},
+        {&s->none, levels},
         {&s->kept, ld},
         {&s->path, ld * (levels + 1)},
     };
     for (size_t i = 0; i < sizeof reals / sizeof *reals; i++) {
-        *reals[i].at = slice(arena, &used, reals[i].count * sizeof(double));
+        *reals[i].at = slice(arena, used, reals[i].count * sizeof(double));
     }
+}
+
+/* Give every array its place behind the solver; returns the size of the whole. */
+static size_t lay_out(hqp_solver *s, char *arena) {
+    const size_t rows = (size_t)s->total, n = (size_t)s->n, ld = (size_t)s->ld, levels = (size_t)s->levels;
+    const size_t widest = (size_t)s->widest, most = rows + n + 1;
+    size_t used = (sizeof *s + 63) & ~(size_t)63;
+    s->given = slice_rows(arena, &used, rows, ld);
+    s->base = slice_rows(arena, &used, rows, ld);
+    s->work_rows = slice_rows(arena, &used, rows, ld);
+    s->fit_rows = slice_rows(arena, &used, widest > n ? widest : n, ld);
+    s->reflector = slice_rows(arena, &used, n, ld);
+    s->direction = slice_rows(arena, &used, n, ld);
+    lay_out_reals(s, arena, &used);
     int **const ints[] = {&s->column,     &s->done,      &s->only,       &s->work,    &s->fit,
                           &s->work_order, &s->fit_order, &s->column_row, &s->held.id, &s->clash.id};
     for (size_t i = 0; i < sizeof ints / sizeof *ints; i++)
         *ints[i] = slice(arena, &used, most * sizeof(int));
-    signed char **const flags[] = {&s->kind,      &s->side, &s->forced, &s->guess_side, &s->guess_held_side,
-                                   &s->clash.side};
+    signed char **const flags[] = {
+        &s->kind,       &s->side,      &s->forced, &s->guess_side, &s->guess_held_side,
+        &s->clash.side, &s->cone.kind, &s->clear};
     for (size_t i = 0; i < sizeof flags / sizeof *flags; i++) *flags[i] = slice(arena, &used, most);
     s->guess_held_at = slice(arena, &used, rows * sizeof(short));
     s->frozen_at = slice(arena, &used, rows * sizeof(short));
@@ -108,6 +128,7 @@ static size_t lay_out(hqp_solver *s, char *arena) {
     s->row0 = slice(arena, &used, (levels + 1) * sizeof(int));
     s->rank_at = slice(arena, &used, (levels + 2) * sizeof(int));
     s->equalities = slice(arena, &used, levels * sizeof(int));
+    s->slack = slice(arena, &used, levels);
     return used;
 }
 
@@ -131,12 +152,13 @@ hqp_solver *hqp_create(const hqp_dims *dims, const hqp_settings *settings) {
     if (!dims_fit(dims) || !settings_fit(settings)) return NULL;
     hqp_solver shape = {
         .n = dims->n, .levels = dims->levels, .ld = hqp_ceil4(dims->n), .settings = *settings};
-    if (shape.settings.max_iterations == 0) shape.settings.max_iterations = shape.n <= 8 ? 64 : 8 * shape.n;
+    if (shape.settings.max_iterations == 0) shape.settings.max_iterations = shape.n <= 8 ? 128 : 16 * shape.n;
     for (int p = 0; p < dims->levels; p++) {
         const int rows = dims->equalities[p] + dims->inequalities[p];
         if (rows > shape.widest) shape.widest = rows;
         shape.total += rows;
     }
+    if (shape.total * shape.ld > MAX_CELLS) return NULL;
     const size_t bytes = lay_out(&shape, NULL);
     char *arena = aligned_alloc(64, bytes);
     if (!arena) return NULL;
@@ -158,7 +180,8 @@ void hqp_destroy(hqp_solver *s) {
     free(s);
 }
 
-void hqp_reset(hqp_solver *s) {
+/* Forget the working sets; x = 0. */
+static void forget(hqp_solver *s) {
     memset(s->x, 0, (size_t)s->ld * sizeof(double));
     for (int i = 0; i < s->total; i++) {
         s->guess_side[i] = s->guess_held_side[i] = 0;
@@ -166,6 +189,10 @@ void hqp_reset(hqp_solver *s) {
         s->strength[i] = 0.0;
     }
     s->warm = s->resumable = 0;
+}
+
+void hqp_reset(hqp_solver *s) {
+    forget(s);
 }
 
 /* Norm of a row of `given` and where its nonzeros are; 0 where an entry is not usable. */
@@ -228,16 +255,13 @@ static signed char activity(const hqp_solver *s, int id, double value) {
     return isfinite(s->lb[id]) && hqp_at_bound(s, id, -1, value, s->x_norm) ? -1 : 0;
 }
 
-/* slack and activity of all rows at x */
+/* slack and activity of all rows at x, whose values are known */
 static void report(const hqp_solver *s, hqp_info *info) {
     double *w = info->w, *v = info->v;
     signed char *active = info->active;
     for (int p = 0; p < s->levels; p++) {
         for (int i = s->row0[p]; i < s->row0[p + 1]; i++) {
-            const double value = hqp_value(s, i, s->x);
-            const double slack = value < s->lb[i]   ? s->lb[i] - value
-                                 : value > s->ub[i] ? s->ub[i] - value
-                                                    : 0.0;
+            const double value = s->value[i], slack = hqp_slack(s, i);
             if (i < s->row0[p] + s->equalities[p]) {
                 if (w) *w++ = slack;
                 continue;
@@ -254,8 +278,8 @@ static hqp_status refuse(hqp_solver *s, hqp_status status, int level, double *x,
     for (int i = 0; i < equalities && info->w; i++) info->w[i] = NAN;
     for (int i = 0; i < s->total - equalities && info->v; i++) info->v[i] = NAN;
     if (info->active) memset(info->active, 0, (size_t)(s->total - equalities));
-    memcpy(s->x, s->start, (size_t)s->ld * sizeof(double));
-    memcpy(x, s->start, (size_t)s->n * sizeof(double));
+    memcpy(s->x, s->good, (size_t)s->ld * sizeof(double));
+    memcpy(x, s->good, (size_t)s->n * sizeof(double));
     s->resumable = s->warm = 0;
     info->status = status;
     info->iterations = s->iterations;
@@ -280,46 +304,115 @@ static hqp_status walk_from(hqp_solver *s, int first) {
     return status;
 }
 
+/* Take the factorisation and x to the start of level `first`. */
 static void start_at(hqp_solver *s, const double *x, int first) {
     memcpy(s->x, x, (size_t)s->ld * sizeof(double));
     hqp_rewind(s, first);
 }
 
+enum outcome { LOST, SETTLED, PROVEN }; /* SETTLED: x is likely, its proof is missing */
+
+static int is_proven(hqp_solver *s) {
+    hqp_find_values(s);
+    return hqp_prove(s, s->levels) == s->levels;
+}
+
 /*
- * Sweep, at first with fixings taken ahead of their turn; if that does not settle, walk. What rounding left
- * while x was far away is then put right by one more sweep with the sets that the walk found.
+ * Sweep, and prove the answer. Where that fails because rounding left too much while x was far away, or over
+ * many solves with a factorisation that was kept, one more sweep with the same sets puts it right.
  */
-static hqp_status solve_from(hqp_solver *s, int first) {
-    s->resumable = s->levels_done = s->levels;
-    s->iteration_limit = s->settings.max_iterations / 2;
-    first = hqp_fix(s, first);
+static enum outcome sweep(hqp_solver *s, int first, int repair) {
+    hqp_rewind(s, first);
+    if (!hqp_sweep(s, first, repair)) return LOST;
+    if (is_proven(s)) return PROVEN;
+    if (s->is_doubtful) return SETTLED;
+    memcpy(s->kept, s->x, (size_t)s->ld * sizeof(double));
+    hqp_rewind(s, 0);
+    const int settled = hqp_sweep(s, 0, 0);
+    if (settled && is_proven(s)) return PROVEN;
+    if (!settled) memcpy(s->x, s->kept, (size_t)s->ld * sizeof(double));
+    return SETTLED;
+}
+
+/* The first method: sweep, at first with fixings taken ahead of their turn. */
+static enum outcome try_sweeps(hqp_solver *s, int *first) {
+    const int left = s->settings.max_iterations - s->iterations, share = left - left / 8;
+    const int limit = share < s->n + WANDERING ? share : s->n + WANDERING;
+    const int begin = s->iterations;
+    s->iteration_limit = begin + limit / 2;
+    *first = hqp_fix(s, *first);
     if (s->fixed_through >= 0) {
-        hqp_rewind(s, first);
-        if (hqp_sweep(s, first, 1)) return HQP_SOLVED;
+        const enum outcome outcome = sweep(s, *first, 1);
+        if (outcome != LOST) return outcome;
         hqp_unfix(s);
         memcpy(s->x, s->start, (size_t)s->ld * sizeof(double));
+        *first = 0;
+    }
+    s->iteration_limit = begin + limit;
+    return sweep(s, *first, 1);
+}
+
+/* Prove the first `count` levels by projection, with a factorisation that hqp_resolve cannot take up. */
+static int is_proven_by_descent(hqp_solver *s, int count) {
+    const int rank = s->rank_at[s->levels];
+    s->resumable = 0;
+    s->levels_done = hqp_prove_by_descent(s, count);
+    s->rank_at[s->levels] = rank; /* with the rows that the levels hold */
+    return s->levels_done == s->levels;
+}
+
+/* Whether x, where the walk ended, is proven as it is or after a sweep with the walk's sets, which puts right
+ * what rounding left. If not, s->levels_done levels are, and the next can be walked again. */
+static int is_walk_proven(hqp_solver *s, hqp_status of_walk) {
+    memcpy(s->kept, s->x, (size_t)s->ld * sizeof(double));
+    if (of_walk == HQP_SOLVED && sweep(s, 0, 0) == PROVEN) return 1;
+    memcpy(s->x, s->kept, (size_t)s->ld * sizeof(double));
+    return is_proven_by_descent(s, of_walk == HQP_ITERATION_CAP ? s->levels_done : s->levels);
+}
+
+/* The second method: walk, from what the sweep found or else from the start; and again from the first level
+ * without proof. */
+static hqp_status try_walk(hqp_solver *s, enum outcome of_sweep, int first) {
+    hqp_status status = HQP_NOT_PROVEN;
+    s->iteration_limit = s->settings.max_iterations;
+    if (of_sweep == LOST)
+        start_at(s, s->start, first);
+    else if (is_proven_by_descent(s, s->levels))
+        status = HQP_SOLVED;
+    else
+        first = s->levels_done;
+    for (int i = 0; i < ATTEMPTS && status != HQP_SOLVED && status != HQP_ITERATION_CAP; i++) {
+        status = walk_from(s, first);
+        if (is_walk_proven(s, status))
+            status = HQP_SOLVED;
+        else if (status == HQP_SOLVED)
+            status = HQP_NOT_PROVEN;
+        first = s->levels_done;
+    }
+    hqp_find_values(s);
+    return status;
+}
+
+/* Only what is proven is solved: one method after the other, and both again from cold. */
+static hqp_status solve_from(hqp_solver *s, int first) {
+    hqp_status status = HQP_SOLVED;
+    for (int warm = s->warm; warm >= 0; warm--) {
+        memcpy(s->start, s->x, (size_t)s->ld * sizeof(double));
+        s->resumable = s->levels_done = s->levels;
+        const enum outcome outcome = try_sweeps(s, &first);
+        if (outcome == PROVEN) return HQP_SOLVED;
+        status = try_walk(s, outcome, first);
+        if (status == HQP_SOLVED || status == HQP_ITERATION_CAP) return status;
+        if (warm) forget(s);
         first = 0;
     }
-    s->iteration_limit = s->settings.max_iterations;
-    hqp_rewind(s, first);
-    if (hqp_sweep(s, first, 1)) return HQP_SOLVED;
-    s->iteration_limit = s->iterations + s->settings.max_iterations;
-    start_at(s, s->start, first);
-    const hqp_status status = walk_from(s, first);
-    memcpy(s->kept, s->x, (size_t)s->ld * sizeof(double));
-    s->resumable = s->levels_done;
-    if (status != HQP_SOLVED) return status;
-    hqp_rewind(s, first);
-    if (hqp_sweep(s, first, 0)) return status;
-    start_at(s, s->kept, first);
-    s->resumable = first;
     return status;
 }
 
 hqp_status hqp_resolve(hqp_solver *s, const hqp_level *levels, int first, double *x, hqp_info *info) {
     if (first > s->resumable) first = s->resumable;
     if (first < 0) first = 0;
-    memcpy(s->start, s->x, (size_t)s->ld * sizeof(double));
+    memcpy(s->good, s->x, (size_t)s->ld * sizeof(double));
     s->iterations = 0;
     for (int p = first; p < s->levels; p++) {
         const hqp_status status = load_level(s, p, &levels[p]);

@@ -19,10 +19,12 @@
 typedef enum hqp_status {
     HQP_SOLVED = 0,
     HQP_ITERATION_CAP = 1, /* the cap was reached: levels before info.levels_done are optimal and kept */
-    HQP_REPEATED_SET = 2,  /* a working set came back without progress on some level: best point kept */
-    HQP_BAD_MATRIX = -1,   /* NaN, infinite or absurdly large (> 1e100) entry in A, b or C */
-    HQP_BAD_BOUNDS = -2,   /* a bound is NaN, lb = +inf, ub = -inf, or lb > ub by more than rounding */
-    HQP_OVERFLOW = -3      /* the data are finite and their solution is not */
+    HQP_REPEATED_SET = 2,  /* a level could not be improved further and is not proven: best point kept */
+    HQP_NOT_PROVEN =
+        3, /* x may be optimal; levels before info.levels_done are, of the next no proof was found */
+    HQP_BAD_MATRIX = -1, /* NaN, infinite or absurdly large (> 1e100) entry in A, b or C */
+    HQP_BAD_BOUNDS = -2, /* a bound is NaN, lb = +inf, ub = -inf, or lb > ub by more than rounding */
+    HQP_OVERFLOW = -3    /* the data are finite and their solution is not */
 } hqp_status;
 
 typedef struct hqp_dims {
@@ -65,11 +67,11 @@ typedef struct hqp_info {
 
 typedef struct hqp_solver hqp_solver;
 
-/* feasibility 1e-13, rank 1e-9, rounding 5e-15, max_iterations 0: 8 n, at least 64. */
+/* feasibility 1e-13, rank 1e-9, rounding 5e-15, max_iterations 0: 16 n, at least 128. */
 hqp_settings hqp_default_settings(void);
 
-/* The only function that allocates. settings may be NULL. NULL: dimension or setting out of range, no memory.
- */
+/* The only function that allocates. settings may be NULL. NULL: dimension or setting out of range, more than
+ * 2^26 coefficients (rows of all levels times n), no memory. */
 hqp_solver *hqp_create(const hqp_dims *dims, const hqp_settings *settings);
 
 /* Solve, starting from the last solution and its working sets. levels: [dims.levels]; x: [n], written only.

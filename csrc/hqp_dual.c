@@ -19,7 +19,7 @@ static double *line(const hqp_solver *s, double *rows, int i) {
 }
 
 /* direction = an orthonormal basis of what the frozen rows leave free: e_{rank+j}^T H_{rank-1} .. H_0 */
-static void free_directions(hqp_solver *s) {
+void hqp_free_directions(hqp_solver *s) {
     const int m = freedom(s);
     memset(s->direction.cell, 0, (size_t)(m * s->ld) * sizeof(double));
     for (int j = 0; j < m; j++) {
@@ -97,7 +97,7 @@ static void measure_by_level(hqp_solver *s) {
 
 /* trial = x*, the minimiser of the fitted rows that minds no hard row. Returns 0 where it is not unique. */
 static int free_minimiser(hqp_solver *s, int level) {
-    free_directions(s);
+    hqp_free_directions(s);
     memcpy(s->trial, s->x, (size_t)s->ld * sizeof(double));
     s->metric = level < s->levels && freedom(s) > 0;
     if (!s->metric) return 1;
@@ -116,7 +116,7 @@ static int free_minimiser(hqp_solver *s, int level) {
 }
 
 /* The hard row that x breaks most, by distance; -1: none. */
-static int most_broken(hqp_solver *s, int level) {
+int hqp_most_broken(hqp_solver *s, int level) {
     double distance = 0.0;
     int worst = -1;
     s->x_norm = hqp_length(s, s->x);
@@ -265,7 +265,7 @@ static void hold_guess(hqp_solver *s, int level) {
  * row = pull . held + rest, a step of length l raises its own multiplier to l, lowers theirs by l pull, and
  * closes l |rest|^2 of the gap. Returns HQP_DONE, HQP_LOST, or the level that must give way.
  */
-static int hold_broken(hqp_solver *s, int level, int id) {
+int hqp_hold_broken(hqp_solver *s, int level, int id) {
     const double value = hqp_value(s, id, s->x);
     const int side = value > s->ub[id] ? 1 : -1;
     double *row = s->broken_row, *rest = s->broken_rest, *pull = s->broken_pull;
@@ -282,7 +282,7 @@ static int hold_broken(hqp_solver *s, int level, int id) {
             length = fmax(s->held.multiplier[k], 0.0) / pull[k];
             first = k;
         }
-        if (!(length < INFINITY)) return hqp_give_way(s, level, id, side, pull);
+        if (!(length < INFINITY)) return s->cone.entered ? HQP_LOST : hqp_give_way(s, level, id, side, pull);
         for (int k = 0; k < s->held.count; k++) s->held.multiplier[k] -= length * pull[k];
         if (first < 0) break;
         if (independent) missing -= length * left;
@@ -337,9 +337,9 @@ static int check_own_rows(hqp_solver *s, int level) {
 int hqp_finish(hqp_solver *s, int level) {
     if (!free_minimiser(s, level)) return HQP_NOT_LAST;
     hold_guess(s, level);
-    for (int broken; (broken = most_broken(s, level)) >= 0;) {
+    for (int broken; (broken = hqp_most_broken(s, level)) >= 0;) {
         if (hqp_out_of_iterations(s)) return HQP_LOST;
-        const int result = hold_broken(s, level, broken);
+        const int result = hqp_hold_broken(s, level, broken);
         if (result != HQP_DONE) return result;
     }
     remember(s, level);

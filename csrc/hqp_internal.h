@@ -44,6 +44,7 @@ struct hqp_solver {
     signed char *kind;       /* HQP_IDLE, HQP_EQUALITY, HQP_RANGE */
     signed char *side;       /* membership in the working set: -1 at lb, 1 at ub, 0 no member */
     signed char *forced;     /* of a clash found in this solve: certainly at its bound */
+    signed char *clear;      /* of a frozen row that a level held: its multiplier is certainly not zero */
     signed char *guess_side; /* side the row is fitted at in its own level */
     signed char *guess_held_side;     /* side it is held at in a later level .. */
     short *guess_held_at, *frozen_at; /* .. namely in this one, or -1; level that froze the row, or -1 */
@@ -82,8 +83,18 @@ struct hqp_solver {
     } clash;
 
     double *x, *trial, *step, *reduced; /* [ld]; step and reduced also serve as scratch */
+    double *good;                       /* [ld] the last answer that may be relied on */
     double *start, *kept;               /* [ld] x at the start of the solve, and before polishing */
-    double *path;                       /* [levels + 1][ld] x at the start of each level of a sweep */
+    double *descent;                    /* [ld] a way down for the level at hand */
+    struct {
+        double *lb, *ub, *x, *target; /* of the rows at their bound, moved there, while -g is projected */
+        signed char *kind;
+        int entered;
+    } cone;
+    double *none;       /* [levels] length of a gradient that counts as none */
+    signed char *slack; /* [levels] there is a slack to be proven minimal */
+    int is_doubtful;    /* the last proof failed on rows that were settled by too small a multiplier */
+    double *path;       /* [levels + 1][ld] x at the start of each level of a sweep */
     double x_norm, trial_norm;
     int iterations, iteration_limit;
     int levels_done;
@@ -158,6 +169,12 @@ static inline double hqp_value(const hqp_solver *s, int id, const double *x) {
     return hqp_dot(row, x, s->given.first[id], s->given.last[id]);
 }
 
+/* what the value of the row lacks to lie in its bounds */
+static inline double hqp_slack(const hqp_solver *s, int id) {
+    const double value = s->value[id];
+    return value < s->lb[id] ? s->lb[id] - value : value > s->ub[id] ? s->ub[id] - value : 0.0;
+}
+
 static inline double hqp_bound(const hqp_solver *s, int id, int side) {
     return side < 0 ? s->lb[id] : s->ub[id];
 }
@@ -206,9 +223,20 @@ void hqp_find_step(hqp_solver *s, int keep);
 void hqp_find_multipliers(hqp_solver *s, const double *value, double x_norm);
 void hqp_move_to_trial(hqp_solver *s);
 void hqp_freeze(hqp_solver *s, int level);
+void hqp_hold_fitted(hqp_solver *s);
 void hqp_close_level(hqp_solver *s, int level);
 void hqp_rewind(hqp_solver *s, int first);
 int hqp_out_of_iterations(hqp_solver *s);
+
+/* hqp_proof.c: is x optimal?; hqp_cone.c: the way down where it is not */
+double hqp_descent(hqp_solver *s, int level);
+void hqp_find_values(hqp_solver *s);
+int hqp_has_slack(hqp_solver *s, int level);
+void hqp_gradient(const hqp_solver *s, int level, double *g);
+int hqp_touches(const hqp_solver *s, int id, int side);
+int hqp_prove(hqp_solver *s, int count);
+int hqp_prove_by_descent(hqp_solver *s, int count);
+int hqp_is_minimal(hqp_solver *s, int level);
 
 /* The two methods: all levels with guessed working sets (hqp_sweep.c), and one level with certainty
  * (hqp_walk.c) */
@@ -219,6 +247,9 @@ hqp_status hqp_walk(hqp_solver *s, int level);
  * return one of these, or the level to go back to. */
 enum { HQP_DONE = -1, HQP_NOT_LAST = -2, HQP_LOST = -3 };
 int hqp_finish(hqp_solver *s, int level);
+void hqp_free_directions(hqp_solver *s);
+int hqp_most_broken(hqp_solver *s, int level);
+int hqp_hold_broken(hqp_solver *s, int level, int id);
 int hqp_give_way(hqp_solver *s, int level, int id, int side, const double *pull);
 
 #endif

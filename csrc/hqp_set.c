@@ -144,8 +144,10 @@ static int release_doubtful(hqp_solver *s, int level) {
     int changes = 0;
     hqp_find_multipliers(s, s->value, s->x_norm);
     for (int i = 0; i < s->work_rank; i++) {
-        const int id = s->work[s->work_order[i]];
-        if (s->forced[id] || s->multiplier[i] > CLEAR * s->rounding[i]) continue;
+        const int id = s->work[s->work_order[i]], is_clear = s->multiplier[i] > CLEAR * s->rounding[i];
+        s->strength[id] = s->multiplier[i];
+        s->clear[id] = (signed char)is_clear;
+        if (s->forced[id] || is_clear) continue;
         s->side[id] = 0;
         changes++;
     }
@@ -174,6 +176,11 @@ void hqp_freeze(hqp_solver *s, int level) {
             s->guess_held_at[i] = -1;
         }
     }
+    hqp_hold_fitted(s);
+}
+
+/* The rows that were factorised join the frozen ones. */
+void hqp_hold_fitted(hqp_solver *s) {
     for (int k = s->rank; k < s->top; k++) s->column_row[k] = -1;
     for (int i = 0; i < s->work_rank; i++) s->column_row[s->rank + i] = s->work[s->work_order[i]];
     s->rank = s->top;

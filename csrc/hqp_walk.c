@@ -8,7 +8,6 @@
  */
 #include "hqp_internal.h"
 
-#include <stdint.h>
 #include <string.h>
 
 enum { TRIALS = 6, PATIENCE = 8 };
@@ -122,17 +121,15 @@ static double line_search(const hqp_solver *s, int level, const double *slope, d
     return alpha;
 }
 
-/* Release one work row with a wrong multiplier: the worst, or the first where progress has ceased. */
-static int release_one(hqp_solver *s, int lowest_index) {
+/* Release the work row with the worst multiplier, if one is wrong. */
+static int release_one(hqp_solver *s) {
     double worst = 0.0;
     int release = -1;
     hqp_find_multipliers(s, s->value, s->x_norm);
     for (int i = 0; i < s->work_rank; i++) {
-        const int id = s->work[s->work_order[i]];
-        if (!is_wrong(s, i)) continue;
-        if (lowest_index ? release >= 0 && id > release : s->multiplier[i] >= worst) continue;
+        if (!is_wrong(s, i) || s->multiplier[i] >= worst) continue;
         worst = s->multiplier[i];
-        release = id;
+        release = s->work[s->work_order[i]];
     }
     if (release >= 0) s->side[release] = 0;
     return release >= 0;
@@ -194,30 +191,67 @@ static enum progress descent_step(hqp_solver *s, int level) {
     return !blocked && !revised && fabs(length - 1.0) < 1e-9 ? MINIMAL : MOVED;
 }
 
-static uint64_t fingerprint(const hqp_solver *s, int level) {
-    uint64_t hash = 14695981039346656037u;
-    for (int i = 0; i < s->row0[level + 1]; i++) hash = (hash ^ (uint64_t)(s->side[i] + 1)) * 1099511628211u;
-    return hash;
+/* phi at x */
+static double half_square(const hqp_solver *s, int level) {
+    double sum = 0.0;
+    for (int i = s->row0[level]; i < s->row0[level + 1]; i++) sum += 0.5 * hqp_slack(s, i) * hqp_slack(s, i);
+    return sum;
+}
+
+/* Whether the multipliers of the working set, which was factorised for this x, prove the level minimal. */
+static int is_held(hqp_solver *s, int level) {
+    double *g = s->trial, *rest = s->reduced, sum = 0.0;
+    if (!hqp_has_slack(s, level)) return 1;
+    hqp_find_multipliers(s, s->value, s->x_norm);
+    for (int i = 0; i < s->work_rank; i++) {
+        const int id = s->work[s->work_order[i]];
+        if (!(s->multiplier[i] >= -s->none[level] && hqp_touches(s, id, s->side[id]))) return 0;
+    }
+    hqp_gradient(s, level, g);
+    hqp_gather(s, rest, g);
+    for (int k = 0; k < s->top; k++) hqp_reflect_row(s, k, rest);
+    for (int j = s->rank + s->work_rank; j < s->width; j++) sum += rest[j] * rest[j];
+    return sqrt(sum) <= s->none[level];
+}
+
+static int is_minimal(hqp_solver *s, int level) {
+    return is_held(s, level) || hqp_is_minimal(s, level);
+}
+
+/* Go down by the projected gradient, which leads away from a vertex at which working sets repeat. The working
+ * set is what holds the gradient, and what ends the step. Returns whether phi fell. */
+static int leave_vertex(hqp_solver *s, int level) {
+    int block;
+    memcpy(s->step, s->descent, (size_t)s->ld * sizeof(double));
+    double *slope = s->trial_value;
+    level_values(s, level, s->step, slope);
+    const double limit = longest_step(s, level, slope, &block), before = half_square(s, level);
+    const double length = line_search(s, level, slope, limit);
+    if (block >= 0 && length >= limit) s->side[block] = slope[block] < 0.0 ? -1 : 1;
+    if (!(length > 0.0)) return 0;
+    make_trial(s, level, length);
+    hqp_move_to_trial(s);
+    hqp_seat_violated(s, level);
+    return half_square(s, level) < before;
 }
 
 /*
- * Primal descent. After PATIENCE steps without progress rows are released by lowest index (Bland), and a
- * working set that comes back without progress in between (Brent's cycle detection) ends the level.
+ * Primal descent. After PATIENCE steps without progress, and where the working set finds no way down, the
+ * projected gradient decides: it is none at a minimum, and else phi falls, so that no working set comes back
+ * after it. Where rounding keeps phi from falling, time after time, the level is given up.
  */
 static hqp_status descend(hqp_solver *s, int level) {
-    int stalled = 0, checkpoint = PATIENCE;
-    uint64_t mark = 0;
+    int stalled = 0, given_up = 0;
     begin_descent(s, level);
     while (!hqp_out_of_iterations(s)) {
         const enum progress progress = descent_step(s, level);
-        if (progress == MINIMAL && !release_one(s, stalled > PATIENCE)) return HQP_SOLVED;
+        const int at_end = progress == MINIMAL && !release_one(s);
         stalled = progress == MOVED ? 0 : stalled + 1;
-        if (stalled < PATIENCE) continue;
-        const uint64_t now = fingerprint(s, level);
-        if (stalled > PATIENCE && now == mark) return HQP_REPEATED_SET;
-        if (stalled < checkpoint) continue;
-        mark = now;
-        checkpoint = 2 * stalled;
+        if (!at_end && stalled < PATIENCE) continue;
+        if (at_end ? is_minimal(s, level) : hqp_is_minimal(s, level)) return HQP_SOLVED;
+        given_up = leave_vertex(s, level) ? 0 : given_up + 1;
+        if (given_up > PATIENCE) return HQP_REPEATED_SET;
+        stalled = 0;
     }
     return HQP_ITERATION_CAP;
 }
@@ -228,9 +262,11 @@ hqp_status hqp_walk(hqp_solver *s, int level) {
     const int violated = hqp_seat_violated(s, level);
     if (s->rank < s->width) {
         if (violated && s->warm) hqp_seat_guess(s, level);
-        if (violated && !settle_by_trial(s, level)) status = descend(s, level);
-        if (!violated) hqp_factorise(s, level);
-        if (status != HQP_ITERATION_CAP) hqp_freeze(s, level);
+        if (violated && !(settle_by_trial(s, level) && is_minimal(s, level))) status = descend(s, level);
+        if (status != HQP_ITERATION_CAP) {
+            hqp_factorise(s, level);
+            hqp_freeze(s, level);
+        }
     }
     hqp_close_level(s, level);
     return status;

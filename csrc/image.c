@@ -28,6 +28,8 @@ enum {
 };
 static const uint32_t FLAG_ERROR_FRAME = 0x20000000u;
 
+enum { STRUCK = 1, STRUCK_AND_RESET = 2 };
+
 static uint16_t read_u16(const uint8_t *at) {
     return (uint16_t)(at[0] | at[1] << 8);
 }
@@ -150,7 +152,15 @@ static void take_emergency(image *im, int index, const wire_frame *frame) {
         return;
     }
     const uint16_t code = read_u16(frame->data);
-    im->status[index].emcy = code & ERROR_CLASS ? code : 0; /* 00xxh: error reset */
+    image_status *const status = &im->status[index];
+    if (code & ERROR_CLASS) {
+        status->emcy = code;
+        status->struck = STRUCK;
+    } else if (status->struck) { /* 00xxh: error reset; whoever looks once a tick must see what it was */
+        status->struck = STRUCK_AND_RESET;
+    } else {
+        status->emcy = 0;
+    }
     if (im->emergencies < IMAGE_EMERGENCIES) {
         image_emergency *const event = &im->emergency[im->emergencies++];
         event->device = index;
@@ -238,8 +248,11 @@ int32_t image_latch(image *im, const wire_frames *frames, uint16_t counter) {
     im->working_counter = 0;
     im->emergencies = 0;
     for (int i = 0; i < im->devices; i++) {
-        im->status[i].fresh = 0;
-        im->status[i].heartbeat_age++;
+        image_status *const status = &im->status[i];
+        if (status->struck == STRUCK_AND_RESET) status->emcy = 0;
+        status->struck = 0;
+        status->fresh = 0;
+        status->heartbeat_age++;
     }
     for (int i = 0; i < frames->count; i++) take(im, &frames->frame[i], counter);
     for (int i = 0; i < im->devices; i++) {

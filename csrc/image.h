@@ -51,13 +51,14 @@ typedef struct {
 typedef struct {
     int32_t missed;        /* consecutive ticks without a fresh TPDO */
     int32_t heartbeat_age; /* ticks since the last heartbeat */
-    uint16_t emcy;         /* error code of the last emergency, 0 = none or reset */
+    uint16_t emcy;         /* error code of the last emergency, 0 = none or reset; an error that is reset
+                              within its tick stands until the end of the tick */
     uint8_t fresh;         /* 1 if its TPDO of this tick arrived */
     uint8_t al_state;      /* INIT 1, PREOP 2, SAFEOP 4, OP 8; 0 = never heard */
     uint8_t nmt_state;     /* of the last heartbeat: 4, 5, 127; 0 = boot-up; 255 = never heard */
     uint8_t lost;          /* 1 once it rebooted or left operational after its first fresh TPDO */
     uint8_t running;       /* 1 after the first fresh TPDO */
-    uint8_t reserved;
+    uint8_t struck;        /* of this tick: 0 no error, 1 an error, 2 an error and its reset */
 } image_status;
 
 /* Events since set-up. A dropped frame is counted exactly once. */

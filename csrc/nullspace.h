@@ -1,4 +1,4 @@
-/* Null-space control of a redundant interface (seed 001), the part that every tick needs.
+/* Null-space control of a redundant interface (ContactAware), the part that every tick needs.
  *
  * The force ellipsoid M = A^-1, A = J W^2 J^T, W = diag(1/limit), is pulled towards a desired D = B^-1 by the
  * Stein divergence, which inversion leaves as it is:

@@ -1,4 +1,4 @@
-/* The PPU's share of a tick: observer of its motion, prepositioning (seed 000, (27)-(30)).
+/* The PPU's share of a tick: observer of its motion, prepositioning (HapticGiant, (27)-(30)).
  * Arrays hold one entry an axis: x, y. */
 #ifndef HAPTICD_PPU_H
 #define HAPTICD_PPU_H

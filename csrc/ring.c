@@ -80,3 +80,11 @@ int64_t ring_pop(ring *r, void *out, int64_t room) {
 int64_t ring_dropped(const ring *r) {
     return atomic_load_explicit(&r->dropped, memory_order_relaxed);
 }
+
+int64_t ring_read(const ring *r) {
+    return atomic_load_explicit(&r->tail, memory_order_relaxed);
+}
+
+int64_t ring_unread(const ring *r) {
+    return atomic_load_explicit(&r->head, memory_order_relaxed) - ring_read(r);
+}

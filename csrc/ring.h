@@ -28,4 +28,8 @@ int64_t ring_pop(ring *r, void *out, int64_t room);
 
 int64_t ring_dropped(const ring *r);
 
+/* Bytes ever read, and bytes that wait to be read: who reads moves the first while the second is not 0. */
+int64_t ring_read(const ring *r);
+int64_t ring_unread(const ring *r);
+
 #endif

@@ -1,7 +1,9 @@
 #include "rt.h"
 
 #include <errno.h>
+#include <signal.h>
 #include <sys/mman.h>
+#include <sys/prctl.h>
 #include <sys/resource.h>
 #include <sys/timerfd.h>
 #include <time.h>
@@ -41,6 +43,11 @@ int64_t rt_timer_read(int fd) {
 
 int rt_lock_memory(void) {
     return mlockall(MCL_CURRENT | MCL_FUTURE) < 0 ? -errno : 0;
+}
+
+int rt_die_with_parent(int number, int parent) {
+    if (prctl(PR_SET_PDEATHSIG, (unsigned long)number) < 0) return -errno;
+    return getppid() != parent && raise(number) != 0 ? -errno : 0;
 }
 
 int64_t rt_spin(int64_t until_ns) {

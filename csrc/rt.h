@@ -19,6 +19,10 @@ int64_t rt_timer_read(int fd);
 /* mlockall(MCL_CURRENT | MCL_FUTURE); 0 or -errno. */
 int rt_lock_memory(void);
 
+/* The calling process gets `number` when its parent is gone, even where `parent` died before this call;
+ * it stays so across exec. 0 or -errno. */
+int rt_die_with_parent(int number, int parent);
+
 /* Waits, busy, until CLOCK_MONOTONIC reaches `until_ns`; returns the time then. */
 int64_t rt_spin(int64_t until_ns);
 

@@ -25,6 +25,7 @@ MAX_OUTPUT_FRAME: Final = 63
 
 Address = tuple[int, int]  # index and sub-index of an object
 
+ERROR_REGISTER: Final = (0x1001, 0)
 DEVICE_NAME: Final = (0x1008, 0)
 HEARTBEAT_TIME: Final = (0x1017, 0)
 VENDOR: Final = (0x1018, 1)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from enum import IntEnum
 from typing import Final
@@ -11,7 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .cia301 import Address
-from .errors import DriveFaultError, DriveModeError, LeftStateError, TransitionError
+from .errors import (
+    DriveError,
+    DriveFaultError,
+    DriveModeError,
+    LeftStateError,
+    TransitionError,
+    UnheardError,
+)
 from .image import ProcessImage
 
 
@@ -122,24 +129,34 @@ def next_transition(state: State, target: State) -> Transition | None:
     return next((t for t in steps if t.number in upwards), None)
 
 
+WITHOUT_TORQUE: Final = (State.SWITCH_ON_DISABLED, State.FAULT)
+"""States in which a drive rests without torque."""
+FAULTED: Final = (State.FAULT_REACTION_ACTIVE, State.FAULT)
+
+
 @dataclass(slots=True)
 class _Walk:
-    """One drive on its way: the transition it is asked to make, and for how many ticks."""
+    """One drive on its way: the transition it is asked to make, and since how many ticks it is not there."""
 
     transition: Transition | None = None
     ticks: int = 0
     arrived: bool = False
+
+    def arrive(self) -> None:
+        """It is there; should it leave, a new walk begins."""
+        self.transition, self.ticks, self.arrived = None, 0, True
 
 
 class PowerStage:
     """Takes the drives of some groups together to a state and holds them there, one step per tick.
 
     A drive that leaves the state it was told to hold is never brought back silently: that is an error, and
-    so is one that is enabled in another mode of operation than its own.
+    so is one in another mode of operation than its own, which is found before it is enabled. Only answers
+    of the present tick count: a drive that did not answer is nowhere.
 
     Attributes:
         target: the state that was requested last.
-        ready: whether all drives are there.
+        ready: whether all drives were seen there by the last step.
     """
 
     def __init__(self, image: ProcessImage, groups: Sequence[str], deadline: int) -> None:
@@ -148,18 +165,20 @@ class PowerStage:
         Args:
             image: the process image.
             groups: groups of drives, with the words statusword, error_code, controlword and mode.
-            deadline: ticks that each transition may take.
+            deadline: ticks that each transition may take, and that a drive may be unheard.
 
         Raises:
             NetworkError: a group that is none, or has no such words.
         """
         self._deadline = deadline
+        self._image = image
         self._words = [
             tuple(image.word(f"{group}.{name}") for name in ("statusword", "error_code", "controlword"))
             for group in groups
         ]
         self._modes = [image.word(f"{group}.mode") for group in groups]
-        self._devices = [[image.network.devices[i] for i in image.network.groups[group]] for group in groups]
+        self._indices = [image.network.groups[group] for group in groups]
+        self._devices = [[image.network.devices[i] for i in indices] for indices in self._indices]
         self._own_modes = [[int(d.settings()[MODE]) for d in devices] for devices in self._devices]
         self.request(State.SWITCH_ON_DISABLED)
 
@@ -178,14 +197,57 @@ class PowerStage:
             raise ValueError(f"{target} cannot be a target; choose one of {', '.join(map(str, TARGETS))}")
         self.target = target
         self.ready = False
+        self._dropped = [[False for _ in devices] for devices in self._devices]
         self._reset_faults = reset_faults
         self._walks = [[_Walk() for _ in devices] for devices in self._devices]
         if target is State.SWITCH_ON_DISABLED:
             for _, _, controlword in self._words:
                 controlword[:] = DISABLE_VOLTAGE
 
+    @property
+    def enabling(self) -> bool:
+        """Whether any drive was told to enable its operation: from then on it may give torque."""
+        return any(ENABLE_OPERATION in words[2].tolist() for words in self._words)
+
+    @property
+    def live(self) -> str:
+        """A drive that is not known to be without torque at this tick, for people; "" where all are."""
+        for name, state, fresh, _, _ in self._drives():
+            if not fresh:
+                return f"{name} does not answer"
+            if state not in WITHOUT_TORQUE:
+                return f"{name} reports {state}"
+        return ""
+
+    @property
+    def unfit(self) -> str:
+        """A drive that must not be enabled as it is at this tick, for people; "" where all may be."""
+        for name, state, fresh, mode, own in self._drives():
+            if not fresh:
+                return f"{name} does not answer"
+            if state is not State.SWITCH_ON_DISABLED:
+                return f"{name} reports {state}"
+            if mode != own:
+                return f"{name} is in mode {mode} (6061h) instead of {own}"
+        return ""
+
+    def drop(self, index: int) -> None:
+        """Switches one drive off until the next request, whatever it reports and the others do.
+
+        Args:
+            index: of the drive, counted through all groups.
+        """
+        g = 0
+        while index >= len(self._devices[g]):
+            index -= len(self._devices[g])
+            g += 1
+        self._dropped[g][index] = True
+        self._words[g][2][index] = DISABLE_VOLTAGE
+
     def step(self) -> bool:
         """Looks at the statuswords and writes the controlwords; call once per tick.
+
+        An error of one drive keeps none from being switched off; on the way up it keeps all where they are.
 
         Returns:
             Whether all drives are in the target state.
@@ -193,55 +255,97 @@ class PowerStage:
         Raises:
             DriveFaultError: a drive is in fault.
             TransitionError: a transition took too long, or led elsewhere.
+            UnheardError: a drive did not answer for too long.
             LeftStateError: a drive left the target state by itself.
-            DriveModeError: a drive is enabled in another mode of operation than its own.
+            DriveModeError: a drive is in another mode of operation than its own.
         """
-        if self.ready and self._all_there():
+        held, self.ready = self.ready, False
+        if held and self._all_there():
+            self.ready = True
             return True
-        self.ready = True
+        there, errors = True, list[DriveError]()
+        controlwords = [words[2].tolist() for words in self._words]
         for g, walks in enumerate(self._walks):
             for i, walk in enumerate(walks):
-                self._step_drive(g, i, walk)
-                self.ready = self.ready and walk.arrived
-        return self.ready
+                if self._dropped[g][i]:
+                    controlwords[g][i] = DISABLE_VOLTAGE
+                    continue
+                try:
+                    arrived, controlwords[g][i] = self._step_drive(g, i, walk)
+                except DriveError as error:
+                    errors.append(error)
+                else:
+                    there = there and arrived
+        if not errors or self.target is State.SWITCH_ON_DISABLED:
+            for words, wanted in zip(self._words, controlwords, strict=True):
+                words[2][:] = wanted
+        if errors:
+            raise errors[0]
+        self.ready = there
+        return there
 
     def _all_there(self) -> bool:
         mask, wanted = STATUS[self.target]
-        if self.target is State.OPERATION_ENABLED and not self._in_own_modes():
+        if not self._all_fresh():
+            return False
+        if self.target is not State.SWITCH_ON_DISABLED and not self._in_own_modes():
             return False
         return all(word & mask == wanted for words in self._words for word in words[0].tolist())
+
+    def _all_fresh(self) -> bool:
+        image = self._image
+        if image.working_counter == image.expected:
+            return True
+        return all(image.fresh[i] for indices in self._indices for i in indices)
 
     def _in_own_modes(self) -> bool:
         return all(modes.tolist() == own for modes, own in zip(self._modes, self._own_modes, strict=True))
 
-    def _step_drive(self, g: int, i: int, walk: _Walk) -> None:
+    def _drives(self) -> Iterator[tuple[str, State, bool, int, int]]:
+        """Name, state, whether it answered at this tick, mode of operation, and the mode it should be in."""
+        for g, indices in enumerate(self._indices):
+            for i, index in enumerate(indices):
+                state = decode(int(self._words[g][0][i]))
+                fresh = bool(self._image.fresh[index])
+                yield self._devices[g][i].name, state, fresh, int(self._modes[g][i]), self._own_modes[g][i]
+
+    def _step_drive(self, g: int, i: int, walk: _Walk) -> tuple[bool, int]:
+        """Whether the drive is there, and its controlword."""
         statusword, error_code, controlword = (int(words[i]) for words in self._words[g])
         device = self._devices[g][i]
         state = decode(statusword)
         where = (device.name, device.node, str(state), statusword)
+        if not self._image.fresh[self._indices[g][i]]:
+            self._miss(where, walk)
+            return False, controlword
         switching_off = self.target is State.SWITCH_ON_DISABLED
-        if state in (State.FAULT, State.FAULT_REACTION_ACTIVE):
+        if state in FAULTED:
             if not switching_off and (walk.arrived or not self._reset_faults):
                 raise DriveFaultError(*where, error_code)
-            if switching_off and not self._reset_faults:
-                walk.arrived = True  # a drive in fault gives no torque
-                return
+            if switching_off and not self._reset_faults and state is State.FAULT:
+                walk.arrive()
+                return True, DISABLE_VOLTAGE
         mode, own = int(self._modes[g][i]), self._own_modes[g][i]
-        if state is State.OPERATION_ENABLED and mode != own and not switching_off:
+        if mode != own and not switching_off:
             raise DriveModeError(*where, mode, own)
         if state is self.target:
-            walk.arrived = True
-            controlword = TARGETS[self.target]
-        elif walk.arrived and not switching_off:
+            walk.arrive()
+            return True, TARGETS[self.target]
+        if walk.arrived and not (switching_off and state in FAULTED):
             raise LeftStateError(*where, str(self.target))
-        else:
-            controlword = self._advance(where, state, walk)
-        self._words[g][2][i] = controlword
+        return False, self._advance(where, state, walk)
+
+    def _miss(self, where: tuple[str, int, str, int], walk: _Walk) -> None:
+        """A drive without an answer in this tick may be anywhere, but not for long."""
+        walk.ticks += 1
+        if walk.ticks > self._deadline:
+            raise UnheardError(*where, walk.ticks)
 
     def _advance(self, where: tuple[str, int, str, int], state: State, walk: _Walk) -> int:
         """The controlword for a drive that is under way."""
         under_way = walk.transition
-        if under_way is None or state is under_way.target:
+        faulted = self.target is State.SWITCH_ON_DISABLED and state in FAULTED  # it leaves every way
+        if under_way is None or state is under_way.target or (faulted and under_way.source not in FAULTED):
             walk.transition = next_transition(state, self.target)
             walk.ticks = 0
             under_way = walk.transition

@@ -81,8 +81,9 @@ def configure(device: Device, slot: Slot | None, heartbeat_ms: int, watchdog_ms:
 def _expect(device: Device, values: Mapping[Address, Value], remedy: str) -> Script:
     dictionary = device.dictionary
     for address, value in values.items():
-        data = yield from sdo.upload(device.node, *address)
-        expected = dictionary.decode(address, dictionary.encode(address, value))
+        wanted = dictionary.encode(address, value)
+        data = yield from sdo.upload(device.node, *address, len(wanted))
+        expected = dictionary.decode(address, wanted)
         got = dictionary.decode(address, data)
         if got != expected:
             raise MismatchError(device.name, device.node, *address, expected, got, remedy)

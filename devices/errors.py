@@ -119,7 +119,8 @@ class MissingDevicesError(BringupError):
         super().__init__(
             devices,
             f"no boot-up message within {ticks} ticks from {listed}. "
-            "Check power, cabling and termination, the bit rates, and the node id set on the device",
+            "Check power, cabling and termination, the bit rates, that it speaks CAN FD, and the node id set "
+            "on the device",
         )
         self.nodes = tuple(nodes)
 
@@ -228,6 +229,15 @@ class TransitionError(DriveError):
         self.transition = transition
 
 
+class UnheardError(DriveError):
+    """A drive that does not answer, so that nobody knows where it is; `state` is what it last reported."""
+
+    def __init__(self, device: str, node: int, state: str, statusword: int, ticks: int) -> None:
+        what = f"does not answer, {ticks} ticks after it was where it should be"
+        super().__init__(device, node, f"{state}, long ago", statusword, what)
+        self.ticks = ticks
+
+
 class LeftStateError(DriveError):
     """A drive that left the state it was told to hold."""
 
@@ -254,7 +264,7 @@ class DriveFaultError(DriveError):
 
 
 class DriveModeError(DriveError):
-    """A drive that is enabled in another mode of operation than its own.
+    """A drive in another mode of operation than its own, enabled or about to be.
 
     Attributes:
         mode: 6061h.

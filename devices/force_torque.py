@@ -50,15 +50,16 @@ class ForceTorques:
     Attributes:
         wrench: (n, 6) force and torque in the sensor's frame [N, N m].
         status: (n,) bits of `SensorStatus`.
+        scales: full scale of every component of each [N, N m].
     """
 
     def __init__(self, image: ProcessImage, group: str = "force_torque") -> None:
         self.wrench: NDArray[np.float64] = image[f"{group}.wrench"]
         self.status: NDArray[np.uint32] = image.word(f"{group}.status")
         devices = [image.network.devices[i] for i in image.network.groups[group]]
-        self._scales = [[d.force] * 3 + [d.torque] * 3 for d in devices if isinstance(d, ForceTorque)]
+        self.scales = [[d.force] * 3 + [d.torque] * 3 for d in devices if isinstance(d, ForceTorque)]
 
     def valid(self, i: int) -> bool:
         """Whether a sensor is ready and every component lies within its full scale; NaN does not."""
         ready = int(self.status[i]) == SensorStatus.READY
-        return ready and all(map(le, map(abs, self.wrench[i].tolist()), self._scales[i]))
+        return ready and all(map(le, map(abs, self.wrench[i].tolist()), self.scales[i]))

@@ -80,6 +80,10 @@ class Frames:
         """How many of them are TPDOs, by their identifiers."""
         return int(lib.wire_count(self.pointer, TPDO + 1, TPDO + MAX_NODE))
 
+    def count(self, can_id: int) -> int:
+        """How many of them have this identifier."""
+        return int(lib.wire_count(self.pointer, can_id, can_id))
+
     def clear(self) -> None:
         """Forgets all frames."""
         self.pointer.count = 0

@@ -24,7 +24,7 @@ _STATUS = np.dtype(
         ("nmt_state", np.uint8),
         ("lost", np.bool_),
         ("running", np.bool_),
-        ("reserved", np.uint8),
+        ("struck", np.uint8),
     ]
 )
 COUNTERS: tuple[str, ...] = tuple(name for name, _ in ffi.typeof("image_counters").fields)
@@ -62,7 +62,8 @@ class ProcessImage:
         nmt_state: (devices,) `NmtState` of the last heartbeat, 255 = never heard.
         heartbeat_age: (devices,) ticks since the last heartbeat.
         lost: (devices,) bool, it rebooted or left operational after its first fresh TPDO.
-        emcy: (devices,) code of the last emergency, 0 = none or reset.
+        emcy: (devices,) code of the last emergency, 0 = none or reset; an error that is reset within its
+            tick stands for that tick.
         counters: (16,) int64, events since set-up, in the order of `COUNTERS`.
         raw: (raw_size,) bytes as on the wire: TPDOs, then the payloads of the output frames.
     """

@@ -42,6 +42,7 @@ class Imus:
         acceleration: (n, 3) specific force in the sensor's frame [m/s^2].
         angular_velocity: (n, 3) in the sensor's frame [rad/s].
         status: (n,) bits of `force_torque.SensorStatus`.
+        scales: full scale of the acceleration of each [m/s^2].
     """
 
     def __init__(self, image: ProcessImage, group: str = "imus") -> None:
@@ -49,9 +50,9 @@ class Imus:
         self.angular_velocity: NDArray[np.float64] = image[f"{group}.angular_velocity"]
         self.status: NDArray[np.uint32] = image.word(f"{group}.status")
         devices = [image.network.devices[i] for i in image.network.groups[group]]
-        self._scales = [device.acceleration for device in devices if isinstance(device, Imu)]
+        self.scales = [device.acceleration for device in devices if isinstance(device, Imu)]
 
     def valid(self, i: int) -> bool:
         """Whether a sensor is ready and its acceleration lies within its full scale; NaN does not."""
         ready = int(self.status[i]) == SensorStatus.READY
-        return ready and all(map(self._scales[i].__ge__, map(abs, self.acceleration[i].tolist())))
+        return ready and all(map(self.scales[i].__ge__, map(abs, self.acceleration[i].tolist())))

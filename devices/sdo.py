@@ -37,8 +37,16 @@ _SEGMENT: Final = 7
 _EXPEDITED_MAX: Final = 4
 
 
-def upload(node: int, index: int, subindex: int) -> Generator[bytes, bytes, bytes]:
+def upload(
+    node: int, index: int, subindex: int, size: int = _EXPEDITED_MAX
+) -> Generator[bytes, bytes, bytes]:
     """Reads an object.
+
+    Args:
+        node: node id of the device.
+        index: of the object.
+        subindex: of the object.
+        size: bytes that the object has, for a server that leaves the size of an expedited answer out.
 
     Raises:
         SdoAbortError: the device refused.
@@ -48,8 +56,8 @@ def upload(node: int, index: int, subindex: int) -> Generator[bytes, bytes, byte
     response = yield _initiate(REQUEST_UPLOAD, index, subindex, bytes(4))
     command = _check_initiate(response, RESPONSE_UPLOAD, where)
     if command & EXPEDITED:
-        size = _EXPEDITED_MAX - (command >> 2 & 3) if command & SIZE_SPECIFIED else _EXPEDITED_MAX
-        return response[4 : 4 + size]
+        said = _EXPEDITED_MAX - (command >> 2 & 3) if command & SIZE_SPECIFIED else size
+        return response[4 : 4 + said]
     announced = struct.unpack_from("<I", response, 4)[0] if command & SIZE_SPECIFIED else None
     data = bytearray()
     toggle = 0

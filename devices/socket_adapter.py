@@ -17,6 +17,9 @@ from .errors import AdapterError
 from .frames import Frames
 
 CANFD_MTU: Final = 72
+BITRATE: Final = 1_000_000
+DATA_BITRATE: Final = 5_000_000
+"""What proposed commands set where nothing else is asked for [bit/s]."""
 _INTERFACES: Final = Path("/sys/class/net")
 _FLAG_UP: Final = 0x1
 _BUFFER_BYTES: Final = 1 << 20
@@ -103,10 +106,15 @@ def unix_pair() -> tuple[SocketAdapter, SocketAdapter]:
     return SocketAdapter(here), SocketAdapter(there)
 
 
-def socketcan(interface: str) -> SocketAdapter:
+def socketcan(interface: str, bitrate: int = BITRATE, data_bitrate: int = DATA_BITRATE) -> SocketAdapter:
     """Opens a CAN FD interface of the kernel: "can0", "vcan0".
 
     Data frames with 11-bit identifiers pass, and the controller's error frames.
+
+    Args:
+        interface: its name.
+        bitrate: of arbitration, in the commands that errors propose [bit/s].
+        data_bitrate: of data, in the same commands [bit/s].
 
     Raises:
         AdapterError: the kernel has no SocketCAN, or the interface is missing, down or not CAN FD.
@@ -115,12 +123,14 @@ def socketcan(interface: str) -> SocketAdapter:
         sock = socket.socket(_AF_CAN, socket.SOCK_RAW, _CAN_RAW)
     except OSError as error:
         remedy = (
-            "Type: sudo modprobe can-raw. Where the kernel has no such module, use the simulated plant, "
-            "or another interface of python-can"
+            "Type: sudo modprobe can-raw. Where the kernel has no such module, use the simulated plant "
+            '([bus] kind = "simulated"), or another interface of python-can, e.g. kind = "python-can", '
+            'interface = "udp_multicast", channel = "239.74.163.2", whose other end is: '
+            "hapticd plant FILE --interface udp_multicast --channel 239.74.163.2"
         )
         raise AdapterError(interface, f"this kernel has no SocketCAN ({_reason(error)})", remedy) from error
     try:
-        _check_interface(interface)
+        _check_interface(interface, bitrate, data_bitrate)
         standard = struct.pack("=II", 0, _CAN_EFF_FLAG | _CAN_RTR_FLAG)
         sock.setsockopt(_SOL_CAN_RAW, _CAN_RAW_FD_FRAMES, 1)
         sock.setsockopt(_SOL_CAN_RAW, _CAN_RAW_FILTER, standard)
@@ -136,10 +146,15 @@ def socketcan(interface: str) -> SocketAdapter:
     return SocketAdapter(sock)
 
 
-def _check_interface(interface: str) -> None:
+def up_command(interface: str, bitrate: int = BITRATE, data_bitrate: int = DATA_BITRATE) -> str:
+    """The command that brings a CAN FD interface of the kernel up with its bit rates [bit/s]."""
+    return f"sudo ip link set {interface} up type can bitrate {bitrate} dbitrate {data_bitrate} fd on"
+
+
+def _check_interface(interface: str, bitrate: int = BITRATE, data_bitrate: int = DATA_BITRATE) -> None:
     """Refuses what would open and then never carry a frame."""
     folder = _INTERFACES / interface
-    up = f"sudo ip link set {interface} up type can bitrate 1000000 dbitrate 5000000 fd on"
+    up = up_command(interface, bitrate, data_bitrate)
     try:
         flags = int((folder / "flags").read_text(), 16)
         mtu = int((folder / "mtu").read_text())

@@ -1,6 +1,6 @@
 """Draws docs/giant.png: the simulated giant and the walk of the default run, from its URDF and configuration.
 
-.venv/bin/pip install -e .[plot] && .venv/bin/python docs/draw_giant.py
+./setup.sh plot && .venv/bin/python docs/draw_giant.py
 """
 
 from __future__ import annotations

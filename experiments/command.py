@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-import difflib
 import sys
 from collections.abc import Sequence
 from importlib import import_module
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 import msgspec
 
+from ..runtime.arguments import meant
 from ..runtime.errors import HapticdError
+from ..runtime.invocation import install
 from .outcome import Outcome, write_plot, write_rows
 
 NAMES = (
@@ -33,23 +35,30 @@ class ExperimentError(HapticdError):
     exit_status = 2
 
 
-def run(name: str | None, folder: Path, as_json: bool) -> int:
-    """Run one experiment, or all without a name: plot and rows into the folder, figures to stdout.
+def run(name: str | None, folder: Path | None, as_json: bool) -> int:
+    """Run one experiment, or all without a name: figures to stdout, plots and tables into a folder if given.
 
     Raises:
-        ExperimentError: no such experiment, or matplotlib is missing.
+        ExperimentError: no such experiment, matplotlib is missing, or the folder cannot be written.
     """
-    names = (name,) if name else NAMES
+    names = [_known(name)] if name else NAMES
+    if folder and not find_spec("matplotlib"):
+        raise ExperimentError(f"plots need matplotlib; type: {install('matplotlib')}")
     for each in names:
-        _run(each.replace("-", "_"), folder, as_json)
+        _run(each, folder, as_json)
+    if not folder:
+        print("no plot was drawn, no table written; --out DIR does both", file=sys.stderr)
     return 0
 
 
-def _run(name: str, folder: Path, as_json: bool) -> None:
-    if name not in NAMES:
-        near = difflib.get_close_matches(name, NAMES, 1)
-        hint = f"did you mean {near[0]}?" if near else f"known: {', '.join(NAMES)}"
-        raise ExperimentError(f"no experiment '{name}'; {hint}")
+def _known(name: str) -> str:
+    known = name.replace("-", "_")
+    if known not in NAMES:
+        raise ExperimentError(f"there is no experiment '{name}'; {meant(known, NAMES)}")
+    return known
+
+
+def _run(name: str, folder: Path | None, as_json: bool) -> None:
     module: Any = import_module(f".{name}", __package__)
     live = sys.stderr.isatty()
 
@@ -59,16 +68,20 @@ def _run(name: str, folder: Path, as_json: bool) -> None:
     outcome: Outcome = module.run(progress)
     if live:
         sys.stderr.write("\r\x1b[K")
-    (folder / "figures").mkdir(parents=True, exist_ok=True)
-    try:
-        write_plot(folder / "figures" / f"{name}.svg", outcome)
-    except ImportError as error:
-        raise ExperimentError("plots need matplotlib; install hapticd[plot]") from error
-    write_rows(folder / "fidelity.md", name, module.TITLE, outcome.rows)
     if as_json:
         print(msgspec.json.encode({"experiment": name, **outcome.figures}).decode())
     else:
         print("\n".join(_table(name, module.TITLE, outcome)))
+    if not folder:
+        return
+    plot, page = folder / "figures" / f"{name}.svg", folder / "fidelity.md"
+    try:
+        plot.parent.mkdir(parents=True, exist_ok=True)
+        write_plot(plot, outcome)
+        write_rows(page, name, module.TITLE, outcome.rows)
+    except OSError as error:
+        raise ExperimentError(f"cannot write {error.filename}: {error.strerror}") from error
+    print(f"written: {page}, {plot}", file=sys.stderr)
 
 
 def _table(name: str, title: str, outcome: Outcome) -> Sequence[str]:

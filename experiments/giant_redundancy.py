@@ -1,6 +1,6 @@
-"""Beyond the papers: the giant's two redundant degrees of freedom by the criterion of seed 001.
+"""Beyond the papers: the giant's two redundant degrees of freedom by the criterion of ContactAware.
 
-The PPU may stand anywhere below the same pose of the handle. Seed 000 puts joints 2 and 3 at reference angles
+The PPU may stand anywhere below the same pose of the handle. HapticGiant puts joints 2 and 3 at set angles
 (prepositioning); here the Stein divergence from a desired horizontal force ellipsoid decides.
 """
 
@@ -89,7 +89,7 @@ def run(progress: Progress) -> Outcome:
     progress(f"{len(Q)} placements of the PPU")
     J = np.array([giant.jacobian(q) for q in Q])
     A = velocity_ellipsoid(J, giant.limit)
-    # the reference of seed 000 keeps the handle where it is and turns joints 2 and 3 to their best angles
+    # the reference of HapticGiant keeps the handle where it is and turns joints 2 and 3 to their best angles
     placed = _settled(Q)
     home = giant.jacobian(placed)
     shape = Shape.of_home(force_ellipsoid(home, giant.limit), MU)
@@ -121,10 +121,13 @@ def run(progress: Progress) -> Outcome:
     def draw(figure: Any) -> None:
         axes = figure.subplots(subplot_kw={"projection": "polar"})
         full = np.concatenate([angles, angles + np.pi, angles[:1]])
-        for name, values in gains.items():
-            axes.plot(full, [*values, *values, values[0]], "o-", ms=3, label=name)
-        axes.plot(full, np.ones_like(full), "k--", lw=0.8, label="prepositioning")
-        axes.legend(loc="lower right", fontsize=7)
+        for (name, values), marker in zip(gains.items(), "os^", strict=True):
+            axes.plot(full, [*values, *values, values[0]], marker=marker, ms=4, label=name)
+        axes.plot(full, np.ones_like(full), "k:", lw=0.8, label="prepositioning")
+        axes.set(xlabel="horizontal direction u [deg]", ylabel="capability along u over prepositioning's [-]")
+        axes.yaxis.labelpad = 28
+        axes.set_rlabel_position(112.5)
+        figure.legend(loc="outside lower center", ncols=2, fontsize=7)
 
     return Outcome(rows, {"gains": gains, "placements": len(Q)}, draw, (5.0, 5.0))
 

@@ -10,10 +10,12 @@ from typing import Any
 HEAD = """# Fidelity
 
 Every figure and table of the papers that can be run in simulation: the paper's number beside ours. Written by
-`hapticd experiment --all`; each experiment replaces its own section. Where the paper's number cannot be
+`make fidelity`; each experiment replaces its own section. Where the paper's number cannot be
 reproduced from its text, the note says why.
 """
 COLUMNS = "| quantity | paper | here | note |\n|---|---|---|---|\n"
+COLOURS, LINES = ("tab:blue", "tab:orange", "tab:green", "tab:red"), ("-", "--", "-.", ":")
+"""Of the lines of a plot: told apart without colour, too."""
 Progress = Callable[[str], None]
 Draw = Callable[[Any], None]
 """Draws on an empty matplotlib figure."""
@@ -64,9 +66,16 @@ def write_plot(path: Path, outcome: Outcome) -> None:
         ImportError: matplotlib is not installed.
     """
     import matplotlib
+    from cycler import cycler
     from matplotlib.figure import Figure
 
-    with matplotlib.rc_context({"svg.hashsalt": "hapticd", "font.size": 9, "axes.grid": True}):
+    style: Any = {
+        "svg.hashsalt": "hapticd",
+        "font.size": 9,
+        "axes.grid": True,
+        "axes.prop_cycle": cycler(color=COLOURS) + cycler(linestyle=LINES),
+    }
+    with matplotlib.rc_context(style):
         figure = Figure(figsize=outcome.size, layout="constrained")
         outcome.draw(figure)
         figure.savefig(path, metadata={"Date": None})

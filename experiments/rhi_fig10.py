@@ -1,4 +1,4 @@
-"""Seed 001, fig. 10: force along u over the workspace in the free, the stiff and the strongest posture."""
+"""ContactAware, fig. 10: force along u over the workspace in free, stiff and strongest postures."""
 
 from __future__ import annotations
 
@@ -20,6 +20,8 @@ TITLE = "force over the workspace (fig. 10)"
 GRID, NEAR, FAR = 31, 0.05, 0.75
 STARTS, BEST = 60, 6
 CONE = np.radians(20.0)
+SHOWN = 30.0
+"""Largest force that the plot tells apart [N]."""
 
 
 def multistart(device: Device, x: Array, objective: Objective, seed: int) -> tuple[Array, NDArray[np.bool_]]:
@@ -146,7 +148,8 @@ def _draw(figure: Any, axis: Array, field: Field) -> None:
     axes = figure.subplots(1, 3, sharey=True)
     for a, name in zip(axes, ("free", "stiff", "robust"), strict=True):
         image = np.full(field.inside.shape, np.nan)
-        image[field.inside] = np.where(field.good, np.minimum(field.force[name], 30.0), np.nan)
-        mesh = a.pcolormesh(axis, axis, image, vmin=0.0, vmax=30.0, cmap="viridis", rasterized=True)
-        a.set(title=f"{name}: force along u [N]", aspect="equal", xlabel="x [m]")
-    figure.colorbar(mesh, ax=axes)
+        image[field.inside] = np.where(field.good, field.force[name], np.nan)
+        mesh = a.pcolormesh(axis, axis, image, vmin=0.0, vmax=SHOWN, cmap="viridis", rasterized=True)
+        a.set(title=name, aspect="equal", xlabel="x [m]")
+    axes[0].set_ylabel("y [m]")
+    figure.colorbar(mesh, ax=axes, label="force along u [N]", extend="max")

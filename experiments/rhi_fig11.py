@@ -1,4 +1,4 @@
-"""Seed 001, fig. 11: palpation without and with the transition between the desired ellipsoids."""
+"""ContactAware, fig. 11: palpation without and with the transition between the desired ellipsoids."""
 
 from __future__ import annotations
 
@@ -81,16 +81,16 @@ def run(progress: Progress) -> Outcome:
 
 
 def _draw(figure: Any, traces: dict[str, Trace]) -> None:
-    axes = figure.subplots(3, 2, sharex=True)
+    axes = figure.subplots(3, 2, sharex=True, sharey="row")
     for k, (name, trace) in enumerate(traces.items()):
         force: Array = np.linalg.norm(trace.force, axis=1)
         axes[0, k].plot(trace.t, force, label="rendered")
-        axes[0, k].plot(trace.t, np.linalg.norm(trace.demand, axis=1), "--", lw=0.8, label="demand")
+        axes[0, k].plot(trace.t, np.linalg.norm(trace.demand, axis=1), lw=0.8, label="demand")
         axes[0, k].set_title(name)
         axes[1, k].plot(trace.t, trace.torque, label=[f"motor {i}" for i in range(1, 5)])
-        axes[2, k].plot(trace.t, trace.reserve, "k", label="reserve V")
-        axes[2, k].plot(trace.t, trace.omega, "--", label="activation")
+        axes[2, k].plot(trace.t, trace.reserve, label="reserve V")
+        axes[2, k].plot(trace.t, trace.omega, label="activation of the free ellipsoid")
         axes[2, k].set_xlabel("t [s]")
-    for row, label in enumerate(("force [N]", "torque [N m]", "")):
+    for row, label in enumerate(("force on the hand [N]", "motor torque [N m]", "share of 1")):
         axes[row, 0].set_ylabel(label)
         axes[row, 0].legend(fontsize=7)

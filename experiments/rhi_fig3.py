@@ -1,4 +1,4 @@
-"""Seed 001, figs 3 and 4: the 3-DoF example at rest, free and stiff, pushed along x."""
+"""ContactAware, figs 3 and 4: the 3-DoF example at rest, free and stiff, pushed along x."""
 
 from __future__ import annotations
 
@@ -54,31 +54,29 @@ def run(progress: Progress) -> Outcome:
         "eigenvalues": eigenvalues.tolist(),
         "force_n": dict(zip(NAMES, forces.tolist(), strict=True)),
     }
-    return Outcome(rows, figures, lambda figure: _draw(figure, Q, J), (9.0, 6.0))
+    return Outcome(rows, figures, lambda figure: _draw(figure, Q, J), (9.0, 7.0))
 
 
 def _draw(figure: Any, Q: Array, J: Array) -> None:
     t = np.linspace(0.0, 4.0, 400)
     wanted = PEAK * np.sin(np.pi * t / 2)
-    axes = figure.subplots(3, 3)
+    axes = figure.subplots(3, 3, sharex="row", sharey="row")
     for k, name in enumerate(NAMES):
         torque = wanted[:, None] * (J[k].T @ ALONG)
         alpha = force_share(torque, LIMIT)
         axes[0, k].plot(t, alpha[:, None] * torque, label=["joint 1", "joint 2", "joint 3"])
         axes[1, k].plot(t, alpha * wanted, label="rendered")
-        axes[1, k].plot(t, wanted, "--", lw=0.8, label="wanted")
-        axes[0, k].set(title=name, ylim=(-0.55, 0.55))
+        axes[1, k].plot(t, wanted, lw=0.8, label="wanted")
+        axes[0, k].set(title=name, xlabel="t [s]", ylim=(-0.55, 0.55))
         axes[1, k].set(xlabel="t [s]", ylim=(-3.8, 3.8))
         angles = np.cumsum(Q[k])
         nodes = np.vstack([[0.0, 0.0], np.cumsum(0.25 * np.stack([np.cos(angles), np.sin(angles)], 1), 0)])
-        axes[2, k].plot(*nodes.T, "o-", color="0.3")
+        axes[2, k].plot(*nodes.T, "o-", color="0.3", label="arm")
         values, vectors = np.linalg.eigh(force_ellipsoid(J[k], LIMIT))
         circle = np.stack([np.cos(np.linspace(0, 2 * np.pi, 100)), np.sin(np.linspace(0, 2 * np.pi, 100))])
         outline = nodes[-1][:, None] + 0.03 * vectors @ (np.sqrt(values)[:, None] * circle)
-        axes[2, k].plot(*outline, color="tab:red")
-        axes[2, k].set(aspect="equal", xlabel="x [m]")
-    axes[0, 0].set_ylabel("torque [N m]")
-    axes[1, 0].set_ylabel("force [N]")
-    axes[2, 0].set_ylabel("y [m]")
-    axes[0, 0].legend(fontsize=7)
-    axes[1, 0].legend(fontsize=7)
+        axes[2, k].plot(*outline, color="tab:red", label="force ellipsoid")
+        axes[2, k].set(aspect="equal", xlabel="x [m]", xlim=(-0.05, 0.5), ylim=(-0.06, 0.38))
+    for row, label in enumerate(("torque [N m]", "force along x [N]", "y [m]")):
+        axes[row, 0].set_ylabel(label)
+        axes[row, 0].legend(fontsize=7)

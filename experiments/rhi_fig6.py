@@ -1,4 +1,4 @@
-"""Seed 001, fig. 6: the actuator saturation observer of a 2-DoF robot."""
+"""ContactAware, fig. 6: the actuator saturation observer of a 2-DoF robot."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from .outcome import Outcome, Progress, Row
 TITLE = "actuator saturation observer (fig. 6)"
 LIMIT = np.array([0.5, 2.0])
 STEEPNESS = (1.0, 5.0)
+LABEL = "reserve V"
 
 
 def run(progress: Progress) -> Outcome:
@@ -28,9 +29,12 @@ def run(progress: Progress) -> Outcome:
     def draw(figure: Any) -> None:
         for k, (S, V) in enumerate(zip(STEEPNESS, surfaces, strict=True), 1):
             axes = figure.add_subplot(1, 2, k, projection="3d")
-            axes.plot_surface(
+            surface = axes.plot_surface(
                 grid[..., 0], grid[..., 1], V, cmap="viridis", rcount=27, ccount=27, rasterized=True
             )
-            axes.set(title=f"S = {S:g}", xlabel="torque 1 [N m]", ylabel="torque 2 [N m]", zlabel="V")
+            axes.set(title=f"S = {S:g}", xlabel="torque 1 [N m]", ylabel="torque 2 [N m]", zlabel=LABEL)
+            axes.set(xticks=(-LIMIT[0], 0, LIMIT[0]), yticks=(-LIMIT[1], 0, LIMIT[1]))
+            axes.set_box_aspect(None, zoom=0.75)  # or the label of z is cut off
+        figure.colorbar(surface, ax=figure.axes, label=LABEL, shrink=0.6)
 
-    return Outcome(rows, {"centre": float(surfaces[0][40, 40]), "border": edge}, draw)
+    return Outcome(rows, {"centre": float(surfaces[0][40, 40]), "border": edge}, draw, (9.0, 4.5))

@@ -1,4 +1,4 @@
-"""Seed 001, fig. 7: activation of the desired ellipsoids over a swing of the reserve."""
+"""ContactAware, fig. 7: activation of the desired ellipsoids over a swing of the reserve."""
 
 from __future__ import annotations
 
@@ -34,11 +34,15 @@ def run(progress: Progress) -> Outcome:
 
     def draw(figure: Any) -> None:
         axes = figure.subplots()
-        axes.plot(t, V, "k", label="reserve V")
-        axes.plot(t, omega, "--", label="activation of the free ellipsoid")
-        for name in ("leave", "come_back"):
-            axes.axhline(getattr(device.config.rhi.saturation, name), color="0.6", lw=0.8)
-        axes.set(xlabel="t [s]")
+        axes.plot(t, V, label="reserve V")
+        axes.plot(t, omega, label="activation of the free ellipsoid")
+        saturation = device.config.rhi.saturation
+        for limit, line, what in (
+            (saturation.leave, ":", "leaves free"),
+            (saturation.come_back, "-.", "returns"),
+        ):
+            axes.axhline(limit, color="0.4", lw=0.8, ls=line, label=f"V at which it {what}: {limit:g}")
+        axes.set(xlabel="t [s]", ylabel="share of 1")
         axes.legend()
 
     figures = {"K": device.shape.major, "zeta": device.shape.minor, "duration_s": duration, "step": step}

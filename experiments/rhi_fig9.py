@@ -1,4 +1,4 @@
-"""Seed 001, fig. 9: palpation in the free and in the stiff posture, and with the full controller."""
+"""ContactAware, fig. 9: palpation in the free and in the stiff posture, and with the full controller."""
 
 from __future__ import annotations
 
@@ -103,7 +103,11 @@ def run(progress: Progress) -> Outcome:
             )
     most = max(e["torque"] for e in table)
     turns = max(e["turns"] for e in table)
-    rows.append(Row("largest torque over its limit, all sessions", "-", f"{most:.6f}", "never above 1"))
+    rows.append(
+        Row(
+            "largest torque over its limit, all sessions", "-", f"{most:.6f}", "1 is what the motors may give"
+        )
+    )
     rows.append(
         Row("half-way crossings of the activation per palpation", "-", f"{turns}", "2: there and back")
     )
@@ -115,15 +119,15 @@ UNKNOWN = "statics put the paper's value inside what the self-motion at X0 allow
 
 
 def _draw(figure: Any, cases: dict[str, Trace]) -> None:
-    axes = figure.subplots(2, len(cases), sharex=True)
+    axes = figure.subplots(2, len(cases), sharex=True, sharey="row")
     for k, (name, trace) in enumerate(cases.items()):
         force: Array = np.linalg.norm(trace.force, axis=1)
         axes[0, k].plot(trace.t, force, label="rendered")
-        axes[0, k].plot(trace.t, np.linalg.norm(trace.demand, axis=1), "--", lw=0.8, label="demand")
+        axes[0, k].plot(trace.t, np.linalg.norm(trace.demand, axis=1), lw=0.8, label="demand")
         axes[0, k].set(title=name, ylim=(0, 20))
         axes[1, k].plot(trace.t, trace.torque, label=[f"motor {i}" for i in range(1, 5)])
         axes[1, k].set(xlabel="t [s]", ylim=(-3.2, 3.2))
-    axes[0, 0].set_ylabel("force [N]")
-    axes[1, 0].set_ylabel("torque [N m]")
+    axes[0, 0].set_ylabel("force on the hand [N]")
+    axes[1, 0].set_ylabel("motor torque [N m]")
     axes[0, 0].legend(fontsize=7)
     axes[1, 0].legend(fontsize=7)

@@ -1,4 +1,4 @@
-"""Seed 001, Table I: inertia and friction at the hand, identified by the paper's procedure."""
+"""ContactAware, Table I: inertia and friction at the hand, identified by the paper's procedure."""
 
 from __future__ import annotations
 
@@ -110,11 +110,12 @@ def run(progress: Progress) -> Outcome:
 
     def draw(figure: Any) -> None:
         axes = figure.subplots(1, 2)
-        for k, quantity in enumerate(("inertia [kg]", "friction [N s/m]")):
-            for shift, (label, values) in enumerate((("paper", PAPER), ("here", found))):
+        for k, quantity in enumerate(("inertia along u [kg]", "friction along u [N s/m]")):
+            for shift, (label, values, hatch) in enumerate((("paper", PAPER, ""), ("here", found, "//"))):
                 heights = [values[name][k] for name in ("free", "stiff")]
-                axes[k].bar(np.arange(2) + 0.3 * shift, heights, 0.28, label=label)
-            axes[k].set(xticks=np.arange(2) + 0.15, xticklabels=("free", "stiff"), title=quantity)
+                axes[k].bar(np.arange(2) + 0.3 * shift, heights, 0.28, label=label, hatch=hatch)
+            axes[k].set(xticks=np.arange(2) + 0.15, xticklabels=("free", "stiff"), xlabel="posture")
+            axes[k].set_ylabel(quantity)
         axes[0].legend()
 
     return Outcome(rows, {"identified": found}, draw, (7.0, 3.2))

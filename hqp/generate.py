@@ -167,34 +167,136 @@ def unit_rows(rng: Draw, n: int, levels: int) -> list[Level]:
     return problem
 
 
+def friction_pyramids(rng: Draw, n: int, levels: int) -> list[Level]:
+    """Legs on the ground: balance, forces in pyramids and motion in a box, tasks, and rest.
+
+    Tasks pull many forces into the apex of their pyramid, where five rows meet in three variables.
+    """
+    size = min(3, n)
+    contacts = max(1, n // (2 * size))
+    motion = n - size * contacts
+    balance = rng.normal(size=(min(6, n), n)) * rng.choice([1.0, 10.0, 90.0])
+    cones, reach = _pyramids(n, motion, size, rng.uniform(0.3, 1.0)), rng.exponential(30.0)
+    box = np.full(motion, rng.exponential(20.0))
+    ground = Level(
+        C=np.vstack([np.eye(n)[:motion], cones]),
+        lb=np.concatenate([-box, np.full(len(cones), -np.inf)]),
+        ub=np.concatenate([box, np.zeros(len(cones))]),
+    )
+    problem = [Level(A=balance, b=balance @ _forces(rng, n, motion, size, reach)), ground]
+    while len(problem) < levels - 1:
+        rows = rng.normal(size=(int(rng.integers(1, 2 + n // 4)), n)) * (rng.random(n) < 0.5)
+        problem.append(Level(A=rows, b=rng.normal(size=len(rows)) * rng.choice([0.1, 1.0, 20.0])))
+    rest = np.eye(n)
+    problem.append(Level(A=rest, b=rest @ _forces(rng, n, motion, size, reach)))
+    return problem[-levels:]
+
+
+def _pyramids(n: int, motion: int, size: int, friction: float) -> Array:
+    """Rows c x <= 0 of forces from variable `motion` on: the last of each `size` is normal to the ground."""
+    rows = []
+    for normal in range(motion + size - 1, n, size):
+        rows.append(-np.eye(n)[normal])
+        for tangent in range(normal - size + 1, normal):
+            rows += [sign * np.eye(n)[tangent] - friction * np.eye(n)[normal] for sign in (-1.0, 1.0)]
+    return np.array(rows)
+
+
+def _forces(rng: Draw, n: int, motion: int, size: int, reach: float) -> Array:
+    """A target whose normal forces are often zero or pull at the ground."""
+    target = rng.normal(size=n)
+    target[motion:] *= reach
+    normal = np.arange(motion + size - 1, n, size)
+    target[normal] = np.where(rng.random(len(normal)) < 0.5, np.minimum(target[normal], 0.0), target[normal])
+    return target
+
+
+def boxes_meeting_cones(rng: Draw, n: int, levels: int) -> list[Level]:
+    """Bounds on all variables, and cones that have their apex in a corner of this box."""
+    corner = rng.choice([-1.0, 1.0], size=n)
+    problem = [Level(C=np.eye(n), lb=-np.ones(n), ub=np.ones(n))]
+    while len(problem) < levels:
+        rows = rng.integers(-1, 2, size=(int(rng.integers(1, n + 2)), n)).astype(float)
+        tasks = rng.normal(size=(int(rng.integers(1, 2 + n // 3)), n))
+        problem.append(
+            Level(
+                A=tasks,
+                b=tasks @ (corner * rng.choice([1.0, 3.0]))
+                + rng.choice([0.0, 1.0]) * rng.normal(size=len(tasks)),
+                C=rows,
+                lb=np.full(len(rows), -np.inf),
+                ub=rows @ corner,
+            )
+        )
+    return problem
+
+
+def no_equalities(rng: Draw, n: int, levels: int) -> list[Level]:
+    """Dense ranges alone, more than there are variables."""
+    problem = [_level(rng, n, 0, 1 + int(rng.integers(1, 2 + 2 * n // levels))) for _ in range(levels)]
+    for level in problem:
+        narrow = np.isfinite(level.lb) & (rng.random(len(level.lb)) < 0.3)
+        level.ub[narrow] = level.lb[narrow] + 1e-3
+    return problem
+
+
+def tall(rng: Draw, n: int, levels: int) -> list[Level]:
+    """A few levels with many more rows than variables, some of low rank."""
+    problem = _hierarchy(rng, n, levels)
+    for _ in range(2):
+        p, rank = int(rng.integers(levels)), int(rng.integers(1, n + 1))
+        high = _level(rng, n, int(rng.integers(3 * n)), int(rng.integers(n, 5 * n)))
+        for matrix in _matrices(high):
+            matrix[:] = rng.normal(size=(len(matrix), rank)) @ rng.normal(size=(rank, n)) / np.sqrt(rank)
+        problem[p] = high
+    return problem
+
+
 def mixed(rng: Draw, n: int, levels: int) -> list[Level]:
-    """Each level from another kind."""
-    kinds = [kind for kind in KINDS.values() if kind is not mixed]
+    """Each level from another kind of rows."""
+    kinds = [kind for kind in OF_ROWS if kind is not mixed]
     return [kinds[rng.integers(len(kinds))](rng, n, levels)[p] for p in range(levels)]
 
 
+OF_ROWS = (
+    dense,
+    rank_deficient,
+    conflicting,
+    duplicate,
+    equal_bounds,
+    infinite_bounds,
+    infeasible_level,
+    nearly_parallel,
+    badly_scaled,
+    zero_rows,
+    degenerate_vertices,
+    unit_rows,
+    mixed,
+)
+OF_STRUCTURE = (friction_pyramids, boxes_meeting_cones, no_equalities, tall)
 KINDS: dict[str, Callable[[Draw, int, int], list[Level]]] = {
-    kind.__name__: kind
-    for kind in (
-        dense,
-        rank_deficient,
-        conflicting,
-        duplicate,
-        equal_bounds,
-        infinite_bounds,
-        infeasible_level,
-        nearly_parallel,
-        badly_scaled,
-        zero_rows,
-        degenerate_vertices,
-        unit_rows,
-        mixed,
+    kind.__name__: kind for kind in (*OF_ROWS, *OF_STRUCTURE)
+}
+NUMBERS = {  # part of the seed, so kinds that come later are numbered later
+    name: number
+    for kinds in (OF_ROWS, OF_STRUCTURE)
+    for number, name in enumerate(
+        sorted(kind.__name__ for kind in kinds), start=0 if kinds is OF_ROWS else len(OF_ROWS)
     )
 }
 
 
 def problem(kind: str, seed: int, n: int | None = None, levels: int | None = None) -> list[Level]:
     """A hierarchy of one kind, fixed by its seed; n is 2 to 60 and levels are 1 to 12 where not given."""
-    rng = np.random.default_rng([sorted(KINDS).index(kind), seed])
+    rng = np.random.default_rng([NUMBERS[kind], seed])
     size, count = int(rng.integers(2, 61)), int(rng.integers(1, 13))
     return KINDS[kind](rng, n or size, levels or count)
+
+
+def jump(rng: Draw, levels: list[Level]) -> None:
+    """The next tick of a problem: rows drift, and now and then the targets of a level jump."""
+    for level in levels:
+        for matrix in _matrices(level):
+            matrix *= 1.0 + 1e-4 * rng.normal(size=matrix.shape)
+        leap = rng.choice([0.0, 0.01, 1.0], p=[0.5, 0.3, 0.2])
+        level.b[:] += leap * (1.0 + np.abs(level.b)) * rng.normal(size=len(level.b))

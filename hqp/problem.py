@@ -30,7 +30,8 @@ def _absent() -> Array:
 class Level:
     """One level: A x + w = b and lb <= C x + v <= ub, |w|^2 + |v|^2 to be least. Either part may be absent.
 
-    The arrays are kept, not copied: write new numbers into them between solves.
+    The arrays are kept, not copied: write new numbers into them between solves. Of a subclass of ndarray its
+    memory is kept; masked arrays are refused, as the mask would be lost.
 
     Attributes:
         A: (equalities, n), float64 and C-contiguous like all of them.
@@ -40,7 +41,7 @@ class Level:
         ub: (inequalities,), +inf where there is no bound.
 
     Raises:
-        HqpError: an array of another type, shape or memory order.
+        HqpError: an array of another type, shape, byte order, alignment or memory order.
     """
 
     A: Array = field(default_factory=_absent)
@@ -56,7 +57,17 @@ class Level:
                 n = max(np.shape(self.A)[-1:] + np.shape(self.C)[-1:], default=0)
                 object.__setattr__(self, name, np.empty((0, n) if ndim == 2 else 0))
             else:
-                _check(name, value, ndim)
+                object.__setattr__(self, name, _plain(name, value, ndim))
+        self.check()
+
+    def check(self) -> None:
+        """Check again what was checked first: numpy lets shape and dtype of an array change in place.
+
+        Raises:
+            HqpError: an array is not, or no longer, of a shape and type that fits the others.
+        """
+        for name, ndim in (("A", 2), ("b", 1), ("C", 2), ("lb", 1), ("ub", 1)):
+            _check(name, getattr(self, name), ndim)
         if self.A.shape[1] != self.C.shape[1]:
             raise HqpError(
                 "C", f"has {self.C.shape[1]} columns and A has {self.A.shape[1]}", "both have one per x_i"
@@ -83,6 +94,14 @@ class Level:
         return len(self.A), len(self.C)
 
 
+def _plain(name: str, value: Array, ndim: int) -> Array:
+    """The array itself, or what a subclass keeps its numbers in."""
+    _check(name, value, ndim)
+    if isinstance(value, np.ma.MaskedArray):
+        raise HqpError(name, "is a masked array", f"fill it, {name}.filled(...), or leave masked rows out")
+    return value if type(value) is np.ndarray else value.view(np.ndarray)
+
+
 def _check(name: str, value: object, ndim: int) -> None:
     if not isinstance(value, np.ndarray) or value.dtype != np.float64:
         kind = f"{value.dtype} array" if isinstance(value, np.ndarray) else type(value).__name__
@@ -91,3 +110,5 @@ def _check(name: str, value: object, ndim: int) -> None:
         raise HqpError(name, f"has shape {value.shape}", f"it must have {ndim} dimension{'s' * (ndim > 1)}")
     if not value.flags.c_contiguous:
         raise HqpError(name, "is not C-contiguous", f"pass np.ascontiguousarray({name})")
+    if not value.flags.aligned:
+        raise HqpError(name, "is not aligned to its type in memory", f"pass {name}.copy()")

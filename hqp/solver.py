@@ -1,14 +1,25 @@
 """The solver: the C core behind numpy arrays. docs/hqp.md has the algorithm and its guarantees."""
 
-from collections.abc import Sequence
+import operator
+import threading
+import weakref
+from collections.abc import Iterable, Sequence
 from enum import IntEnum
-from typing import Any
+from itertools import islice
+from typing import Any, NoReturn, SupportsIndex
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ._hqp import ffi, lib
 from .problem import Array, HqpError, Level
+
+MOST_LEVELS = 256
+SIZES = (
+    "take n in 1..1024, 1..256 levels, 0..4096 rows of each kind, rows times n up to 2^26,"
+    " tolerances in (0, 1), max_iterations from 0 on"
+)
+PARTS = ("A", "b", "C", "lb", "ub")
 
 
 class Status(IntEnum):
@@ -17,6 +28,7 @@ class Status(IntEnum):
     SOLVED = lib.HQP_SOLVED
     ITERATION_CAP = lib.HQP_ITERATION_CAP
     REPEATED_SET = lib.HQP_REPEATED_SET
+    NOT_PROVEN = lib.HQP_NOT_PROVEN
     BAD_MATRIX = lib.HQP_BAD_MATRIX
     BAD_BOUNDS = lib.HQP_BAD_BOUNDS
     OVERFLOW = lib.HQP_OVERFLOW
@@ -37,20 +49,39 @@ class Solution:
             as 0.
     """
 
-    __slots__ = ("_info", "active", "v", "w", "x")
+    __slots__ = ("_buffers", "_info", "_x", "active", "v", "w", "x")
+
+    x: Array
+    w: tuple[Array, ...]
+    v: tuple[Array, ...]
+    active: tuple[NDArray[np.int8], ...]
+    _info: Any
+    _x: Any
 
     def __init__(self, n: int, rows: Sequence[tuple[int, int]], info: Any) -> None:
         equalities = np.cumsum([0, *(r[0] for r in rows)])
         inequalities = np.cumsum([0, *(r[1] for r in rows)])
-        w, v = np.zeros(equalities[-1]), np.zeros(inequalities[-1])
+        x, w, v = np.zeros(n), np.zeros(equalities[-1]), np.zeros(inequalities[-1])
         active = np.zeros(inequalities[-1], dtype=np.int8)
-        self._info = info
-        self.x: Array = np.zeros(n)
-        self.w: list[Array] = np.split(w, equalities[1:-1])
-        self.v: list[Array] = np.split(v, inequalities[1:-1])
-        self.active: list[NDArray[np.int8]] = np.split(active, inequalities[1:-1])
+        own = {
+            "x": x,
+            "w": tuple(np.split(w, equalities[1:-1])),
+            "v": tuple(np.split(v, inequalities[1:-1])),
+            "active": tuple(np.split(active, inequalities[1:-1])),
+            "_info": info,
+            "_x": ffi.from_buffer("double[]", x),
+            "_buffers": tuple(map(_hold, (x, w, v, active))),
+        }
+        for name, value in own.items():
+            object.__setattr__(self, name, value)
         info.w, info.v = ffi.from_buffer("double[]", w), ffi.from_buffer("double[]", v)
         info.active = ffi.from_buffer("signed char[]", active)
+
+    def __setattr__(self, name: str, value: object) -> NoReturn:
+        raise AttributeError(f"{name} of a Solution is the solver's; take a copy to change it")
+
+    def __reduce_ex__(self, protocol: SupportsIndex) -> NoReturn:
+        raise HqpError("Solution", "is a view into its solver", "copy what you need of it, e.g. x.copy()")
 
     @property
     def status(self) -> Status:
@@ -93,7 +124,7 @@ class Solver:
         rank: a row is dependent on others when less than this part of its norm is left.
         rounding: relative error of row . x; a multiplier that it could have caused counts as zero.
         max_iterations: working sets that may be tried after the first of each level, over the whole solve;
-            0: 8 n, at least 64.
+            0: 16 n, at least 128.
 
     Raises:
         HqpError: a size or a setting that is out of range.
@@ -102,43 +133,56 @@ class Solver:
     def __init__(
         self,
         n: int,
-        rows: Sequence[tuple[int, int]],
+        rows: Iterable[tuple[int, int]],
         *,
         feasibility: float = 1e-13,
         rank: float = 1e-9,
         rounding: float = 5e-15,
         max_iterations: int = 0,
     ) -> None:
-        self.n, self.rows = n, tuple((int(eq), int(ineq)) for eq, ineq in rows)
-        equalities = ffi.new("int[]", [eq for eq, _ in self.rows])
-        inequalities = ffi.new("int[]", [ineq for _, ineq in self.rows])
-        dims = ffi.new("hqp_dims *", (n, len(self.rows), equalities, inequalities))
-        settings = ffi.new("hqp_settings *", (feasibility, rank, rounding, max_iterations))
-        solver = lib.hqp_create(dims, settings)
+        try:
+            counts = [
+                (operator.index(eq), operator.index(ineq)) for eq, ineq in islice(rows, MOST_LEVELS + 1)
+            ]
+            equalities = ffi.new("int[]", [eq for eq, _ in counts])
+            inequalities = ffi.new("int[]", [ineq for _, ineq in counts])
+            dims = ffi.new("hqp_dims *", (operator.index(n), len(counts), equalities, inequalities))
+            settings = (feasibility, rank, rounding, operator.index(max_iterations))
+            solver = lib.hqp_create(dims, ffi.new("hqp_settings *", settings))
+        except (TypeError, ValueError, OverflowError) as error:
+            raise HqpError("Solver", f"cannot be made of this: {error}", SIZES) from error
         if solver == ffi.NULL:
-            raise HqpError(
-                f"Solver(n={n}, rows={self.rows})",
-                "is out of range, or memory is short",
-                "take n in 1..1024, 1..256 levels, 0..4096 rows of each kind, tolerances in (0, 1)",
-            )
+            raise HqpError(f"Solver(n={n}, rows={counts})", "is out of range, or memory is short", SIZES)
+        self._n, self._rows = int(dims.n), tuple(counts)
         self._solver = ffi.gc(solver, lib.hqp_destroy)
         self._info = ffi.new("hqp_info *")
-        self._levels = ffi.new("hqp_level[]", max(len(self.rows), 1))
-        self._solution = Solution(n, self.rows, self._info)
-        self._x = ffi.from_buffer("double[]", self._solution.x)
-        self._bound: Sequence[Level] | None = None
-        self._kept: list[Level] = []
+        self._levels = ffi.new("hqp_level[]", len(counts))
+        self._solution = Solution(self._n, self._rows, self._info)
+        self._bound: tuple[Level, ...] = ()
+        self._held: list[Any] = []
+        self._lock = threading.Lock()
+        self._thread: int | None = None
+
+    @property
+    def n(self) -> int:
+        """Number of variables."""
+        return self._n
+
+    @property
+    def rows(self) -> tuple[tuple[int, int], ...]:
+        """Per level its numbers of equality and inequality rows."""
+        return self._rows
 
     @property
     def solution(self) -> Solution:
         """The solver's one Solution; all zero before the first solve."""
         return self._solution
 
-    def solve(self, levels: Sequence[Level]) -> Solution:
+    def solve(self, levels: Iterable[Level]) -> Solution:
         """Solve, starting from the last solution and its working sets.
 
-        The arrays are bound when `levels` is not the object of the last call: to change numbers write into
-        the arrays, to exchange arrays pass a new sequence.
+        The arrays are bound until other Level objects are passed: to change numbers write into the arrays, to
+        exchange an array exchange its Level.
 
         Args:
             levels: one Level per entry of `rows`, of these shapes.
@@ -147,25 +191,89 @@ class Solver:
             The solver's one Solution; look at its status: NaN and contradicting bounds raise nothing.
 
         Raises:
-            HqpError: levels of another number or shape.
+            HqpError: levels of another number or shape, or a solver that another thread uses.
         """
-        if levels is not self._bound:
-            self._bind(levels)
-        lib.hqp_solve(self._solver, self._levels, self._x, self._info)
-        return self._solution
+        return self._solve_from(0, levels)
 
-    def resolve(self, levels: Sequence[Level], first_changed_level: int) -> Solution:
-        """Solve again where only levels[first_changed_level:], from 0, have changed since the last call."""
-        if levels is not self._bound:
-            self._bind(levels)
-        lib.hqp_resolve(self._solver, self._levels, first_changed_level, self._x, self._info)
-        return self._solution
+    def resolve(self, levels: Iterable[Level], first_changed_level: int) -> Solution:
+        """Solve again where only levels[first_changed_level:], from 0, have changed since the last call.
+
+        A level above that is another object than in the last call counts as changed, too.
+
+        Raises:
+            HqpError: as solve; or first_changed_level is not in 0..len(levels).
+        """
+        try:
+            first = operator.index(first_changed_level)
+        except TypeError:
+            first = -1
+        if not 0 <= first <= len(self._rows):
+            raise HqpError(
+                "first_changed_level",
+                f"is {first_changed_level!r}",
+                f"number the levels from 0; {len(self._rows)} says that none has changed",
+            )
+        return self._solve_from(first, levels)
 
     def reset(self) -> None:
-        """Forget the last solution and its working sets: the next solve starts cold, from x = 0."""
-        lib.hqp_reset(self._solver)
+        """Forget the last solution and its working sets: the next solve starts cold, from x = 0.
 
-    def _bind(self, levels: Sequence[Level]) -> None:
+        The solver belongs to the thread of its next solve.
+
+        Raises:
+            HqpError: it is solving in another thread.
+        """
+        self._take()
+        lib.hqp_reset(self._solver)
+        self._thread = None
+        self._lock.release()
+
+    def __reduce_ex__(self, protocol: SupportsIndex) -> NoReturn:
+        raise HqpError("Solver", "cannot be copied or pickled", "make another one of the same n and rows")
+
+    def _solve_from(self, first: int, levels: Iterable[Level]) -> Solution:
+        self._take()
+        try:
+            if threading.get_ident() != self._thread:
+                self._own()
+            if levels is not self._bound:  # the same tuple holds the same levels
+                first = min(first, self._bind(levels))
+            lib.hqp_resolve(self._solver, self._levels, first, self._solution._x, self._info)
+        finally:
+            self._lock.release()
+        return self._solution
+
+    def _own(self) -> None:
+        if self._thread is not None:
+            raise HqpError(
+                "Solver", "belongs to another thread", "give each its own, or hand it over with reset()"
+            )
+        self._thread = threading.get_ident()
+
+    def _take(self) -> None:
+        if not self._lock.acquire(blocking=False):
+            raise HqpError("Solver", "is in the middle of a call", "give each thread a Solver of its own")
+
+    def _bind(self, levels: Iterable[Level]) -> int:
+        """Point at the arrays of these levels. Returns the first level that is not the one bound already."""
+        count = len(self._rows)
+        new = _listed(levels, count)
+        if len(new) == len(self._bound) == count and all(map(operator.is_, new, self._bound)):
+            return count
+        self._check(new)
+        arrays = [[getattr(level, name) for name in PARTS] for level in new]
+        for bound, parts in zip(self._levels, arrays, strict=True):
+            for name, array in zip(PARTS, parts, strict=True):
+                setattr(bound, name, ffi.from_buffer("double[]", array))
+        self._held = [_hold(array) for parts in arrays for array in parts]
+        before, self._bound = self._bound, new
+        same = map(operator.is_, new, before)
+        return next((p for p, is_same in enumerate(same) if not is_same), 0)
+
+    def _check(self, levels: tuple[Level, ...]) -> None:
+        _check_types(levels)
+        for level in levels:
+            level.check()
         shapes = tuple(level.rows for level in levels)
         if shapes != self.rows:
             raise HqpError("levels", f"have rows {shapes}", f"this solver was made for {self.rows}")
@@ -174,13 +282,34 @@ class Solver:
                 raise HqpError(
                     f"level {p}", f"has {level.n} columns", f"this solver was made for n = {self.n}"
                 )
-        for bound, level in zip(self._levels, levels, strict=False):
-            for name in ("A", "b", "C", "lb", "ub"):
-                setattr(bound, name, ffi.from_buffer("double[]", getattr(level, name)))
-        self._bound, self._kept = levels, list(levels)
 
 
-def solve(levels: Sequence[Level], **settings: Any) -> Solution:
+def _listed(levels: Iterable[Level], most: int) -> tuple[Level, ...]:
+    """Up to one more than `most` of the levels: an endless iterable ends, too."""
+    if type(levels) is tuple:
+        return levels
+    try:
+        iterator = iter(levels)
+    except TypeError as error:
+        raise HqpError("levels", f"is of type {type(levels).__name__}", "give a list of Level") from error
+    return tuple(islice(iterator, most + 1))
+
+
+def _check_types(levels: tuple[Level, ...]) -> None:
+    for p, level in enumerate(levels):
+        if not isinstance(level, Level):
+            raise HqpError(f"level {p}", f"is of type {type(level).__name__}", "give a list of Level")
+
+
+def _hold(array: NDArray[Any]) -> list[Any]:
+    """What keeps the memory of an array in its place: numpy resizes none that is weakly referred to."""
+    owners: list[Any] = [array]
+    while isinstance(owners[-1].base, np.ndarray):
+        owners.append(owners[-1].base)
+    return owners + [weakref.ref(owner) for owner in owners]
+
+
+def solve(levels: Iterable[Level], **settings: Any) -> Solution:
     """Solve one problem once.
 
     Args:
@@ -193,6 +322,8 @@ def solve(levels: Sequence[Level], **settings: Any) -> Solution:
     Raises:
         HqpError: no level, or levels that do not fit each other.
     """
-    if not levels:
+    kept = _listed(levels, MOST_LEVELS)
+    if not kept:
         raise HqpError("levels", "is empty", "give at least one Level")
-    return Solver(levels[0].n, [level.rows for level in levels], **settings).solve(levels)
+    _check_types(kept)
+    return Solver(kept[0].n, [level.rows for level in kept], **settings).solve(kept)

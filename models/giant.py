@@ -1,4 +1,4 @@
-"""Geometry of the giant: Table I of seed 000 and its closed-form inverse kinematics.
+"""Geometry of the giant: Table I of HapticGiant and its closed-form inverse kinematics.
 
 The gantry (PPU) moves along x and y of the base frame B, whose z axis points up. Joints 1 to 3 turn about
 z, joint 4 raises the forearm, joint 5 tilts the handle, joint 6 turns it about its own axis.
@@ -56,7 +56,7 @@ class Branch:
 
 
 def inverse_kinematics(T_base_handle: Array, q_ppu: Array, branch: Branch) -> Array:
-    """Manipulator angles (6,) [rad] that bring the handle to a pose (seed 000, section IV-A).
+    """Manipulator angles (6,) [rad] that bring the handle to a pose (HapticGiant, section IV-A).
 
     The orientation as zyz-Euler angles gives the yaw q1 + q2 + q3, the tilt q4 + q5 and q6; the height
     gives q4; with the PPU position as the redundancy parameter the rest is a SCARA arm.

@@ -1,6 +1,6 @@
 """Writes the giant's URDF: ``python -m hapticd.models.giant_urdf > configs/giant.urdf``.
 
-Kinematics are Table I of seed 000. The paper gives one figure of the dynamics, a moving mass of 36.8 kg
+Kinematics are Table I of HapticGiant. The paper gives one figure of the dynamics, a moving mass of 36.8 kg
 without the slip ring's rotor; its distribution over the parts, and all shapes, are estimates that add up
 to it. Limits are those of the simulated machine; the paper prints none.
 """

@@ -1,275 +1,187 @@
 """Refuses robot descriptions that pinocchio would load and a machine would not survive.
 
 pinocchio reads missing limits as zero, accepts lower > upper, negative masses, zero axes and zero
-velocities, and turns degrees into radians without a word.
+velocities, and turns degrees into radians without a word; its parser complains about ``xyz="nan nan nan"``
+and goes on, takes the first of two elements, and skips those that it does not know. So a description is
+read here, by a grammar of its own (``grammar``, ``ranges``), and pinocchio gets what was understood.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from math import isfinite, pi
-from xml.parsers import expat
+import xml.etree.ElementTree as ET
+from collections.abc import Mapping, Sequence
+from math import hypot
 
 import numpy as np
 
-from .errors import ModelError
+from .findings import near, refuse, shown
+from .grammar import CONTINUOUS, FIXED, ROBOT
+from .ranges import RANGES
+from .reader import read
+from .xml_tree import Element, parse
 
-MAX_BYTES = 4 << 20
-MOVING = ("revolute", "continuous", "prismatic")
-
-
-@dataclass(slots=True)
-class Element:
-    """An XML element that knows its line."""
-
-    tag: str
-    attributes: dict[str, str]
-    line: int
-    children: list[Element] = field(default_factory=list)
-
-    def child(self, tag: str) -> Element | None:
-        """First child of that tag."""
-        return next((child for child in self.children if child.tag == tag), None)
-
-    def all(self, tag: str) -> list[Element]:
-        """All children of that tag."""
-        return [child for child in self.children if child.tag == tag]
+MAX_LINKS = 200
+"""pinocchio's builder overflows its stack with some thousand links in a row."""
+WORLD = "universe"
+"""pinocchio's frame of the base."""
+UNIT_LENGTH = 1e-3
+"""How far the length of an axis may be from 1."""
 
 
-def parse(text: str, source: str) -> Element:
-    """Root element of an XML text.
-
-    Raises:
-        ModelError: for malformed XML, a document type (entities can explode) or more than 4 MiB.
-    """
-    if len(text) > MAX_BYTES:
-        raise ModelError(
-            source, 0, f"{len(text)} bytes of XML", f"keep the description below {MAX_BYTES} bytes"
-        )
-    parser = expat.ParserCreate()
-    top = Element("", {}, 0)
-    stack = [top]
-
-    def start(tag: str, attributes: dict[str, str]) -> None:
-        element = Element(tag, attributes, parser.CurrentLineNumber)
-        stack[-1].children.append(element)
-        stack.append(element)
-
-    def refuse_doctype(*_: object) -> None:
-        raise ModelError(
-            source, parser.CurrentLineNumber, "a document type declaration", "remove <!DOCTYPE ...>"
-        )
-
-    parser.StartElementHandler = start
-    parser.EndElementHandler = lambda _: stack.pop()
-    parser.StartDoctypeDeclHandler = refuse_doctype
-    try:
-        parser.Parse(text, True)
-    except expat.ExpatError as error:
-        raise ModelError(
-            source, error.lineno, f"not XML: {expat.ErrorString(error.code)}", "mend the file"
-        ) from error
-    return top.children[0]
-
-
-def lint(text: str, source: str) -> None:
+def lint(text: str, source: str) -> str:
     """Check a URDF for what would be dangerous on a machine.
+
+    Returns:
+        What was understood, as XML: links with their inertia, joints with their places, axes, limits and
+        damping, and nothing else.
 
     Raises:
         ModelError: at the first finding, with file, line, reason and fix.
     """
     robot = parse(text, source)
     if robot.tag != "robot":
-        raise ModelError(
-            source, robot.line, f"the root element is <{robot.tag}>", "a URDF starts with <robot name=...>"
+        refuse(
+            robot, source, f"the root element is <{shown(robot.tag)}>", "a URDF starts with <robot name=...>"
         )
-    links = _named(robot, "link", source)
-    joints = _named(robot, "joint", source)
+    if len(robot.all("link")) > MAX_LINKS:
+        refuse(robot, source, f"{len(robot.all('link'))} links", f"at most {MAX_LINKS} are supported")
+    read(robot, ROBOT, source)
+    links, joints = _by_name(robot.all("link")), _by_name(robot.all("joint"))
     for link in links.values():
-        _lint_meshes(link, source)
-        _lint_inertial(link, source)
-    children: dict[str, Element] = {}
+        _lint_link(link, source)
     for joint in joints.values():
-        child = _lint_joint(joint, links, source)
-        if child in children:
-            raise ModelError(
-                source,
-                joint.line,
-                f"link '{child}' has two parent joints",
-                "a URDF is a tree: remove one of them",
-            )
-        children[child] = joint
-    roots = [name for name in links if name not in children]
-    if len(roots) != 1:
-        raise ModelError(
-            source, robot.line, f"{len(roots)} links without a parent: {', '.join(roots) or 'a loop'}",
-            "connect all links to one root",
-        )  # fmt: skip
+        _lint_joint(joint, source)
+    _lint_tree(robot, links, joints, source)
     _require_moving_mass(links, joints, source)
+    return ET.tostring(_understood(robot), encoding="unicode")
 
 
-def _named(robot: Element, tag: str, source: str) -> dict[str, Element]:
-    found: dict[str, Element] = {}
-    for element in robot.all(tag):
-        name = element.attributes.get("name", "")
-        if not name:
-            raise ModelError(source, element.line, f"a <{tag}> without a name", 'give it name="..."')
-        if name in found:
-            raise ModelError(source, element.line, f"a second <{tag}> '{name}'", "names must differ")
-        found[name] = element
-    return found
-
-
-def _lint_joint(joint: Element, links: dict[str, Element], source: str) -> str:
-    name, kind = joint.attributes["name"], joint.attributes.get("type", "")
-    if kind not in (*MOVING, "fixed"):
-        raise ModelError(
-            source, joint.line, f"joint '{name}' has type '{kind}'", f"use one of {', '.join(MOVING)}, fixed"
-        )
-    ends = []
-    for end in ("parent", "child"):
-        element = joint.child(end)
-        link = element.attributes.get("link", "") if element else ""
-        if link not in links:
-            raise ModelError(
-                source, joint.line, f"joint '{name}': {end} link '{link}' does not exist", "name a link"
-            )
-        ends.append(link)
-    if kind in MOVING:
-        _lint_axis(joint, name, source)
-        _lint_limits(joint, name, kind, source)
-    return ends[1]
-
-
-def _lint_axis(joint: Element, name: str, source: str) -> None:
-    axis = joint.child("axis")
-    if axis is None:
-        return  # URDF's default axis is (1, 0, 0)
-    vector = _numbers(axis, "xyz", 3, source)
-    if abs(np.linalg.norm(vector) - 1.0) > 1e-3:
-        raise ModelError(
-            source,
-            axis.line,
-            f"joint '{name}': the axis has length {np.linalg.norm(vector):g}",
-            "give a unit vector",
-        )
-
-
-def _lint_limits(joint: Element, name: str, kind: str, source: str) -> None:
-    limit = joint.child("limit")
-    if limit is None:
-        raise ModelError(
-            source, joint.line, f"joint '{name}' has no <limit>",
-            "give lower, upper, velocity and effort; without them pinocchio assumes zero",
-        )  # fmt: skip
-    unit = "m" if kind == "prismatic" else "rad"
-    for attribute, what in (("velocity", f"{unit}/s"), ("effort", "N or N m")):
-        (value,) = _numbers(limit, attribute, 1, source)
-        if value <= 0.0:
-            raise ModelError(
-                source,
-                limit.line,
-                f"joint '{name}': {attribute} = {value:g}",
-                f"give a positive {attribute} [{what}]",
-            )
-    if kind == "continuous":
-        return
-    (lower,), (upper,) = _numbers(limit, "lower", 1, source), _numbers(limit, "upper", 1, source)
-    if lower >= upper:
-        raise ModelError(
-            source,
-            limit.line,
-            f"joint '{name}': lower = {lower:g} is not below upper = {upper:g}",
-            "swap or mend them",
-        )
-    if kind == "revolute" and max(abs(lower), abs(upper)) > 2.0 * pi + 1e-6:
-        raise ModelError(
-            source, limit.line, f"joint '{name}': limits {lower:g} to {upper:g} rad exceed a full turn",
-            "URDF wants radians, these look like degrees; a joint without limits has type 'continuous'",
-        )  # fmt: skip
-
-
-def _lint_inertial(link: Element, source: str) -> None:
-    body = link.child("inertial")
-    if body is None:
-        return
-    name = link.attributes["name"]
-    mass_element, inertia = body.child("mass"), body.child("inertia")
-    if mass_element is None or inertia is None:
-        raise ModelError(source, body.line, f"link '{name}': <inertial> lacks mass or inertia", "give both")
-    (mass,) = _numbers(mass_element, "value", 1, source)
-    if mass <= 0.0:
-        raise ModelError(
-            source, mass_element.line, f"link '{name}': mass = {mass:g} kg", "give a positive mass"
-        )
-    inertia_matrix = np.zeros((3, 3))
-    for i, j in ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)):
-        (value,) = _numbers(inertia, f"i{'xyz'[i]}{'xyz'[j]}", 1, source)
-        inertia_matrix[i, j] = inertia_matrix[j, i] = value
-    moments = np.linalg.eigvalsh(inertia_matrix)
-    if moments[0] <= 0.0 or moments[0] + moments[1] < moments[2] * (1.0 - 1e-6):
-        raise ModelError(
-            source,
-            inertia.line,
-            f"link '{name}': moments {', '.join(f'{m:g}' for m in moments)} belong to no rigid body",
-            "all must be positive and none above the sum of the others",
-        )
-
-
-def _lint_meshes(link: Element, source: str) -> None:
+def _lint_link(link: Element, source: str) -> None:
     for shape in (*link.all("visual"), *link.all("collision")):
-        geometry = shape.child("geometry")
-        mesh = geometry.child("mesh") if geometry else None
-        filename = mesh.attributes.get("filename", "") if mesh else ""
+        mesh = shape.need("geometry").child("mesh")
+        filename = mesh.attributes["filename"] if mesh else ""
         if mesh and (filename.startswith("/") or "://" in filename or ".." in filename.split("/")):
-            raise ModelError(
-                source,
-                mesh.line,
-                f"mesh '{filename}' lies outside the description's folder",
-                "use a relative path",
-            )
+            problem = f"mesh '{filename}' lies outside the description's folder"
+            refuse(mesh, source, problem, "use a relative path")
+    cylinders = {
+        shape.attributes.get("name")
+        for shape in link.all("collision")
+        if shape.need("geometry").child("cylinder")
+    }
+    checking = link.child("collision_checking")
+    for capsule in checking.children if checking else ():
+        if capsule.attributes["name"] not in cylinders:
+            problem = f"capsule '{capsule.attributes['name']}' is none of the link's collision cylinders"
+            refuse(capsule, source, problem, "name one of them")
+    if body := link.child("inertial"):
+        _lint_inertial(body, link.attributes["name"], source)
 
 
-def _require_moving_mass(links: dict[str, Element], joints: dict[str, Element], source: str) -> None:
+def _lint_inertial(body: Element, name: str, source: str) -> None:
+    inertia, (mass,) = body.need("inertia"), body.need("mass").numbers["value"]
+    matrix = np.zeros((3, 3))
+    for i, j in ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)):
+        (value,) = inertia.numbers[f"i{'xyz'[i]}{'xyz'[j]}"]
+        matrix[i, j] = matrix[j, i] = value
+    moments = np.linalg.eigvalsh(matrix).tolist()
+    shown = ", ".join(f"{moment:g}" for moment in moments)
+    if moments[0] <= 0.0 or moments[0] + moments[1] < moments[2] * (1.0 - 1e-6):
+        problem = f"link '{name}': moments {shown} belong to no rigid body"
+        refuse(inertia, source, problem, "all must be positive and none above the sum of the others")
+    least, most = RANGES["gyration"].lower, RANGES["gyration"].upper
+    if not least**2 * mass <= moments[0] <= moments[2] <= most**2 * mass:
+        problem = f"link '{name}': moments {shown} kg m^2 of {mass:g} kg"
+        refuse(inertia, source, problem, f"sqrt(moment / mass) lies in {RANGES['gyration']}")
+
+
+def _lint_joint(joint: Element, source: str) -> None:
+    name, kind = joint.attributes["name"], joint.attributes["type"]
+    if kind == FIXED:
+        return
+    axis, limit = joint.need("axis"), joint.need("limit")
+    length = hypot(*axis.numbers["xyz"])
+    if abs(length - 1.0) > UNIT_LENGTH:
+        refuse(axis, source, f"joint '{name}': the axis has length {length:g}", "give a unit vector")
+    if kind == CONTINUOUS:
+        return
+    (lower,), (upper,) = limit.numbers["lower"], limit.numbers["upper"]
+    if lower >= upper:
+        problem = f"joint '{name}': lower = {lower:g} is not below upper = {upper:g}"
+        refuse(limit, source, problem, "swap or mend them")
+
+
+def _lint_tree(
+    robot: Element, links: Mapping[str, Element], joints: Mapping[str, Element], source: str
+) -> None:
+    """One root from which every link is reached, once; no frame with the name of another."""
+    for name, element in (*links.items(), *joints.items()):
+        if name == WORLD or (name in links and name in joints):
+            what = "means the world" if name == WORLD else "is the name of a link and of a joint"
+            refuse(element, source, f"'{name}' {what}", "rename it: frames are found by their names")
+    below: dict[str, list[str]] = {name: [] for name in links}
+    carried: set[str] = set()
+    for joint in joints.values():
+        name, (parent, child) = joint.attributes["name"], _ends(joint)
+        for end, link in (("parent", parent), ("child", child)):
+            if link not in links:
+                problem = f"joint '{name}': {end} link '{link}' does not exist"
+                refuse(joint, source, problem, near(link, links))
+        if child in carried:
+            problem = f"link '{child}' has two parent joints"
+            refuse(joint, source, problem, "a URDF is a tree: remove one of them")
+        carried.add(child)
+        below[parent].append(child)
+    roots = [name for name in links if name not in carried]
+    if len(roots) != 1:
+        what = ", ".join(shown(root) for root in roots[:5]) or "a loop"
+        problem = f"{len(roots)} links without a parent: {what}"
+        refuse(robot, source, problem, "connect all links to one root")
+    reached, front = set(roots), list(roots)
+    while front:
+        children = below[front.pop()]
+        reached.update(children)
+        front += children
+    if loose := [name for name in links if name not in reached]:
+        problem = f"links that no joint connects to '{roots[0]}': {', '.join(map(shown, loose[:5]))}"
+        refuse(links[loose[0]], source, problem, "break the loop")
+
+
+def _require_moving_mass(links: Mapping[str, Element], joints: Mapping[str, Element], source: str) -> None:
     """Every moving joint must carry some mass: a massless one has no finite acceleration."""
-    carried: dict[str, list[tuple[str, str]]] = {}
+    rigid: dict[str, list[str]] = {name: [] for name in links}
     for joint in joints.values():
-        parent, child = joint.child("parent"), joint.child("child")
-        assert parent is not None and child is not None
-        carried.setdefault(parent.attributes["link"], []).append(
-            (child.attributes["link"], joint.attributes["type"])
-        )
+        if joint.attributes["type"] == FIXED:
+            parent, child = _ends(joint)
+            rigid[parent].append(child)
 
-    def rigid_mass(link: str) -> bool:
-        if links[link].child("inertial") is not None:
-            return True
-        return any(rigid_mass(child) for child, kind in carried.get(link, []) if kind == "fixed")
+    def has_mass(link: str) -> bool:
+        return links[link].child("inertial") is not None or any(map(has_mass, rigid[link]))
 
     for joint in joints.values():
-        if joint.attributes["type"] == "fixed":
-            continue
-        child = joint.child("child")
-        assert child is not None
-        if not rigid_mass(child.attributes["link"]):
-            raise ModelError(
-                source, joint.line, f"joint '{joint.attributes['name']}' moves a link without mass",
-                "give its child link an <inertial>",
-            )  # fmt: skip
+        if joint.attributes["type"] != FIXED and not has_mass(_ends(joint)[1]):
+            problem = f"joint '{joint.attributes['name']}' moves a link without mass"
+            refuse(joint, source, problem, "give its child link an <inertial>")
 
 
-def _numbers(element: Element, attribute: str, count: int, source: str) -> list[float]:
-    text = element.attributes.get(attribute)
-    if text is None:
-        raise ModelError(
-            source, element.line, f"<{element.tag}> lacks '{attribute}'", f'give {attribute}="..."'
-        )
-    try:
-        values = [float(word) for word in text.split()]
-    except ValueError:
-        values = []
-    if len(values) != count or not all(map(isfinite, values)):
-        raise ModelError(
-            source, element.line, f"<{element.tag} {attribute}=\"{text}\">",
-            f"give {count} finite number{'s' if count > 1 else ''}",
-        )  # fmt: skip
-    return values
+_KEPT = {
+    **{"robot": ("name",), "link": ("name",), "joint": ("name", "type")},
+    **{"parent": ("link",), "child": ("link",)},
+    **dict.fromkeys(("inertial", "origin", "mass", "inertia", "axis", "limit", "dynamics"), ()),
+}
+"""Elements that make the model, with their attributes that are no numbers."""
+
+
+def _understood(element: Element) -> ET.Element:
+    texts = {name: element.attributes[name] for name in _KEPT[element.tag]}
+    numbers = {name: " ".join(map(repr, values)) for name, values in element.numbers.items()}
+    kept = ET.Element(element.tag, texts | numbers)
+    kept.extend(_understood(child) for child in element.children if child.tag in _KEPT)
+    return kept
+
+
+def _by_name(elements: Sequence[Element]) -> dict[str, Element]:
+    return {element.attributes["name"]: element for element in elements}
+
+
+def _ends(joint: Element) -> tuple[str, str]:
+    return joint.need("parent").attributes["link"], joint.need("child").attributes["link"]

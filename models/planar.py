@@ -1,4 +1,4 @@
-"""Planar serial chains as URDF, and the two redundant interfaces of seed 001.
+"""Planar serial chains as URDF, and the two redundant interfaces of ContactAware.
 
 ``python -m hapticd.models.planar > configs/rhi.urdf`` writes the 4-DoF device.
 """
@@ -43,21 +43,22 @@ class Link:
     effort: float = 6.0
 
 
-LENGTHS = (0.254, 0.141, 0.21, 0.181)  # seed 001, (20) [m]
+LENGTHS = (0.254, 0.141, 0.21, 0.181)  # ContactAware, (20) [m]
 FOUR_DOF = (
-    Link(LENGTHS[0], 0.020),
-    Link(LENGTHS[1], 0.015, rest=-pi / 2),
-    Link(LENGTHS[2], 0.015, rest=pi / 2),
-    Link(LENGTHS[3], 0.010, rest=-pi / 2),
+    Link(LENGTHS[0], 0.020, effort=6.0),
+    Link(LENGTHS[1], 0.015, rest=-pi / 2, effort=3.0),
+    Link(LENGTHS[2], 0.015, rest=pi / 2, effort=2.0),
+    Link(LENGTHS[3], 0.010, rest=-pi / 2, effort=1.0),
 )
-"""The planar device of seed 001, IV: two 2-DoF interfaces in series. The masses are estimates; with the
-inertias of the motors in configs/rhi.toml they give the apparent masses of Table I."""
+"""The planar device of ContactAware, IV: two 2-DoF interfaces in series. The masses are estimates; with the
+inertias of the motors in configs/rhi.toml they give the apparent masses of Table I. The efforts are what the
+motors' torques of section IV amount to at the joints."""
 FOUR_DOF_TRANSMISSION: Array = np.array(
     [[1.0, 0.0, 0.0, 0.0], [-1.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, 0.0, -1.0, 1.0]]
 )
 """Joint angles from motor angles: in (20) q1 and q2 are absolute, q3 and q4 both relative to link 2."""
 THREE_DOF = tuple(Link(0.25, 0.5, effort=0.5) for _ in range(3))
-"""The example of seed 001, III-A, figs 3 and 4."""
+"""The example of ContactAware, III-A, figs 3 and 4."""
 
 
 def urdf(name: str, links: Sequence[Link]) -> str:
@@ -75,6 +76,7 @@ def urdf(name: str, links: Sequence[Link]) -> str:
         if not continuous:
             limit |= {"lower": repr(link.lower), "upper": repr(link.upper)}
         ET.SubElement(joint, "limit", limit)
+        ET.SubElement(joint, "dynamics", damping="0")  # friction is that of the motors
         before, reach = f"link_{i}", link.length
     ET.SubElement(robot, "link", name=HANDLE)
     _joint(robot, "handle_mount", "fixed", (before, HANDLE), reach, 0.0)
@@ -84,7 +86,7 @@ def urdf(name: str, links: Sequence[Link]) -> str:
 
 def _body(robot: ET.Element, name: str, link: Link) -> None:
     body = ET.SubElement(ET.SubElement(robot, "link", name=name), "inertial")
-    ET.SubElement(body, "origin", xyz=f"{link.length / 2!r} 0 0")
+    ET.SubElement(body, "origin", xyz=f"{link.length / 2!r} 0 0", rpy="0 0 0")
     ET.SubElement(body, "mass", value=repr(link.mass))
     along = link.mass * THICKNESS**2 / 6.0
     across = link.mass * (link.length**2 + THICKNESS**2) / 12.0

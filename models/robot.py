@@ -34,8 +34,8 @@ class Robot:
         self.nv: int = model.nv
         self.names = list(model.names)[1:]
         joints = list(model.joints)[1:]
-        index = np.array([int(joint.idx_q) for joint in joints])
-        bounded = np.array([joint.nq == 1 for joint in joints])
+        index = np.array([int(joint.idx_q) for joint in joints], np.int64)
+        bounded = np.array([joint.nq == 1 for joint in joints], np.bool_)
         self._q = pin.neutral(model)
         self._turning = [(int(index[i]), int(i)) for i in np.flatnonzero(~bounded)]
         self._blocks = _runs(index, bounded)
@@ -52,9 +52,9 @@ class Robot:
         Raises:
             ModelError: for anything a machine would not survive (see ``linter``).
         """
-        lint(text, source)
+        understood = lint(text, source)
         try:
-            model = pin.buildModelFromXML(text)
+            model = pin.buildModelFromXML(understood)
         except (RuntimeError, ValueError) as error:
             raise ModelError(source, 0, f"pinocchio cannot load it: {error}", "mend the URDF") from error
         return cls(model)

@@ -1,7 +1,17 @@
-"""``python -m hapticd.runtime`` is the command line."""
+"""The program: ``hapticd``, or ``python -m hapticd.runtime``."""
 
 import sys
 
-from .cli import main
+from .interrupts import end_at_once
 
-sys.exit(main())
+
+def main() -> int:
+    """Run the command line; returns the exit status."""
+    end_at_once()  # importing the rest takes a second
+    from .cli import main
+
+    return main()
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -10,8 +10,13 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from .arguments import Commands, count, positive
+from .arguments import MAX_RATE, MAX_SECONDS, Commands, count, number
 from .errors import HapticdError
+from .invocation import install
+from .outputs import picture
+
+LEAST_TICKS = 100
+"""Of a round: fewer have no percentiles."""
 
 
 class BenchmarkError(HapticdError):
@@ -34,7 +39,8 @@ def _add_solve(benchmarks: Commands) -> None:
         "solve",
         help="the solver beside its peers",
         description="Time the solver on recorded problems, cold and warm, beside its peers and a"
-        " factorisation floor, and how a cold solve grows with the problem. Peers come with hapticd[bench].",
+        " factorisation floor, and how a cold solve grows with the problem. Peers that are not installed are"
+        " named with the command that installs them.",
     )
     solve.add_argument(
         "--data",
@@ -53,7 +59,7 @@ def _add_solve(benchmarks: Commands) -> None:
     solve.add_argument(
         "--every", type=count, default=100, metavar="N", help="cascades solve every N-th tick; default: 100"
     )
-    solve.add_argument("--plot", type=Path, metavar="FILE", help="draw the growth, e.g. as growth.svg")
+    solve.add_argument("--plot", type=picture, metavar="FILE", help="draw the growth, e.g. as growth.svg")
     solve.add_argument("--json", action="store_true", help="print {data set: {solver: {figure: number}}}")
     solve.set_defaults(handler=_solve)
 
@@ -65,9 +71,9 @@ def _add_jitter(benchmarks: Commands) -> None:
         description="Lateness of the daemon's loop, with and without spinning, beside cyclictest, a bare C"
         " loop and asyncio's own timers, in alternating rounds.",
     )
-    jitter.add_argument("--rate", type=positive, default=1000.0, metavar="HZ", help="default: 1000")
+    jitter.add_argument("--rate", type=number(MAX_RATE), default=1000.0, metavar="HZ", help="default: 1000")
     jitter.add_argument(
-        "--plot", type=Path, metavar="FILE", help="draw the distributions, e.g. as jitter.svg"
+        "--plot", type=picture, metavar="FILE", help="draw the distributions, e.g. as jitter.svg"
     )
     _add_rounds(jitter, 10.0)
     jitter.set_defaults(handler=_jitter)
@@ -78,13 +84,13 @@ def _add_tick(benchmarks: Commands) -> None:
         "tick",
         help="cost of the whole tick, by stage",
         description="Run the whole daemon live on its simulated machine, beside a bare C loop in"
-        " alternating rounds; prints the cost of a tick by stage. The giant's hand needs 30 s to touch every"
-        " limit; in shorter rounds the mean tick is cheaper.",
+        " alternating rounds; prints the cost of a tick by stage. The giant's hand walks for 30 s from limit"
+        " to limit; in shorter rounds the mean tick is cheaper.",
     )
     tick.add_argument("config", nargs="?", default="giant", metavar="CONFIG", help="default: giant")
     tick.add_argument(
         "--rate",
-        type=positive,
+        type=number(MAX_RATE),
         nargs="+",
         default=[1000.0, 2000.0, 4000.0],
         metavar="HZ",
@@ -97,7 +103,11 @@ def _add_tick(benchmarks: Commands) -> None:
 def _add_rounds(benchmark: argparse.ArgumentParser, seconds: float) -> None:
     benchmark.add_argument("--rounds", type=count, default=5, metavar="N", help="default: 5")
     benchmark.add_argument(
-        "--seconds", type=positive, default=seconds, metavar="S", help=f"of each round; default: {seconds:g}"
+        "--seconds",
+        type=number(MAX_SECONDS),
+        default=seconds,
+        metavar="S",
+        help=f"of each round; default: {seconds:g}",
     )
     benchmark.add_argument("--json", action="store_true", help="print the figures as JSON")
 
@@ -118,7 +128,10 @@ def _run(name: str, *arguments: object) -> Any:
     try:
         return import_module(f"hapticd.bench.{name}").run(*arguments)
     except ModuleNotFoundError as error:
-        raise BenchmarkError(f"needs {error.name}; pip install 'hapticd[bench]'") from error
+        package = (error.name or "hapticd").partition(".")[0]
+        if package == "hapticd":
+            raise
+        raise BenchmarkError(f"needs {package}; type: {install(package)}") from error
 
 
 def _solve(options: argparse.Namespace) -> int:
@@ -127,13 +140,23 @@ def _solve(options: argparse.Namespace) -> int:
 
 
 def _jitter(options: argparse.Namespace) -> int:
+    _require_ticks(options.seconds, options.rate)
     _run("jitter", options.rate, options.rounds, options.seconds, options.plot, options.json)
     return 0
 
 
 def _tick(options: argparse.Namespace) -> int:
+    _require_ticks(options.seconds, *options.rate)
     _run("tick", options.config, options.rate, options.rounds, options.seconds, options.json)
     return 0
+
+
+def _require_ticks(seconds: float, *rates: float) -> None:
+    for rate in rates:
+        if seconds * rate < LEAST_TICKS:
+            raise BenchmarkError(
+                f"a round of {seconds:g} s at {rate:g} Hz has no {LEAST_TICKS} ticks; give more --seconds"
+            )
 
 
 def _nasty(options: argparse.Namespace) -> int:

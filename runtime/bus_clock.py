@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from ..devices.adapter import Adapter
 from ..devices.cia301 import TIME
 from ..devices.frames import Frames
-from ..devices.socket_adapter import SocketAdapter
 from ._rt import lib
 from .loop import now_ns
 
@@ -21,7 +21,7 @@ class BusClock:
         fd: readable when one is due.
     """
 
-    def __init__(self, bus: SocketAdapter, period: float) -> None:
+    def __init__(self, bus: Adapter, period: float) -> None:
         """The period in seconds."""
         period_ns = round(1e9 * period * (1.0 + DRIFT))
         self._bus, self._frames = bus, Frames()

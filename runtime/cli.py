@@ -3,46 +3,65 @@
 from __future__ import annotations
 
 import argparse
+import os
+import shlex
 import sys
 from datetime import datetime
 from importlib import import_module, metadata
+from io import TextIOWrapper
 from pathlib import Path
 
 import msgspec
 
 from ..devices.errors import DeviceError
 from ..models import ModelError
+from ..models.printable import printable
 from . import config
-from .arguments import Commands, positive
+from .arguments import MAX_SECONDS, Commands, Parser, bit_rate, number, setting
 from .benchmarks import add_benchmarks
 from .errors import ConfigError, HapticdError
+from .interrupts import Interrupted, held, say
+from .invocation import program
+from .outputs import folder
+from .screen import steerable
 
 EPILOG = """examples:
-  hapticd run giant                      the simulated giant with a scripted hand, 30 s
-  hapticd run my_machine.toml --duration 600
-  hapticd replay --verify                the newest session again, every tick bit for bit
-  hapticd check my_machine.toml
-  hapticd doctor
-  hapticd bench solve --json
+  {program} run giant
+      the simulated giant with a scripted hand, 30 s
+  {program} run my_machine.toml --duration 600
+  {program} replay --verify
+      the newest session again, every tick compared bit for bit
+  {program} check my_machine.toml
+  {program} doctor
+  {program} bench solve --json
 
-While a session runs, type a letter and Enter: s stop, r reset after a stop, a arm (where the
-configuration asks for a command), q end. Ctrl-C ends the session after the machine has come to rest.
+While a session runs, its terminal shows the keys that can be pressed: stop,
+reset, quit, and those of the simulated person. Through a pipe, commands are
+whole words, one a line; the word help lists them. Ctrl-C ends the session
+after the machine has come to rest.
 
-exit status: 0 done, 1 a check failed, 2 bad usage or configuration, 3 stopped by safety
+exit status: 0 done, 1 a check failed, 2 bad usage or configuration,
+             3 stopped by safety, 130 interrupted before anything moved
 
-hapticd is not a certified safety device. Nobody may rely on it instead of STO, brakes, dead-man
-switch and emergency stop."""
+hapticd is not a certified safety device. Nobody may rely on it instead of STO,
+brakes, dead-man switch and emergency stop."""
 
 
 LOGS = Path("log")
-INTERRUPTED = 130
 
 
 def main(arguments: list[str] | None = None) -> int:
     """Run a command; returns the exit status."""
+    # a path that a terminal cannot show is no reason to fail
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")
+    _require_streams()
     options = _parser().parse_args(arguments)
     try:
-        return int(options.handler(options))
+        status = int(options.handler(options))
+        sys.stdout.flush()
+        return status
     except HapticdError as error:
         return _fail(options, error.code, str(error), error.exit_status)
     except ModelError as error:
@@ -50,16 +69,30 @@ def main(arguments: list[str] | None = None) -> int:
     except DeviceError as error:
         return _fail(options, "device", str(error), 1)
     except BrokenPipeError:
-        return 1
-    except KeyboardInterrupt:
-        return INTERRUPTED
+        return _unheard()
+    except OSError as error:
+        where = f"{error.filename}: " if error.filename else ""
+        return _fail(options, "file", f"{where}{error.strerror or error}", _unheard())
+    except Interrupted as interrupted:
+        say(str(interrupted))
+        return interrupted.status
+
+
+def _require_streams() -> None:
+    """Where a standard stream was closed, nothing else may take its place: a log would be written to."""
+    for fd, name, mode in ((0, "stdin", "r"), (1, "stdout", "w"), (2, "stderr", "w")):
+        try:
+            os.fstat(fd)
+        except OSError:
+            os.open(os.devnull, os.O_RDWR)  # takes the lowest free number, which is fd
+            setattr(sys, name, open(fd, mode, closefd=False))
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
+    parser = Parser(
         prog="hapticd",
         description="Real-time daemon for kinesthetic haptic interfaces.",
-        epilog=EPILOG,
+        epilog=EPILOG.format(program=program()),
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("--version", action="version", version=f"hapticd {metadata.version('hapticd')}")
@@ -76,7 +109,10 @@ def _add_run(commands: Commands) -> None:
         "config", metavar="CONFIG", help="a TOML file, or the name of a built-in machine: giant, rhi"
     )
     run.add_argument(
-        "--duration", type=positive, metavar="S", help="seconds; default: as the configuration says"
+        "--duration",
+        type=number(MAX_SECONDS),
+        metavar="S",
+        help="seconds; default: as the configuration says",
     )
     run.add_argument("--log", type=Path, metavar="FILE", help="recording; default: log/CONFIG-DATE-TIME.mcap")
     run.add_argument(
@@ -135,13 +171,28 @@ def _add_doctor(commands: Commands) -> None:
 def _add_plant(commands: Commands) -> None:
     plant = commands.add_parser(
         "plant",
-        help="simulate a machine on a CAN FD interface",
-        description="Simulate a machine's devices on a CAN FD interface, for a daemon with a socketcan bus.",
+        help="simulate a machine at the other end of a bus",
+        description="Simulate a machine's devices on the bus that its configuration names under [bus], or on "
+        "another one; never on a real machine's. A bus of python-can has a channel, SocketCAN has none.",
     )
     plant.add_argument(
         "config", metavar="CONFIG", help="a TOML file with [simulation], or a built-in machine"
     )
-    plant.add_argument("--interface", required=True, metavar="IF", help="e.g. vcan0; never a real machine's")
+    plant.add_argument(
+        "--interface", metavar="IF", help="e.g. vcan0, or of python-can: udp_multicast, pcan, ..."
+    )
+    plant.add_argument("--channel", metavar="CH", help="of python-can, e.g. 239.74.163.2 or PCAN_USBBUS1")
+    plant.add_argument("--bitrate", type=bit_rate, metavar="RATE", help='e.g. "1 Mbit/s"')
+    plant.add_argument("--data-bitrate", type=bit_rate, metavar="RATE", help='e.g. "5 Mbit/s"')
+    plant.add_argument(
+        "--set",
+        type=setting,
+        action="append",
+        default=[],
+        metavar="KEY=VALUE",
+        dest="settings",
+        help="a setting of python-can's interface; more than once where there are several",
+    )
     plant.set_defaults(handler=_plant, json=False)
 
 
@@ -149,51 +200,72 @@ def _add_experiment(commands: Commands) -> None:
     experiment = commands.add_parser(
         "experiment",
         help="run the papers' figures and tables",
-        description="Run figures and tables of the papers in simulation; write plots and docs/fidelity.md.",
+        description="Run figures and tables of the papers in simulation: their numbers beside ours.",
     )
     which = experiment.add_mutually_exclusive_group(required=True)
     which.add_argument("name", nargs="?", metavar="NAME", help="for example rhi_fig9")
     which.add_argument("--all", action="store_true", help="every experiment; takes some minutes")
     experiment.add_argument(
-        "--docs", type=Path, default=Path("docs"), metavar="DIR", help="folder of fidelity.md; default: docs"
+        "--out",
+        type=folder,
+        metavar="DIR",
+        help="write each plot into DIR/figures, each table into DIR/fidelity.md; default: write nothing",
     )
     experiment.add_argument("--json", action="store_true", help="print the figures as JSON, one line each")
     experiment.set_defaults(handler=_experiment)
 
 
+def _unheard() -> int:
+    """Nobody takes the output: the rest of it is dropped, or the interpreter would complain at its end."""
+    null = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(null, 1)
+    os.close(null)
+    return 1
+
+
 def _fail(options: argparse.Namespace, code: str, message: str, status: int) -> int:
     if options.json:
         print(msgspec.json.encode({"error": code, "message": message}).decode())
-    print(f"hapticd: error [{code}]: {message}", file=sys.stderr)
+    text = "\n".join(map(printable, message.splitlines()))  # it may quote a file of anybody's
+    print(f"hapticd: error [{code}]: {text}", file=sys.stderr)
     return status
 
 
 def _run(options: argparse.Namespace) -> int:
     from . import daemon, lockstep_run
+    from .promise import verdict
+    from .recorder import STDERR
     from .summary import as_json, table
 
     loaded = config.load(options.config)
     duration = options.duration or loaded.config.loop.duration
-    log = _log_path(options.log, loaded)
-    live = sys.stderr.isatty() and not options.json
+    live = steerable(STDERR) and not options.json
     run = lockstep_run.run if options.lockstep else daemon.run
-    try:
-        outcome = run(loaded, log, duration, live)
-    finally:
-        if log.exists() and log.stat().st_size == 0:  # nothing began
-            log.unlink()
+    with held():
+        log = _log_path(options.log, loaded)
+        try:
+            outcome = run(loaded, log, duration, live)
+        finally:
+            if log.exists() and log.stat().st_size == 0:  # nothing began
+                log.unlink()
+    status, last = outcome.status, ""
+    if outcome.report:
+        shown, last = verdict(loaded, outcome.report, options.lockstep)
+        status = status or int(not shown)
     if outcome.report and options.json:
         speed = {} if outcome.speed_x is None else {"speed_x": outcome.speed_x}
-        print(as_json(outcome.report, log=str(log), status=outcome.status, message=outcome.message, **speed))
+        more = {"log": str(log), "status": status, "message": outcome.message, "verdict": last, **speed}
+        print(as_json(outcome.report, **more))
     elif outcome.report:
         print(table(outcome.report))
         if outcome.speed_x is not None:
             print(f"lockstep: {outcome.speed_x:g} times real time")
         print(f"log: {log}")
-        print(f"replay: hapticd replay {log} --verify")
+        print(f"replay: {program()} replay {shlex.quote(str(log))} --verify")
+        print(last)
     if outcome.message:
         print(f"hapticd: {outcome.message}", file=sys.stderr)
-    return outcome.status
+    return status
 
 
 def _log_path(given: Path | None, loaded: config.Loaded) -> Path:
@@ -201,14 +273,17 @@ def _log_path(given: Path | None, loaded: config.Loaded) -> Path:
     name = f"{Path(loaded.source).stem}-{datetime.now():%Y%m%d-%H%M%S-%f}"[:-3]
     path = given or LOGS / f"{name}.mcap"
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
+        if not path.parent.is_dir():
+            path.parent.mkdir(parents=True)
         path.touch(exist_ok=False)
     except FileExistsError as error:
-        raise LogPathError(f"{path} exists already; remove it, or name another with --log FILE") from error
-    except OSError as error:
-        raise LogPathError(
-            f"cannot write the log {path}: {error.strerror}; name another with --log FILE"
-        ) from error
+        if not path.exists():
+            raise LogPathError(f"cannot write the log {path}: {error.filename} is no folder") from error
+        what = "is a folder" if path.is_dir() else "exists already"
+        raise LogPathError(f"{path} {what}; name a new file with --log FILE") from error
+    except (OSError, ValueError) as error:
+        why = error.strerror if isinstance(error, OSError) else str(error)
+        raise LogPathError(f"cannot write the log {path}: {why}; name another with --log FILE") from error
     return path
 
 
@@ -230,7 +305,7 @@ def _replay(options: argparse.Namespace) -> int:
             sys.stderr.write(f"\r{ticks} ticks")
             sys.stderr.flush()
 
-    found = replay(open_log(options.log or _newest_log()), progress)
+    found = replay(open_log(_newest_log() if options.log is None else options.log), progress)
     if show:
         sys.stderr.write("\r\x1b[K")
     print(msgspec.json.encode(found).decode() if options.json else describe(found))
@@ -240,14 +315,14 @@ def _replay(options: argparse.Namespace) -> int:
 def _newest_log() -> str:
     logs = sorted(LOGS.glob("*.mcap"), key=lambda path: path.stat().st_mtime)
     if not logs:
-        raise LogPathError(f"there is no recording in {LOGS}/; name one")
+        raise LogPathError(f"there is no recording in {LOGS}/; name one, or make one: {program()} run giant")
     return str(logs[-1])
 
 
 def _experiment(options: argparse.Namespace) -> int:
     # by name, as the benchmarks
     command = import_module("hapticd.experiments.command")
-    return int(command.run(options.name, options.docs, options.json))
+    return int(command.run(options.name, options.out, options.json))
 
 
 def _check(options: argparse.Namespace) -> int:
@@ -290,6 +365,10 @@ def _doctor(options: argparse.Namespace) -> int:
 
 
 def _plant(options: argparse.Namespace) -> int:
+    from .bus import chosen_bus
     from .plant_process import serve_interface
 
-    return serve_interface(config.load(options.config), options.interface)
+    loaded = config.load(options.config)
+    rates = {"bitrate": options.bitrate, "data_bitrate": options.data_bitrate}
+    bus = chosen_bus(loaded, options.interface, options.channel, rates, dict(options.settings))
+    return serve_interface(loaded, bus)

@@ -4,23 +4,23 @@ from __future__ import annotations
 
 import difflib
 import re
-import tomllib
 from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import msgspec
 from msgspec import Struct
 
+from ..models.xml_tree import MAX_BYTES as MAX_MODEL_BYTES
 from .errors import ConfigError, Finding
 from .giant.config import GiantConfig
 from .rhi.config import RhiConfig
 from .sections import Config, Device
 from .toml_lines import key_lines, line_of
+from .toml_reader import MAX_BYTES, read
 from .units import Quantity, UnitError, Vector
 
-MAX_BYTES = 1 << 20
 SYSTEM_CONFIGS: dict[str, type[Config]] = {"giant": GiantConfig, "rhi": RhiConfig}
 
 
@@ -50,20 +50,20 @@ def load(name: str) -> Loaded:
         ConfigError: with file and line of everything that is wrong with it.
     """
     path = Path(name)
-    if path.suffix == ".toml" or path.exists():
-        text = _read(path, name)
+    if path.suffix == ".toml" or _exists(path):
+        text = _read(path, name, MAX_BYTES)
         folder: Any = path.parent
         source = str(path)
     else:
         folder = resources.files("hapticd.configs")
         entry = folder / f"{name}.toml"
-        if not entry.is_file():
+        if not _exists(entry):
             known = sorted(f.name[:-5] for f in folder.iterdir() if f.name.endswith(".toml"))
             raise ConfigError(
                 name,
                 [Finding(0, "", "no such file or built-in configuration", f"built in: {', '.join(known)}")],
             )
-        text = entry.read_text(encoding="utf-8")
+        text = _read(entry, name, MAX_BYTES)
         source = f"{name}.toml"
     config = parse(text, source)
     return Loaded(name, config, text, source, *_read_model(config, text, source, folder))
@@ -73,13 +73,9 @@ def parse(text: str, source: str) -> Config:
     """A configuration from its text.
 
     Raises:
-        ConfigError: for unknown keys, missing or wrong units, numbers out of range, NaN.
+        ConfigError: for what is no TOML, unknown keys, missing or wrong units, numbers out of range, NaN.
     """
-    try:
-        tree = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        line = int(match[1]) if (match := re.search(r"line (\d+)", str(error))) else 0
-        raise ConfigError(source, [Finding(line, "", f"not TOML: {error}", "mend the syntax")]) from error
+    tree = read(text, source)
     try:
         config: Config = msgspec.convert(tree, GiantConfig | RhiConfig, dec_hook=_read_quantity)
     except msgspec.ValidationError as error:
@@ -87,19 +83,32 @@ def parse(text: str, source: str) -> Config:
     return config
 
 
-def _read(path: Path, name: str) -> str:
+def _exists(entry: Any) -> bool:
+    """Whether something of that name is there; no name is too long or too odd to ask."""
     try:
-        if path.stat().st_size > MAX_BYTES:
-            raise ConfigError(
-                name, [Finding(0, "", f"larger than {MAX_BYTES} bytes", "this is no configuration")]
-            )
-        return path.read_text(encoding="utf-8")
-    except OSError as error:
-        raise ConfigError(
-            name, [Finding(0, "", f"cannot be read: {error.strerror}", "check the path")]
-        ) from error
+        return bool(entry.is_file() or entry.is_dir() or (isinstance(entry, Path) and entry.exists()))
+    except (OSError, ValueError):
+        return False
+
+
+def _read(entry: Any, name: str, most: int) -> str:
+    """Text of a file, or of a resource, of a known size."""
+    what = "this is no configuration" if most == MAX_BYTES else "this is no model"
+    if _exists(entry) and not entry.is_file():  # a pipe would be waited for
+        raise ConfigError(name, [Finding(0, "", "is no regular file", what)])
+    try:
+        with entry.open("rb") as file:
+            content: bytes = file.read(most + 1)
+    except (OSError, ValueError) as error:
+        reason = error.strerror if isinstance(error, OSError) else str(error)
+        raise ConfigError(name, [Finding(0, "", f"cannot be read: {reason}", "check the path")]) from error
+    if len(content) > most:
+        raise ConfigError(name, [Finding(0, "", f"larger than {most} bytes", what)])
+    try:
+        return content.decode("utf-8")
     except UnicodeDecodeError as error:
-        raise ConfigError(name, [Finding(0, "", "is not UTF-8 text", "this is no configuration")]) from error
+        line = content[: error.start].count(b"\n") + 1
+        raise ConfigError(name, [Finding(line, "", "is not UTF-8 text", what)]) from error
 
 
 def _read_model(config: Config, text: str, source: str, folder: Any) -> tuple[str, str]:
@@ -110,11 +119,11 @@ def _read_model(config: Config, text: str, source: str, folder: Any) -> tuple[st
             [Finding(line, "model", f'"{config.model}" leaves the folder', "put the URDF beside the file")],
         )
     entry = folder / config.model
-    if not entry.is_file():
+    if not _exists(entry):
         raise ConfigError(
             source, [Finding(line, "model", f'no file "{config.model}" beside it', "check the name")]
         )
-    return entry.read_text(encoding="utf-8"), config.model
+    return _read(entry, config.model, MAX_MODEL_BYTES), config.model
 
 
 def _read_quantity(kind: type, value: Any) -> Any:
@@ -134,7 +143,7 @@ def _locate(error: msgspec.ValidationError, tree: dict[str, Any], text: str) -> 
     lines = key_lines(text)
     if match := re.search(r"unknown field `(.*?)`", message):
         key = f"{path}.{match[1]}" if path else match[1]
-        known = _known_fields(path, SYSTEM_CONFIGS.get(tree.get("system", ""), Config))
+        known = _known_fields(path, SYSTEM_CONFIGS.get(str(tree.get("system")), Config))
         near = difflib.get_close_matches(match[1], known, 1)
         fix = f'did you mean "{near[0]}"?' if near else f"known here: {', '.join(known)}" if known else ""
         return Finding(line_of(key, lines), key, "unknown key", fix)
@@ -149,7 +158,10 @@ def _locate(error: msgspec.ValidationError, tree: dict[str, Any], text: str) -> 
     if isinstance(error.__cause__, UnitError):
         problem, _, fix = str(error.__cause__).partition("; ")
         return Finding(line_of(path, lines), path, problem, fix)
-    fix = f"known: {', '.join(SYSTEM_CONFIGS)}" if path == "system" else ""
+    if path == "system":
+        fix = f"known: {', '.join(SYSTEM_CONFIGS)}"
+    else:
+        fix = _reason(path, SYSTEM_CONFIGS.get(str(tree.get("system")), Config))
     return Finding(line_of(path, lines), path, message, fix)
 
 
@@ -170,13 +182,32 @@ def _name_dict_keys(path: str, tree: dict[str, Any]) -> str:
 
 
 def _known_fields(path: str, root: type[Config]) -> list[str]:
+    node = _struct_at(path, root)
+    return [f.encode_name for f in msgspec.structs.fields(node)] if node else []
+
+
+def _struct_at(path: str, root: type[Config]) -> Any:
+    """The section at a path, or None."""
     node: Any = root
     for part in filter(None, re.sub(r"\[[^\]]*\]", "", path).split(".")):
         fields = {f.encode_name: f.type for f in msgspec.structs.fields(node)} if _is_struct(node) else {}
         node = _struct_of(fields.get(part))
-        if node is None:
-            return []
-    return [f.encode_name for f in msgspec.structs.fields(node)] if _is_struct(node) else []
+    return node if _is_struct(node) else None
+
+
+def _reason(path: str, root: type[Config]) -> str:
+    """Why the number at a path is bounded as it is."""
+    table, _, name = re.sub(r"\[[^\]]*\]", "", path).rpartition(".")
+    node = _struct_at(table, root)
+    kinds = {f.encode_name: f.type for f in msgspec.structs.fields(node)} if node else {}
+    return next((meta.description for meta in _bounds(kinds.get(name)) if meta.description), "")
+
+
+def _bounds(annotation: Any) -> list[msgspec.Meta]:
+    """All that an annotation, and what stands in it, says of numbers."""
+    own = [meta for meta in getattr(annotation, "__metadata__", ()) if isinstance(meta, msgspec.Meta)]
+    parts = [getattr(annotation, "__origin__", None)] if own else get_args(annotation)
+    return own + [meta for part in parts for meta in _bounds(part)]
 
 
 def _is_struct(node: Any) -> bool:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from ..models.printable import printable
+
 
 class HapticdError(Exception):
     """Base of everything the command line reports without a traceback.
@@ -19,7 +21,7 @@ class HapticdError(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """One thing that is wrong with a configuration."""
+    """One thing that is wrong with a configuration; line 0 where it is about no line."""
 
     line: int
     key: str
@@ -27,7 +29,8 @@ class Finding:
     fix: str
 
     def __str__(self) -> str:
-        return (f"{self.key}: " if self.key else "") + self.problem + (f"; {self.fix}" if self.fix else "")
+        text = (f"{self.key}: " if self.key else "") + self.problem + (f"; {self.fix}" if self.fix else "")
+        return printable(text)
 
 
 class ConfigError(HapticdError):
@@ -44,7 +47,8 @@ class ConfigError(HapticdError):
     def __init__(self, source: str, findings: list[Finding]) -> None:
         self.source = source
         self.findings = findings
-        super().__init__("\n".join(f"{source}:{finding.line}: {finding}" for finding in findings))
+        places = (f"{source}:{finding.line}" if finding.line else source for finding in findings)
+        super().__init__("\n".join(f"{at}: {each}" for at, each in zip(places, findings, strict=True)))
 
 
 class LogError(HapticdError):

@@ -9,47 +9,47 @@ from __future__ import annotations
 
 import json
 import platform
-import struct
 from collections.abc import Iterator
 from dataclasses import dataclass
 from importlib import metadata
-from io import BufferedWriter, FileIO
+from io import BufferedWriter
 from pathlib import Path
 from typing import Any
 
 import msgspec
 import numpy as np
-from mcap.exceptions import McapError
-from mcap.reader import SeekingReader
+from mcap.records import Attachment, Metadata, Schema
 from mcap.writer import CompressionType, Writer
-from zstandard import ZstdError
 
 from .config import Loaded, parse
-from .errors import LogError, LogModelError, LogTruncatedError
+from .errors import ConfigError, LogError, LogModelError
 from .forensics import LateTick
-from .record import Record, describe
+from .log_file import LogFile
+from .record import HEAD, Record, describe
 from .record import parse as parse_record
+from .recording import MAX_RECORD, Channel, Message, read
 
 LAYOUT_VERSION = "2"
 CHUNK_BYTES = 64 << 10
 """Small chunks: a recording that is killed loses less than 100 ms."""
-MAGIC = b"\x89MCAP0\r\n"
-MAX_RECORD = 64 << 20
-READ_ERRORS = (McapError, ZstdError, ValueError, LookupError, EOFError, OSError, RuntimeError, struct.error)
-"""Everything that reading a damaged file may raise."""
+MAX_TEXT = 1000
+"""Of a name or value in a session's metadata [characters]."""
 
 
 class LogWriter:
     """Writes one recording."""
 
     def __init__(
-        self, stream: FileIO, loaded: Loaded, hashes: dict[str, str], dtype: np.dtype[np.void], start_ns: int
+        self, stream: LogFile, loaded: Loaded, hashes: dict[str, str], dtype: np.dtype[np.void], start_ns: int
     ) -> None:
         """``start_ns`` is the wall clock at tick 0 and only labels the file."""
         self._start_ns = start_ns
         self._period_ns = 1e9 / loaded.config.loop.rate
+        self._file = stream
         self._stream = BufferedWriter(stream)
-        self._writer = Writer(self._stream, chunk_size=CHUNK_BYTES, compression=CompressionType.ZSTD)
+        self._writer = Writer(
+            self._stream, chunk_size=CHUNK_BYTES, compression=CompressionType.ZSTD, enable_data_crcs=True
+        )
         self._writer.start(profile="hapticd", library=f"hapticd {metadata.version('hapticd')}")
         session = {
             "layout": LAYOUT_VERSION,
@@ -82,6 +82,11 @@ class LogWriter:
         """Append what is known of a late tick, as JSON."""
         stamp = self._stamp(tick)
         self._writer.add_message(self._late, stamp, late, stamp)
+
+    @property
+    def full(self) -> bool:
+        """Whether the disk takes no more than the end of the recording."""
+        return self._file.full is not None
 
     def finish(self, summary: str) -> None:
         """Complete the file, with the session's summary as JSON."""
@@ -133,14 +138,20 @@ class Log:
         loaded: the configuration and model it was made with.
         hashes: of configuration, model and layout.
         session: all of its metadata.
-        dtype: structure of the records' fixed part.
+        schema: text that describes the records' fixed part; dtype: its structure.
     """
 
     path: str
     loaded: Loaded
     hashes: dict[str, str]
     session: dict[str, str]
+    schema: bytes
     dtype: np.dtype[np.void]
+
+    @property
+    def its_version(self) -> str:
+        """What to do with a recording that this version cannot use."""
+        return _use_its_version(self.session)
 
     def records(self) -> Iterator[Record]:
         """The ticks in order.
@@ -148,84 +159,121 @@ class Log:
         Raises:
             LogError: a record is damaged.
         """
-        for data in _messages(self.path, "tick"):
+        for data in _messages(self.path, "tick", self.schema):
             record = parse_record(data, self.dtype)
             if record is None:
-                raise LogError(self.path, "a record is damaged", "use another copy of the recording")
+                raise _damaged(self.path, "a record is not as long as it says")
             yield record
 
     def events(self) -> Iterator[tuple[int, str]]:
-        """Tick and sentence of every event."""
-        for data in _messages(self.path, "event"):
-            event = json.loads(data)
-            yield int(event["tick"]), str(event["text"])
+        """Tick and sentence of every event.
+
+        Raises:
+            LogError: an event, or the file, is damaged.
+        """
+        for data in _messages(self.path, "event", EVENT_SCHEMA.encode()):
+            try:
+                event = msgspec.json.decode(data, type=Event)
+            except (msgspec.MsgspecError, ValueError) as error:
+                raise _damaged(self.path, f"an event is none: {error}") from error
+            yield event.tick, event.text
+
+
+class Event(msgspec.Struct, frozen=True):
+    """A sentence for people and the tick it is about."""
+
+    tick: int
+    text: str
 
 
 def open_log(path: str) -> Log:
-    """Open a recording.
+    """Open a recording; of the file only what precedes the first tick is read.
 
     Raises:
         LogTruncatedError: the file ends in the middle.
-        LogModelError: made by another layout of this program, or inconsistent in itself.
+        LogModelError: made by another layout of this program, or with a configuration that is refused here.
         LogError: no recording, or damaged.
     """
-    _require_whole(path)
-    try:
-        with open(path, "rb") as stream:
-            reader = SeekingReader(stream, validate_crcs=True, record_size_limit=MAX_RECORD)
-            summary = reader.get_summary()
-            session = {
-                k: v for m in reader.iter_metadata() if m.name == "session" for k, v in m.metadata.items()
-            }
-            attachments = {a.name: a.data.decode() for a in reader.iter_attachments()}
-    except READ_ERRORS as error:
-        raise LogError(path, f"cannot be read: {error}", "use another copy of the recording") from error
-    if summary is None or not session:
+    session: dict[str, str] = {}
+    texts: dict[str, str] = {}
+    schema: bytes | None = None
+    for item in read(path):
+        match item:
+            case Metadata(name="session"):
+                if session:
+                    raise _damaged(path, "it describes two sessions")
+                session = _require_session(path, item.metadata)
+            case Attachment() if item.name in (session.get("config_name"), session.get("model_name")):
+                if item.name in texts:
+                    raise _damaged(path, f"it holds two attachments {item.name}")
+                texts[item.name] = _text(path, item)
+            case Schema(name="hapticd.Tick"):
+                schema = item.data
+            case Message():
+                break
+    if not session:
         raise LogError(path, "is no recording of hapticd", "give a file that `hapticd run` wrote")
+    names = session["config_name"], session["model_name"]
+    missing = [name for name in names if name not in texts]
+    if missing:
+        raise LogError(path, f"lacks its attachment {missing[0]}", "use another copy of the recording")
+    if schema is None:
+        raise LogError(path, "holds no ticks", "the session ended before its first tick")
+    text, model = (texts[name] for name in names)
+    try:
+        config = parse(text, f"{names[0]} in {path}")
+    except ConfigError as error:
+        raise LogModelError(
+            path, f"keeps a configuration that is refused here:\n{error}\n", _use_its_version(session)
+        ) from error
+    loaded = Loaded(path, config, text, names[0], model, names[1])
+    hashes = {k.removeprefix("sha256_"): v for k, v in session.items() if k.startswith("sha256_")}
+    return Log(path, loaded, hashes, session, schema, _dtype(path, schema))
+
+
+def _require_session(path: str, session: dict[str, str]) -> dict[str, str]:
+    """Metadata that may be shown to a person and that name layout, configuration and model."""
+    if not all(len(text) <= MAX_TEXT and text.isprintable() for pair in session.items() for text in pair):
+        raise _damaged(path, "its session record holds what is no line of text")
     if session.get("layout") != LAYOUT_VERSION:
         raise LogModelError(
             path,
             f"has record layout {session.get('layout')}, this program reads {LAYOUT_VERSION}",
-            f"use hapticd {session.get('hapticd', 'of that time')}",
+            _use_its_version(session),
         )
-    names = session["config_name"], session["model_name"]
-    missing = [name for name in names if name not in attachments]
-    if missing:
-        raise LogError(path, f"lacks its attachment {missing[0]}", "use another copy of the recording")
-    text, model = (attachments[name] for name in names)
-    loaded = Loaded(path, parse(text, names[0]), text, names[0], model, names[1])
-    schema = next((s for s in summary.schemas.values() if s.name == "hapticd.Tick"), None)
-    if schema is None:
-        raise LogError(path, "holds no ticks", "the session ended before its first tick")
-    hashes = {k.removeprefix("sha256_"): v for k, v in session.items() if k.startswith("sha256_")}
-    return Log(path, loaded, hashes, session, _dtype(path, schema.data))
+    for name in ("config_name", "model_name"):
+        if name not in session:
+            raise _damaged(path, f"its session record lacks {name}")
+    return session
 
 
-def _require_whole(path: str) -> None:
+def _use_its_version(session: dict[str, str]) -> str:
+    return f"use hapticd {session.get('hapticd', 'of that time')}"
+
+
+def _text(path: str, attachment: Attachment) -> str:
     try:
-        with open(path, "rb") as stream:
-            head = stream.read(len(MAGIC))
-            stream.seek(0, 2)
-            size = stream.tell()
-            stream.seek(max(0, size - len(MAGIC)))
-            tail = stream.read(len(MAGIC))
-    except OSError as error:
-        raise LogError(path, f"cannot be read: {error.strerror}", "check the path") from error
-    if head != MAGIC:
-        raise LogError(path, "is no MCAP file", "give a file that `hapticd run` wrote")
-    if tail != MAGIC or size < 2 * len(MAGIC):
-        raise LogTruncatedError(
-            path,
-            f"ends in the middle, after {size} bytes",
-            "use another copy; a running session is not complete yet",
-        )
+        return attachment.data.decode()
+    except UnicodeDecodeError as error:
+        raise _damaged(path, f"its attachment {attachment.name} is not UTF-8 text") from error
+
+
+def _damaged(path: str, what: str) -> LogError:
+    return LogError(path, f"is damaged: {what}", "use another copy of the recording")
 
 
 def _dtype(path: str, schema: bytes) -> np.dtype[np.void]:
+    """The structure of the records, which begins with what is recorded of every machine's tick."""
+    head = [name for name, _, _ in HEAD]
     try:
         dtype: np.dtype[np.void] = np.dtype(_tuples(json.loads(schema)))
-    except (ValueError, TypeError) as error:
-        raise LogError(path, f"has a damaged schema: {error}", "use another copy of the recording") from error
+        known = list(dtype.names or ())[: len(head)] == head and all(
+            dtype[name] == np.dtype(kind) for name, kind, _ in HEAD
+        )
+    except (ValueError, TypeError, OverflowError, RecursionError) as error:
+        raise _damaged(path, f"its schema is none: {error}") from error
+    if not known or dtype.hasobject or dtype.itemsize > MAX_RECORD:
+        raise _damaged(path, "its schema describes no records of this program")
     return dtype
 
 
@@ -237,11 +285,26 @@ def _tuples(descr: Any) -> Any:
     return fields
 
 
-def _messages(path: str, topic: str) -> Iterator[bytes]:
-    try:
-        with open(path, "rb") as stream:
-            reader = SeekingReader(stream, validate_crcs=True, record_size_limit=MAX_RECORD)
-            for _, _, message in reader.iter_messages(topics=[topic], log_time_order=False):
-                yield message.data
-    except READ_ERRORS as error:
-        raise LogError(path, f"is damaged: {error}", "use another copy of the recording") from error
+def _messages(path: str, topic: str, schema: bytes) -> Iterator[bytes]:
+    """Messages of the one channel of a topic, which keeps the schema that it began with."""
+    schemas: dict[int, bytes] = {}
+    channels: dict[int, Channel] = {}
+    wanted: int | None = None
+    for item in read(path):
+        match item:
+            case Message():
+                if item.channel_id == wanted:
+                    yield item.data
+                elif item.channel_id not in channels:
+                    raise _damaged(path, f"a message of channel {item.channel_id}, which there is not")
+            case Channel():
+                if channels.setdefault(item.id, item) != item:
+                    raise _damaged(path, f"channel {item.id} changes")
+                if item.topic != topic:
+                    continue
+                if wanted not in (None, item.id) or schemas.get(item.schema_id) != schema:
+                    raise _damaged(path, f"channel '{topic}' comes twice, or with another schema")
+                wanted = item.id
+            case Schema():
+                if schemas.setdefault(item.id, item.data) != item.data:
+                    raise _damaged(path, f"schema {item.id} changes")

@@ -67,6 +67,11 @@ class FixedRate:
         add_reader(fd, self._expired)
         return self._start_ns
 
+    @property
+    def running(self) -> bool:
+        """Whether callbacks come."""
+        return self._fd >= 0
+
     def shift(self, by_ns: int) -> None:
         """Move the grid; the present tick stays, the next one comes that much later."""
         self._start_ns += by_ns

@@ -9,7 +9,8 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from ..safety import AxisLimits, Thresholds
+from ..safety import AxisLimits, Plausibility, Thresholds
+from .modes import Mode
 
 GATE_SHARE = 0.5
 """Where between a joint's limit and the monitor's margin the gate neutralises commands further out."""
@@ -18,7 +19,13 @@ MOST_PERMILLE = 32.767
 RAMP_SHARE = 0.8
 """Share of the declared stop time that is left for braking after detection."""
 SPEED_MARGIN = 1.1
-"""Measured over-speed that stops the machine (fault matrix, row 25)."""
+"""Measured over-speed that stops the machine (docs/fault-matrix.md, row 25)."""
+DRIFT = 0.04
+"""Part of a force-torque sensor's full scale that it may show before arming, when nobody pulls (row 13)."""
+GRAVITY, GRAVITY_MARGIN = 9.81, 1.0
+"""What an accelerometer at rest measures, and how far it may be off before arming [m/s^2]."""
+REST_S = 10e-3
+"""For so long axes must be slow to be at rest."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,6 +51,9 @@ class Machine(Protocol):
         drive_groups: groups of the process image that hold drives.
         axes: what the gate checks, one entry an axis.
         thresholds: what the monitor compares with.
+        play: how far a hand may pull each axis from where it is held or braked: as far as the whole torque
+            of the hold goes, and what is further is not held [rad or m].
+        plausibility: what its measurements must pass; takes each tick before ``estimate``.
         state: numpy structure of what the log keeps of a tick.
         braking: longest time that ``brake`` takes from full speed [s].
         position, velocity: measured, one an axis.
@@ -56,6 +66,8 @@ class Machine(Protocol):
     drive_groups: tuple[str, ...]
     axes: tuple[AxisLimits, ...]
     thresholds: Thresholds
+    play: tuple[float, ...]
+    plausibility: Plausibility
     state: np.dtype[np.void]
     commands: list[float]
     solved: bool
@@ -68,6 +80,10 @@ class Machine(Protocol):
     @property
     def inside_limits(self) -> bool:
         """Whether the measured posture may be engaged."""
+
+    @property
+    def unrest(self) -> list[str]:
+        """Sensors that show at rest what they should not, each as a sentence for people (row 13)."""
 
     def estimate(self) -> None:
         """Take the latched process image."""
@@ -83,10 +99,14 @@ class Machine(Protocol):
             trust: 0 to 1, how far the measured wrench is believed.
         """
 
-    def brake(self) -> bool:
-        """Compute commands that bring the machine to rest and hold it; whether it is at rest.
+    def brake(self, dropped: Sequence[bool]) -> bool:
+        """Compute commands that bring the machine to rest and hold it; whether it is at rest, as measured.
 
-        A stop trusts no force sensor: what the last wrench contributed fades out.
+        A stop trusts no force sensor: what the last wrench contributed fades out. It begins with what was
+        written last.
+
+        Args:
+            dropped: one an axis, whether its drive was switched off because nobody knows what it does.
         """
 
     def write(self, admitted: Sequence[float]) -> None:
@@ -111,5 +131,31 @@ class MachineLimits(Protocol):
     def values(self, state: np.void) -> Sequence[float]:
         """Measured values in the order of ``specs``, from one logged state."""
 
-    def coupling(self, state: np.void) -> tuple[float, float]:
-        """Distance [m] and angle [rad] by which the rendered mechanism and the handle are apart."""
+
+@dataclass(frozen=True, slots=True)
+class FigureSpec:
+    """A number that sums up a session by its mean and its largest value.
+
+    Attributes:
+        name: for people.
+        unit: of its values as people read them, e.g. "mm"; empty for counts.
+    """
+
+    name: str
+    unit: str
+
+
+class MachineFigures(Protocol):
+    """What people see of a machine's state beside its limits.
+
+    Attributes:
+        specs: of the figures in the summary.
+    """
+
+    specs: tuple[FigureSpec, ...]
+
+    def values(self, state: np.void) -> Sequence[float]:
+        """The figures in the order of ``specs``, from a logged state of a tick that was controlled."""
+
+    def live(self, mode: Mode, state: np.void) -> Sequence[str]:
+        """Words for the live line, the essential first; nothing that was not measured in this mode."""

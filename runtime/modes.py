@@ -23,7 +23,7 @@ class Mode(IntEnum):
     HOLDING = 6
     """Stopped and held under power (R2)."""
     STOPPED = 7
-    """Stopped, torque off, brakes closed."""
+    """Stopped: the drives are told to take the torque off, and watched until every one says that it is."""
     FAILED = 8
     """Bring-up failed; nothing will move."""
 
@@ -43,4 +43,4 @@ class Command(IntFlag):
     END = 8
     """The session ends: come to rest, brakes closed."""
     UNRECORDED = 16
-    """Nobody writes the log any more: the machine is not armed again."""
+    """Nobody writes the log any more, or records are lost: what runs goes on, and is not armed again."""

@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import inf
+from signal import Signals
 
 from ..safety import describe
 from .cycle import Memory
+from .interrupts import WORDS, exit_status
 from .modes import Mode
 from .summary import Report
 
 END_LIMIT_S = 2.0
 """How long the machine may take to come to rest at the end of a session."""
+DRIVES_STOP = "the watchdogs of the drives stop the machine"
 
 
 @dataclass(slots=True)
@@ -18,7 +22,7 @@ class Outcome:
     """How a session ended.
 
     Attributes:
-        report: its summary, None where the recorder was lost.
+        report: its summary, None where there is none.
         status: exit status of the program.
         message: why, for people.
         speed_x: how many times faster than real time a lockstep session ran; None where it was live.
@@ -30,17 +34,62 @@ class Outcome:
     speed_x: float | None = None
 
 
-def outcome(memory: Memory, report: Report | None, speed_x: float | None = None, lost: str = "") -> Outcome:
-    """What became of a session that is over; ``lost`` says whether the bus is gone."""
-    if memory.mode is Mode.FAILED:
-        return Outcome(report, 1, f"the devices did not come up: {memory.failure}", speed_x)
-    if memory.stopped_by:
-        return Outcome(report, 3, f"stopped by safety: {describe(memory.stopped_by)}", speed_x)
-    if memory.mode.powered:
-        why = f"not at rest within {END_LIMIT_S:g} s; the watchdogs of the drives take over"
-        return Outcome(report, 3, why, speed_x)
-    if lost:
-        return Outcome(report, 3, lost, speed_x)
+@dataclass(slots=True)
+class Ending:
+    """What a session's end has to do with besides the machine.
+
+    Attributes:
+        moved: whether drives ever had power.
+        signals: that asked for the end, in their order.
+        lost: the bus is gone: how that is known.
+        failed: what broke in the program's own surroundings: the simulated plant, the log.
+        failed_at: tick of that; a stop from then on is its consequence.
+        unrecorded: why there is no summary, where there is none.
+    """
+
+    moved: bool = False
+    signals: tuple[int, ...] = ()
+    lost: str = ""
+    failed: str = ""
+    failed_at: float = inf
+    unrecorded: str = "the recorder was lost; there is no summary"
+
+
+def outcome(memory: Memory, report: Report | None, ending: Ending, speed_x: float | None = None) -> Outcome:
+    """What became of a session that is over."""
+    status, message = _judge(memory, report, ending)
+    return Outcome(report, status, message, speed_x)
+
+
+def called_off(number: int) -> Outcome:
+    """A session that a signal ended before it began."""
+    word = WORDS[Signals(number)]
+    return Outcome(None, exit_status(number), f"{word} before anything moved; there is no log")
+
+
+def _judge(memory: Memory, report: Report | None, ending: Ending) -> tuple[int, str]:
+    mode, signals = memory.mode, ending.signals
+    word = WORDS[Signals(signals[0])] if signals else ""
+    if mode is Mode.FAILED:
+        return 1, f"the devices did not come up: {memory.failure}"
+    if mode.powered and len(signals) > 1:
+        again = f"{word}, and again: ended before the machine was at rest"
+        return exit_status(signals[1]), f"{again}; {DRIVES_STOP}"
+    if memory.stopped_by and memory.stopped_by.tick < ending.failed_at:
+        stopped = f"stopped by safety: {describe(memory.stopped_by)}"
+        return 3, "; ".join(filter(None, (stopped, ending.failed)))
+    if ending.failed:
+        return 1, ending.failed
+    if mode.powered:
+        return 3, f"not at rest within {END_LIMIT_S:g} s; {DRIVES_STOP}"
+    if ending.lost:
+        return 3, ending.lost
+    if not memory.secured:
+        return 3, f"not known to be off: {memory.power.live}; {DRIVES_STOP}"
+    if signals and not ending.moved:
+        return exit_status(signals[0]), f"{word} before anything moved"
+    if mode is Mode.BRINGUP:
+        return 1, "the devices had not come up when the session ended; give it a longer --duration"
     if report is None:
-        return Outcome(None, 1, "the recorder was lost; there is no summary", speed_x)
-    return Outcome(report, 0, "", speed_x)
+        return exit_status(signals[1]) if len(signals) > 1 else 1, ending.unrecorded
+    return 0, f"{word}; the machine came to rest before the session ended" if signals else ""

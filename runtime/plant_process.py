@@ -3,7 +3,10 @@
     python -m hapticd.runtime.plant_process CONFIG SOCKET_FD    started by the daemon: a socket pair
     hapticd plant CONFIG --interface vcan0                      started by a person: a CAN FD interface
 
-Plant time advances one period for each output frame, or for each millisecond slice it waited without one;
+The daemon says on standard input what a person does at the machine's side, see ``Deed``: that is no part of
+any bus, and comes back to the daemon as what sensors and safety PLC measure.
+
+Plant time advances one period for each SYNC, or for each millisecond slice it waited without one;
 a slice never counts more than its length, and none counts while the daemon waits for a processor. So a
 stalled host stalls both worlds, while a dead or hanging daemon trips the watchdogs of the simulated drives.
 Once every drive is safe, a silent world stands still.
@@ -17,19 +20,28 @@ import signal
 import socket
 import sys
 from collections.abc import Callable
+from math import inf
 from time import monotonic
 
+from ..devices.adapter import Adapter
+from ..devices.cia301 import SYNC
 from ..devices.frames import Frames
-from ..devices.socket_adapter import SocketAdapter, socketcan
+from ..devices.socket_adapter import SocketAdapter
+from ..sim.person import deeds
 from . import config
+from .bus import NamedBus, bus_warnings, open_bus
 from .bus_clock import BusClock
+from .children import ignore_job_control, report_ready
 from .config import Loaded
 from .errors import HapticdError
+from .interrupts import asking
 from .realtime import PLANT_PRIORITY, become_realtime, settle_memory
 from .session import Plant, Session, build
 from .starvation import Starvation
 
 SLICE_S = 1e-3
+LOOK_S = 2e-4
+"""Between two looks at a bus that cannot be waited for."""
 LONGEST_GRACE_S = 0.1
 """Plant time after the daemon's end within which every drive must be safe."""
 
@@ -44,23 +56,32 @@ class PlantServer:
     def __init__(
         self,
         plant: Plant,
-        bus: SocketAdapter,
+        bus: Adapter,
         period: float,
         starved: Callable[[bool], bool] = lambda _: False,
+        ran_s: Callable[[], float] = lambda: inf,
         clock: BusClock | None = None,
+        person: int | None = None,
     ) -> None:
         """Take over the plant's end of the bus.
 
         Args:
             plant: what is simulated.
             bus: to the daemon.
-            period: plant time that a frame pays for [s].
+            period: plant time that a SYNC pays for [s].
             starved: whether the daemon wanted the processor and did not get it, see ``Starvation.now``.
+            ran_s: how long the daemon had the processor since it was last asked about [s].
             clock: of the bus, where it has one of its own.
+            person: descriptor from which a person's deeds come.
         """
         self._plant, self._bus, self._period = plant, bus, period
-        self._starved, self._clock = starved, clock
-        self._sources: list[SocketAdapter | int] = [bus, clock.fd] if clock else [bus]
+        self._starved, self._ran_s, self._clock = starved, ran_s, clock
+        self._waitable = bus.fileno() >= 0
+        sources = [bus.fileno()] if self._waitable else []
+        self._sources = [*sources, clock.fd] if clock else sources
+        self._person = person
+        if person is not None:
+            self._sources.append(person)
         self._requests, self._answers = Frames(), Frames()
         self.unsafe = 0.0
         self._until = monotonic()
@@ -69,26 +90,30 @@ class PlantServer:
 
     def serve(self) -> bool:
         """Wait for frames, but no longer than until the next slice; False once the daemon is gone."""
-        ready, _, _ = select.select(self._sources, [], [], max(0.0, self._until - monotonic()))
+        patience = max(0.0, self._until - monotonic())
+        wait = patience if self._waitable else min(patience, LOOK_S)
+        ready, _, _ = select.select(self._sources, [], [], wait)
         if self._clock and self._clock.fd in ready:
             self._clock.send()
-        if self._bus not in ready:
-            if monotonic() < self._until:
-                return True
-            self._until = monotonic() + SLICE_S
-            if self._met:  # plant time begins with the daemon's first frame
-                self._wait_a_slice()
-            return True
+        if self._person in ready:
+            self._watch_person()
         received = self._bus.receive(self._requests)
         if received:
-            self._met = True
             self._answers.clear()
             self._plant.exchange(self._requests, self._answers)
             self._bus.send(self._answers)
+        periods = self._requests.count(SYNC)
+        if periods:
+            self._met = True
             self.unsafe, self._deferred = 0.0, 0
-            self._plant.step(self._period)
-        # the period that an output frame pays for passes before silence begins to count
-        self._until = monotonic() + self._period + SLICE_S
+            for _ in range(periods):
+                self._plant.step(self._period)
+            # the period that a SYNC pays for passes before silence begins to count
+            self._until = monotonic() + self._period + SLICE_S
+        elif monotonic() >= self._until:
+            self._until = monotonic() + SLICE_S
+            if self._met:  # plant time begins with the daemon's first SYNC
+                self._wait_a_slice()
         return not self._bus.closed
 
     def outlive(self) -> bool:
@@ -97,12 +122,21 @@ class PlantServer:
             self._advance(SLICE_S)
         return self._plant.safe
 
+    def _watch_person(self) -> None:
+        assert self._person is not None
+        data = os.read(self._person, 64)
+        if not data:  # nobody is there any more
+            self._sources.remove(self._person)
+            self._person = None
+        for deed in deeds(data):
+            self._plant.obey(deed)
+
     def _wait_a_slice(self) -> None:
-        """A slice passes, unless the daemon starves; one that is then seen to have run was only slow."""
+        """A slice passes, unless the daemon starves; what it is then seen to have run, it was only slow."""
         self._deferred += 1
         if self._starved(self._deferred == 1):
             return
-        for _ in range(self._deferred):
+        for _ in range(min(self._deferred, 1 + int(min(self._ran_s() / SLICE_S, self._deferred)))):
             if not self._plant.safe:
                 self._advance(SLICE_S)
         self._deferred = 0
@@ -116,50 +150,59 @@ class PlantServer:
 def main(arguments: list[str]) -> int:
     """Serve one end of a socket pair until the daemon is gone."""
     name, fd = arguments
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    ignore_job_control()
     daemon = Starvation(os.getppid())
     bus = SocketAdapter(socket.socket(fileno=int(fd)))
-    server = _server(build(config.load(name)), bus, daemon.now)
+    server = _server(build(config.load(name)), bus, daemon, person=0)
     become_realtime(PLANT_PRIORITY)
-    os.write(1, b"\n")  # ready
-    while server.serve():
-        pass
+    if report_ready():
+        while server.serve():
+            pass
     _outlive(server)
     return 0
 
 
-def serve_interface(loaded: Loaded, interface: str) -> int:
-    """Serve a CAN FD interface until Ctrl-C or SIGTERM; daemons may come and go.
+def serve_interface(loaded: Loaded, bus: NamedBus) -> int:
+    """Serve a bus until Ctrl-C or SIGTERM, or until it is gone; daemons may come and go.
 
     Raises:
-        AdapterError: the interface is missing, down or not CAN FD.
+        AdapterError: the bus cannot be opened.
         ConfigError: the configuration has no [simulation].
     """
-    server = _server(build(loaded), socketcan(interface))
+    session = build(loaded)
+    adapter = open_bus(bus)
+    server = _server(session, adapter)
     ended = False
 
     def end(*_: object) -> None:
         nonlocal ended
         ended = True
 
-    for number in (signal.SIGINT, signal.SIGTERM):
+    for number in asking():
         signal.signal(number, end)
-    for warning in become_realtime(PLANT_PRIORITY).lost:
+    for warning in become_realtime(PLANT_PRIORITY).lost + bus_warnings(bus, loaded.config):
         print(f"plant: warning: {warning}", file=sys.stderr)
-    print(f"plant: {loaded.source} serves {interface}; Ctrl-C ends it", file=sys.stderr, flush=True)
-    while not ended and server.serve():
-        pass
+    print(f"plant: {loaded.source} serves {bus.name}; Ctrl-C ends it", file=sys.stderr, flush=True)
+    gone = False
+    while not (ended or gone):
+        gone = not server.serve()
     _outlive(server)
-    return 0
+    adapter.close()
+    if gone:
+        print(f"plant: {bus.name} is gone", file=sys.stderr)
+    return 1 if gone else 0
 
 
 def _server(
-    session: Session, bus: SocketAdapter, starved: Callable[[bool], bool] = lambda _: False
+    session: Session, bus: Adapter, daemon: Starvation | None = None, person: int | None = None
 ) -> PlantServer:
     loop = session.config.loop
     period = 1.0 / loop.rate
     clock = BusClock(bus, period) if loop.sync == "bus" else None
-    server = PlantServer(session.plant(), bus, period, starved, clock)
+    if daemon:
+        server = PlantServer(session.plant(), bus, period, daemon.now, lambda: daemon.ran_s, clock, person)
+    else:
+        server = PlantServer(session.plant(), bus, period, clock=clock)
     settle_memory()
     return server
 

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from ..models.ranges import Range
 from .units import Quantity, Vector
 
 
@@ -18,6 +19,10 @@ class Instant(Quantity):
 
 class Frequency(Quantity):
     dimension = "frequency"
+
+
+class BitRate(Quantity):
+    dimension = "bit rate"
 
 
 class Length(Quantity):
@@ -88,18 +93,69 @@ class RateSquared(Quantity):
     dimension = "rate squared"
 
 
+class Fade(Duration):
+    range = Range(1e-6, 60.0, "s", "a person waits for it")
+
+
+class TimeConstant(Duration):
+    range = Range(1e-4, 10.0, "s", "an inverter's current loop; slower than any person")
+
+
+class AccelerationScale(Acceleration):
+    range = Range(15.0, 1e3, "m/s^2", "gravity alone is 9.81 m/s^2")
+
+
+class HandForce(Force):
+    range = Range(0.1, 2000.0, "N", "a finger; a strong person")
+
+
+class HandTorque(Torque):
+    range = Range(1e-3, 200.0, "N m", "a finger; a strong person")
+
+
+class HandStiffness(Stiffness):
+    range = Range(1.0, 1e5, "N/m", "a loose finger; bone")
+
+
+class HandDamping(Damping):
+    range = Range(1e-3, 1e3, "N s/m", "a loose finger; a tense arm")
+
+
+class HandAngularStiffness(AngularStiffness):
+    range = Range(1e-3, 1e3, "N m/rad", "a loose finger; a tense arm")
+
+
+class HandAngularDamping(AngularDamping):
+    range = Range(1e-6, 100.0, "N m s/rad", "a loose finger; a tense arm")
+
+
+class TwinMass(Mass):
+    range = Range(0.05, 500.0, "kg", "lighter than the hand that holds it; nobody moves more")
+
+
+class TwinInertia(Inertia):
+    range = Range(1e-4, 100.0, "kg m^2", "lighter than the hand that holds it; nobody turns more")
+
+
+class HandleMass(Mass):
+    range = Range(1e-3, 20.0, "kg", "a stylus; two hands carry no more")
+
+
 class NoiseForce(Quantity):
     dimension = "force"
+    range = Range(1e-6, 10.0, "N", "of a force sensor that is worth one")
     strict = False
 
 
 class NoiseTorque(Quantity):
     dimension = "torque"
+    range = Range(1e-6, 1.0, "N m", "of a torque sensor that is worth one")
     strict = False
 
 
 class NoiseAcceleration(Quantity):
     dimension = "acceleration"
+    range = Range(1e-6, 10.0, "m/s^2", "of an accelerometer that is worth one")
     strict = False
 
 

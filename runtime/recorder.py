@@ -1,33 +1,42 @@
 """The recorder process: takes records from the ring, writes the log, shows the live line, sums up.
 
-    python -m hapticd.runtime.recorder CONFIG LOG RING_FD CONTROL_FD START_NS LIVE
+    python -m hapticd.runtime.recorder CONFIG LOG RING_FD CONTROL_FD START_NS SHOWN DURATION
 
-The daemon tells it to finish with a byte on the control pipe; where the pipe closes without one, the daemon
-is dead, and the recorder completes the log by itself. The summary goes to standard output as JSON.
+SHOWN is a name of ``Shown``, DURATION in seconds or 0. The daemon tells it to finish with a byte on the
+control pipe; where the pipe closes without one, the daemon is dead, and the recorder completes the log and
+gives the terminal back by itself. The summary goes to standard output as JSON. The log never waits for the
+terminal.
 """
 
 from __future__ import annotations
 
+import fcntl
 import os
 import select
-import signal
 import sys
 import time
-from io import FileIO
+from collections.abc import Callable
+from enum import Enum, auto
+from functools import partial
 
 import msgspec
 import numpy as np
 
 from . import config
+from .children import ignore_job_control, report_ready
 from .errors import HapticdError
 from .forensics import LateTick
+from .keyboard import in_front, restore, saved
+from .live_line import LiveLine
 from .log import LogWriter
-from .modes import Mode
+from .log_file import LogFile, cut_short
+from .orders import key_line, possible
+from .outlet import Outlet
 from .record import layout
 from .ring import Ring
+from .screen import Screen, terminal_size
 from .session import Session, build, fingerprint
-from .stages import Stage
-from .summary import Summary, as_json
+from .summary import Report, Summary, as_json
 from .vitals import Vitals
 from .watch import Overstay
 
@@ -36,25 +45,62 @@ LIVE_S = 0.2
 FINISH = b"q"
 TICK, EVENT, LATE, OVERSTAY, VITALS = b"T", b"E", b"L", b"O", b"V"
 """First byte of a record in the ring."""
+CUT_SHORT, TORN = 4, 5
+"""Exit status where the disk did not take the whole log: it is complete as far as it goes, or not at all."""
+LONGEST_SUMMARY = 1 << 20
+
+
+class End(Enum):
+    """Why no more is recorded."""
+
+    TOLD = auto()
+    SILENT = auto()
+    """The daemon is gone."""
+    FULL = auto()
+    """The disk takes no more."""
+
+
+SAY, HIDE, SHOW = b"S", b"H", b"W"
+"""The same of what concerns the screen only: a text, and whether lines stay on it."""
+STDERR = 2
+
+
+class Shown(Enum):
+    """What a person sees: messages only, the live line too, or besides that the keys that can be pressed."""
+
+    PLAIN = "plain"
+    LIVE = "live"
+    KEYS = "keys"
 
 
 class Recorder:
-    """Consumes the ring of one session."""
+    """Consumes the ring of one session.
 
-    def __init__(self, session: Session, ring: Ring, log: LogWriter, dtype: np.dtype[np.void]) -> None:
-        self._ring, self._log, self._dtype = ring, log, dtype
-        self.summary = Summary(
-            session.system.limits(session.config), session.config.loop.rate, session.memory.image.expected
-        )
+    Attributes:
+        screen: what a person sees.
+        hidden: whether the screen belongs to somebody else for now.
+        summary: of the session so far.
+    """
 
-    def drain(self) -> list[str]:
-        """Everything that is in the ring; returns the events."""
-        events = []
-        while (data := self._ring.pop()) is not None:
+    def __init__(
+        self, session: Session, ring: Ring, log: LogWriter, dtype: np.dtype[np.void], screen: Screen
+    ) -> None:
+        self._ring, self._log, self._dtype, self.screen = ring, log, dtype, screen
+        self.hidden = False
+        self.summary = Summary.of(session)
+
+    def drain(self) -> None:
+        """Everything that is in the ring, while the disk takes it."""
+        while not self._log.full and (data := self._ring.pop()) is not None:
             if data[:1] == TICK:
                 fixed = np.frombuffer(data, self._dtype, 1, 1)[0]
                 self._log.tick(int(fixed["tick"]), data[1:])
                 self.summary.add(fixed)
+            elif data[:1] == SAY:
+                self.screen.message(data[1:].decode())
+            elif data[:1] in (HIDE, SHOW):
+                self.hidden = data[:1] == HIDE
+                self.screen.leave()
             elif data[:1] == VITALS:
                 self.summary.vitals = msgspec.json.decode(data[1:], type=Vitals)
             else:
@@ -62,9 +108,16 @@ class Recorder:
                 text = self._note(data[:1], tick, rest)
                 if text:
                     self._log.event(tick, text)
-                    events.append(f"{tick / self.summary.rate:9.3f} s  {text}")
+                    self.screen.message(f"{tick / self.summary.rate:9.3f} s  {text}")
         self._log.flush()
-        return events
+
+    def report(self) -> Report:
+        """The summary so far."""
+        return self.summary.report(self._ring.dropped)
+
+    def finish(self) -> None:
+        """Complete the log."""
+        self._log.finish(as_json(self.report()))
 
     def _note(self, kind: bytes, tick: int, rest: bytes) -> str:
         """Take what happened at a tick; the sentence for people, empty where none is due."""
@@ -80,74 +133,84 @@ class Recorder:
         took, budget = f"{overstay.us:.0f} us", f"{overstay.budget_us:.0f} us"
         return f"warning: {overstay.where} took {took}; between ticks it may take {budget}"
 
-    def live_line(self) -> str:
-        """State, punctuality and cost of the session so far."""
-        s, last = self.summary, self.summary.last
-        if last is None:
-            return "waiting for the first tick"
-        late, compute = s.lateness.summary(), s.compute.summary()
-        costs = sorted(((s.stages[stage].quantile(0.5), stage.name.lower()) for stage in Stage), reverse=True)
-        dearest = ", ".join(f"{name} {us:.0f}" for us, name in costs[:3])
-        touching = [
-            extent.spec.name
-            for extent, value in zip(s.extents, s.limits.values(last["state"]), strict=True)
-            if value <= extent.spec.lower + 5e-3 or value >= extent.spec.upper - 5e-3
-        ]
-        force = float(np.linalg.norm(last["state"]["wrench"][:3]))
-        return (
-            f"{int(last['tick']) / s.rate:6.1f} s {Mode(int(last['mode'])).name:9}"
-            f" late {late['p50']:.0f}/{late['p99']:.0f} us"
-            f"  compute {compute['p50']:.0f}/{compute['p99']:.0f} us ({dearest})"
-            f"  skipped {s.skipped}  force {force:4.0f} N"
-            f"  {'at ' + ', '.join(touching) if touching else ''}"
-        )
-
 
 def main(arguments: list[str]) -> int:
     """Run until told to finish, or until the daemon is gone."""
-    name, path, ring_fd, control_fd, start_ns, live = arguments
-    # the terminal's Ctrl-C is the daemon's business
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    signal.signal(signal.SIGTERM, signal.SIG_IGN)
+    name, path, ring_fd, control_fd, start_ns, shown, duration = arguments
+    ignore_job_control()
+    before = saved(STDERR)
     session = build(config.load(name))
     machine, image = session.memory.machine, session.memory.image
     dtype = layout(machine.state, len(machine.axes), len(image.raw))
-    control = int(control_fd)
-    with FileIO(path, "w") as stream:
+    view = Shown[shown]
+    screen = Screen(Outlet(STDERR), view is not Shown.PLAIN, partial(terminal_size, STDERR))
+    with LogFile(path) as stream:
         log = LogWriter(stream, session.loaded, fingerprint(session), dtype, int(start_ns))
-        recorder = Recorder(session, Ring.attach(int(ring_fd)), log, dtype)
-        os.write(1, b"\n")  # ready
-        told = _serve(recorder, control, live == "1")
-        report = recorder.summary.report(recorder._ring.dropped)
-        log.finish(as_json(report))
-    if told:
-        os.write(1, as_json(report).encode())
+        recorder = Recorder(session, Ring.attach(int(ring_fd)), log, dtype, screen)
+        keys = possible(session.config) if view is Shown.KEYS else ()
+        line = LiveLine(session, recorder.summary, keys, float(duration))
+        if not report_ready():
+            os.unlink(path)  # nothing has begun
+            return 0
+        serve = partial(_serve, recorder, stream, int(control_fd), line, key_line(keys))
+        end, status = _record(recorder, stream, path, serve)
+    if before and end is End.SILENT:
+        restore(STDERR, before)
+    screen.close()
+    return status
+
+
+def _record(
+    recorder: Recorder, stream: LogFile, path: str, serve: Callable[[], End]
+) -> tuple[End | None, int]:
+    """From the first record to the complete log: why it ended, and the exit status."""
+    refused: OSError | None = None
+    end: End | None = None
+    try:
+        end = serve()
+        recorder.finish()
+    except OSError as error:
+        refused = error
+    report = recorder.report()
+    failure = refused or stream.full
+    if failure:
+        seconds = report.ticks / report.rate_hz
+        recorder.screen.message(f"hapticd: {cut_short(path, seconds, refused is None, failure)}")
+    if end is End.SILENT and not refused:
+        recorder.screen.message(f"hapticd: the daemon died; its log is complete: {path}")
     else:
-        print(f"hapticd: the daemon died; its log is complete: {path}", file=sys.stderr)
-    return 0
+        _say_last(as_json(report).encode())
+    return end, TORN if refused else CUT_SHORT if failure else 0
 
 
-def _serve(recorder: Recorder, control: int, live: bool) -> bool:
-    """Drain until the control pipe says or shows the end; whether it said so."""
-    shown = 0.0
+def _say_last(words: bytes) -> None:
+    """The summary for the daemon, whether it reads it now, later or never."""
+    try:
+        fcntl.fcntl(1, fcntl.F_SETPIPE_SZ, LONGEST_SUMMARY)
+        os.write(1, words)
+    except OSError:
+        return
+
+
+def _serve(recorder: Recorder, stream: LogFile, control: int, line: LiveLine, keys: list[str]) -> End:
+    """Drain until the control pipe says or shows the end, or the disk takes no more; which of them."""
+    screen, shown = recorder.screen, 0.0
     while True:
         readable, _, _ = select.select([control], [], [], POLL_S)
         said = os.read(control, 1) if readable else b""
-        for event in recorder.drain():
-            _show(f"{event}\n", live)
+        recorder.drain()
+        if readable or stream.full:
+            screen.leave()
+            return End.FULL if stream.full else End.TOLD if said == FINISH else End.SILENT
+        screen.flush()
         now = time.monotonic()
-        if live and now - shown >= LIVE_S:
-            shown = now
-            _show(recorder.live_line(), live)
-        if readable:
-            if live:
-                _show("", live)
-            return said == FINISH
-
-
-def _show(text: str, live: bool) -> None:
-    sys.stderr.write(f"\r\x1b[K{text}" if live else text)
-    sys.stderr.flush()
+        if now - shown < LIVE_S:
+            continue
+        shown = now
+        if recorder.hidden or not in_front(STDERR):
+            screen.forget()
+        else:
+            screen.stay([line.words(), keys] if keys else [line.words()])
 
 
 if __name__ == "__main__":

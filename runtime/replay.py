@@ -9,9 +9,10 @@ from typing import Any
 
 import msgspec
 
-from ..devices.errors import FrameError
+from ..devices.errors import DeviceError, FrameError
+from ..models import ModelError
 from .cycle import Inputs, Outputs, cycle
-from .errors import LogModelError
+from .errors import ConfigError, LogModelError
 from .log import Log, environment
 from .modes import Command
 from .record import NO_TIMING, Record, RecordWriter, differences, parse
@@ -56,7 +57,12 @@ def replay(log: Log, progress: Callable[[int], None] = lambda _: None) -> Verifi
         LogModelError: this program lays the process image out differently than the recording's did.
         LogError: the recording is damaged.
     """
-    session = build(log.loaded)
+    try:
+        session = build(log.loaded)
+    except (ConfigError, ModelError, DeviceError) as error:
+        raise LogModelError(
+            log.path, f"keeps a machine that is refused here:\n{error}\n", log.its_version
+        ) from error
     here = fingerprint(session)
     for name, what in (("config", "configuration"), ("model", "model"), ("layout", "process image")):
         if log.hashes.get(name) != here[name]:
@@ -68,9 +74,7 @@ def replay(log: Log, progress: Callable[[int], None] = lambda _: None) -> Verifi
     memory, inputs, outputs = session.memory, Inputs(), Outputs()
     writer = RecordWriter(memory)
     if writer.fixed.dtype != log.dtype:
-        raise LogModelError(
-            log.path, "keeps other fields of a tick", f"use hapticd {log.session.get('hapticd', '')}"
-        )
+        raise LogModelError(log.path, "keeps other fields of a tick", log.its_version)
     ticks = differing = 0
     first: list[Difference] = []
     start = time.monotonic()

@@ -62,6 +62,16 @@ class Ring:
         """Records that did not fit."""
         return int(lib.ring_dropped(self._ring))
 
+    @property
+    def read(self) -> int:
+        """Bytes that were ever taken out."""
+        return int(lib.ring_read(self._ring))
+
+    @property
+    def unread(self) -> int:
+        """Bytes that wait to be taken out."""
+        return int(lib.ring_unread(self._ring))
+
     def push(self, record: bytes) -> bool:
         """Store a record; False, and it is counted, where there is no room."""
         return bool(lib.ring_push(self._ring, record, len(record)))
@@ -76,3 +86,20 @@ class Ring:
         if length < 0:
             raise RingError("the ring is damaged")
         return self._view[:length] if length else None
+
+
+class Drain:
+    """Watches whether the other end of a ring takes out what is put in."""
+
+    def __init__(self, ring: Ring, patience: int) -> None:
+        """Looks in a row, all of them at a ring that is not empty, without anything taken out in between."""
+        self._ring, self._patience = ring, patience
+        self._read, self._looks = ring.read, 0
+
+    def stuck(self) -> bool:
+        """One look: whether nothing was taken out for as many looks as it has patience."""
+        read = self._ring.read
+        idle = read == self._read and self._ring.unread > 0
+        self._looks = self._looks + 1 if idle else 0
+        self._read = read
+        return self._looks >= self._patience

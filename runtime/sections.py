@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from msgspec import Meta, Struct
 
 from .quantities import (
-    Acceleration,
+    AccelerationScale,
     Angle,
-    Damping,
+    BitRate,
     Duration,
+    Fade,
     Force,
     Frequency,
+    HandDamping,
+    HandForce,
+    HandStiffness,
     Instant,
     Lengths3,
-    Stiffness,
     Torque,
 )
 
@@ -24,10 +27,15 @@ class Strict(Struct, frozen=True, forbid_unknown_fields=True):
     """Base of all sections: an unknown key is an error."""
 
 
-Node = Annotated[int, Meta(ge=1, le=127)]
-Count = Annotated[int, Meta(ge=1, le=2**32 - 1)]
-Seed = Annotated[int, Meta(ge=0)]
-Substeps = Annotated[int, Meta(ge=1, le=64)]
+Node = Annotated[int, Meta(ge=1, le=127, description="CANopen has 127 nodes")]
+CountsPerTurn = Annotated[
+    int, Meta(ge=64, le=2**30 - 1, description="coarser is no encoder; two turns fit into 32 bits")
+]
+CountsPerMetre = Annotated[int, Meta(ge=1000, le=10**8, description="a millimetre; 20 m fit into 32 bits")]
+Teeth = Annotated[int, Meta(ge=1, le=10**5, description="of a gear, or its ratio as a fraction")]
+Seed = Annotated[int, Meta(ge=0, le=2**53, description="a whole number")]
+Substeps = Annotated[int, Meta(ge=1, le=64, description="more would not keep up with real time")]
+Name = Annotated[str, Meta(min_length=1, max_length=100)]
 
 
 class Loop(Strict, frozen=True):
@@ -44,7 +52,7 @@ class Loop(Strict, frozen=True):
     best_effort: bool = False
     sync: Literal["free", "bus"] = "free"
     spin: Instant | None = None
-    cpu: Annotated[int, Meta(ge=0, le=4095)] | None = None
+    cpu: Annotated[int, Meta(ge=0, le=4095, description="Linux knows no more")] | None = None
 
 
 class SimulatedBus(Strict, frozen=True, tag_field="kind", tag="simulated"):
@@ -52,23 +60,41 @@ class SimulatedBus(Strict, frozen=True, tag_field="kind", tag="simulated"):
 
 
 class SocketCanBus(Strict, frozen=True, tag_field="kind", tag="socketcan"):
-    """A Linux CAN FD interface."""
+    """A Linux CAN FD interface; ``ip link`` sets its bit rates, those given here are compared with them."""
 
     interface: str
+    bitrate: BitRate | None = None
+    data_bitrate: BitRate | None = None
+
+    @property
+    def name(self) -> str:
+        """For people."""
+        return self.interface
 
 
 class PythonCanBus(Strict, frozen=True, tag_field="kind", tag="python-can"):
-    """Any interface of python-can."""
+    """Any interface of python-can that carries CAN FD; ``settings`` are handed to it as they are."""
 
     interface: str
-    channel: str
+    channel: str | Annotated[int, Meta(ge=0, le=65535, description="a number of a channel or a port")]
+    bitrate: BitRate | None = None
+    data_bitrate: BitRate | None = None
+    settings: dict[str, Any] = {}
+
+    @property
+    def name(self) -> str:
+        """For people."""
+        return f"{self.interface}:{self.channel}"
+
+
+Bus = SimulatedBus | SocketCanBus | PythonCanBus
 
 
 class Arming(Strict, frozen=True):
     """How the machine gets permission to move, and how gently it starts."""
 
     by: Literal["dead-man", "command"]
-    fade: Duration
+    fade: Fade
 
 
 class Safety(Strict, frozen=True):
@@ -82,9 +108,9 @@ class JointDrive(Strict, frozen=True, tag_field="type", tag="joint_drive"):
     """A CiA 402 drive in cyclic synchronous torque mode."""
 
     node: Node
-    counts_per_turn: Count
-    gear_ratio: tuple[Count, Count]
-    link_counts_per_turn: Count
+    counts_per_turn: CountsPerTurn
+    gear_ratio: tuple[Teeth, Teeth]
+    link_counts_per_turn: CountsPerTurn
     rated_torque: Torque
 
 
@@ -92,7 +118,7 @@ class AxisDrive(Strict, frozen=True, tag_field="type", tag="axis_drive"):
     """A CiA 402 drive in cyclic synchronous velocity mode."""
 
     node: Node
-    counts_per_metre: Count
+    counts_per_metre: CountsPerMetre
 
 
 class ForceTorque(Strict, frozen=True, tag_field="type", tag="force_torque"):
@@ -107,7 +133,7 @@ class Imu(Strict, frozen=True, tag_field="type", tag="imu"):
     """Accelerometer, with its full scale, and gyroscope."""
 
     node: Node
-    acceleration: Acceleration
+    acceleration: AccelerationScale
 
 
 class SafetyPlc(Strict, frozen=True, tag_field="type", tag="safety_plc"):
@@ -136,26 +162,30 @@ class Place(Strict, frozen=True):
 class Hand(Strict, frozen=True):
     """The simulated operator's hand on a handle that turns freely, and its way."""
 
-    stiffness: Stiffness
-    damping: Damping
-    force: Force
-    dead_man: tuple[Press, ...]
-    path: Annotated[tuple[Place, ...], Meta(min_length=2)]
+    stiffness: HandStiffness
+    damping: HandDamping
+    force: HandForce
+    dead_man: Annotated[tuple[Press, ...], Meta(max_length=1000)]
+    path: Annotated[tuple[Place, ...], Meta(min_length=2, max_length=5000)]
 
 
-class Simulation(Strict, frozen=True):
-    """What every simulated machine has."""
+class Simulation(Strict, frozen=True, kw_only=True):
+    """What every simulated machine has.
+
+    ``touches`` names limits of the machine that the hand meets on its path, and which end of each.
+    """
 
     seed: Seed
     hand: Hand
+    touches: dict[str, Literal["lower", "upper", "both"]] = {}
 
 
 class Config(Strict, frozen=True, kw_only=True, tag_field="system"):
     """What every machine has; each system adds its own."""
 
-    model: str
+    model: Name
     loop: Loop
-    bus: SimulatedBus | SocketCanBus | PythonCanBus
+    bus: Bus
     arming: Arming
     safety: Safety
     devices: dict[str, Device]

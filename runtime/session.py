@@ -15,18 +15,23 @@ from ..devices.frames import Frames
 from ..devices.image import ProcessImage
 from ..devices.network import Network
 from ..models import ModelError, Robot
+from ..sim.person import Deed
 from . import sections as s
+from .bus import check_bus
 from .config import Loaded
 from .cycle import Memory
+from .device_check import check_encoders, check_hand_speed, check_simulation
 from .errors import ConfigError, Finding
 from .giant.check import check_giant
 from .giant.config import GiantConfig
+from .giant.figures import GiantFigures
 from .giant.limits import GiantLimits
 from .giant.machine import Giant
 from .giant.plant import giant_plant
-from .machine import Machine, MachineLimits
+from .machine import Machine, MachineFigures, MachineLimits
 from .rhi.check import check_rhi
 from .rhi.config import RhiConfig
+from .rhi.figures import RhiFigures
 from .rhi.limits import RhiLimits
 from .rhi.machine import RedundantInterface
 from .rhi.plant import rhi_plant
@@ -52,6 +57,9 @@ class Plant(Protocol):
     def step(self, dt: float) -> None:
         """Advance plant time by dt."""
 
+    def obey(self, deed: Deed) -> None:
+        """A person acts instead of the script."""
+
 
 C = TypeVar("C", bound=Config)
 
@@ -63,19 +71,21 @@ class System(Generic[C]):
     Attributes:
         machine: builds its controller.
         limits: what a session may touch.
+        figures: what people see of it besides.
         plant: builds its simulation.
         check: findings (key, problem, fix) that only the model can tell.
     """
 
     machine: Callable[[C, Robot, ProcessImage, Mark], Machine]
     limits: Callable[[C], MachineLimits]
+    figures: Callable[[], MachineFigures]
     plant: Callable[[C, Robot, Network], Plant]
     check: Callable[[C, Robot], list[tuple[str, str, str]]]
 
 
 SYSTEMS: dict[type[Config], System[Any]] = {
-    GiantConfig: System(Giant, GiantLimits, giant_plant, check_giant),
-    RhiConfig: System(RedundantInterface, RhiLimits, rhi_plant, check_rhi),
+    GiantConfig: System(Giant, GiantLimits, GiantFigures, giant_plant, check_giant),
+    RhiConfig: System(RedundantInterface, RhiLimits, RhiFigures, rhi_plant, check_rhi),
 }
 
 
@@ -126,7 +136,10 @@ def build(loaded: Loaded, mark: Mark = no_mark) -> Session:
     config = loaded.config
     robot = Robot.from_urdf(loaded.model_text, loaded.model_source)
     system = SYSTEMS[type(config)]
-    _require(loaded, _check_loop(config) + _check_hand(config) + system.check(config, robot))
+    checks = (_check_loop, _check_hand, check_encoders, check_simulation, check_hand_speed)
+    common = [found for check in checks for found in check(config)] + check_bus(config.bus)
+    _require(loaded, common + system.check(config, robot))
+    _require(loaded, _check_touches(config, system.limits(config)))
     try:
         network = Network([_device(name, device) for name, device in config.devices.items()])
         image = ProcessImage(network)
@@ -209,6 +222,17 @@ def _check_hand(config: Config) -> list[tuple[str, str, str]]:
             problem = "its times do not rise"
             found.append((f"simulation.hand.{name}", problem, "order the entries by their time"))
     return found
+
+
+def _check_touches(config: Config, limits: MachineLimits) -> list[tuple[str, str, str]]:
+    """A limit that is to be touched must exist."""
+    known = [spec.name for spec in limits.specs]
+    touches = config.simulation.touches if config.simulation else {}
+    return [
+        ("simulation.touches", f"the machine has no limit '{name}'", f"known: {', '.join(known)}")
+        for name in touches
+        if name not in known
+    ]
 
 
 def _device(name: str, device: s.Device) -> Device:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections import Counter, deque
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from math import inf, isfinite
+from math import inf, isfinite, nan
 from typing import Any
 
 import msgspec
@@ -15,8 +16,9 @@ from ..safety import Reaction
 from .cycle import END
 from .forensics import KEPT, LateTick
 from .histogram import Histogram
-from .machine import LimitSpec, MachineLimits
+from .machine import FigureSpec, LimitSpec, MachineFigures, MachineLimits
 from .modes import Mode
+from .session import Session
 from .stages import Stage
 from .vitals import Vitals
 from .watch import Overstay
@@ -32,13 +34,20 @@ class Extent:
     spec: LimitSpec
     low: float = inf
     high: float = -inf
+    last: float = nan
 
     def add(self, value: float) -> None:
         """Take one measurement."""
+        self.last = value
         if value < self.low:
             self.low = value
         if value > self.high:
             self.high = value
+
+    @property
+    def touching(self) -> bool:
+        """Whether the last measurement is at an end."""
+        return self.last <= self.spec.lower + NEAR or self.last >= self.spec.upper - NEAR
 
     @property
     def touched(self) -> str:
@@ -65,6 +74,15 @@ class LimitReport(msgspec.Struct, frozen=True):
     excess: float | None
 
 
+class FigureReport(msgspec.Struct, frozen=True):
+    """A figure of the machine over the ticks that were controlled; in the unit named."""
+
+    name: str
+    unit: str
+    mean: float
+    max: float
+
+
 class OverstayReport(msgspec.Struct, frozen=True):
     """A callback that took longer than it may: how often, and the worst time [us]."""
 
@@ -84,12 +102,9 @@ class Report(msgspec.Struct, frozen=True):
     lateness_us: dict[str, float]
     compute_us: dict[str, float]
     stages_us: dict[str, dict[str, float]]
-    iterations: dict[str, float]
-    solves: dict[str, float]
+    figures: list[FigureReport]
     modes: dict[str, int]
     stop: str
-    coupling_mm: float
-    coupling_mrad: float
     frames_missing: int
     clamped: int
     late: int
@@ -100,22 +115,24 @@ class Report(msgspec.Struct, frozen=True):
 
 
 @dataclass(slots=True)
-class Count:
-    """Mean and maximum of a small number over the ticks that were solved."""
+class Figure:
+    """Mean and maximum of a number."""
 
-    total: int = 0
-    most: int = 0
+    spec: FigureSpec
+    total: float = 0.0
+    most: float = -inf
     ticks: int = 0
 
-    def add(self, value: int) -> None:
+    def add(self, value: float) -> None:
         """Take one tick's."""
         self.total += value
         self.most = max(self.most, value)
         self.ticks += 1
 
-    def summary(self) -> dict[str, float]:
-        """Mean and max."""
-        return {"mean": round(self.total / self.ticks, 4) if self.ticks else 0.0, "max": self.most}
+    def report(self) -> FigureReport:
+        """Of at least one tick."""
+        mean = self.total / self.ticks
+        return FigureReport(self.spec.name, self.spec.unit, round(mean, 4), round(self.most, 4))
 
 
 @dataclass(slots=True)
@@ -124,45 +141,57 @@ class Summary:
 
     Attributes:
         limits: what the machine may touch.
+        figures: of the machine.
         rate: of the loop [Hz].
         expected: devices that should answer in every tick.
+        measured: whether the last tick knew where the machine is; during bring-up none does.
     """
 
     limits: MachineLimits
+    figures: MachineFigures
     rate: float
     expected: int
     ticks: int = 0
     skipped: int = 0
     stop: str = ""
-    coupling: tuple[float, float] = (0.0, 0.0)
     missing: int = 0
     clamped: int = 0
     last: np.void | None = None
+    measured: bool = False
+    _mode: int = Mode.BRINGUP
     lateness: Histogram = field(default_factory=Histogram)
     compute: Histogram = field(default_factory=Histogram)
     stages: list[Histogram] = field(default_factory=lambda: [Histogram() for _ in Stage])
-    iterations: Count = field(default_factory=Count)
-    solves: Count = field(default_factory=Count)
     modes: Counter[int] = field(default_factory=Counter)
     late: int = 0
     late_ticks: deque[LateTick] = field(default_factory=lambda: deque(maxlen=KEPT))
     overstays: dict[str, OverstayReport] = field(default_factory=dict)
     vitals: Vitals = field(default_factory=Vitals)
     extents: list[Extent] = field(init=False)
+    counted: list[Figure] = field(init=False)
 
     def __post_init__(self) -> None:
         self.extents = [Extent(spec) for spec in self.limits.specs]
+        self.counted = [Figure(spec) for spec in self.figures.specs]
+
+    @classmethod
+    def of(cls, session: Session) -> Summary:
+        """An empty one, for this machine."""
+        system, config = session.system, session.config
+        return cls(system.limits(config), system.figures(), config.loop.rate, session.memory.image.expected)
 
     def add(self, fixed: np.void) -> None:
         """Take the fixed part of a tick's record."""
+        # the tick that ends bring-up has not measured yet
+        self.measured = self._mode not in (Mode.BRINGUP, Mode.FAILED)
         self.last = fixed
         self.ticks += 1
         self.skipped += int(fixed["skipped"])
-        mode = int(fixed["mode"])
+        mode = self._mode = int(fixed["mode"])
         self.modes[mode] += 1
         self.lateness.add(int(fixed["lateness_ns"]))
         self.compute.add(int(fixed["compute_ns"]))
-        if mode in (Mode.BRINGUP, Mode.FAILED):
+        if not self.measured:
             return
         self.missing += self.expected - int(fixed["working_counter"])
         self.clamped += int(fixed["reaction"]) == Reaction.SANITISE
@@ -172,10 +201,8 @@ class Summary:
         if mode in (Mode.ENGAGING, Mode.ACTIVE):
             for histogram, ns in zip(self.stages, fixed["stage_ns"].tolist(), strict=True):
                 histogram.add(ns)
-            self.iterations.add(int(state["iterations"]))
-            self.solves.add(int(state["solves"]))
-            distance, angle = self.limits.coupling(state)
-            self.coupling = (max(self.coupling[0], distance), max(self.coupling[1], angle))
+            for figure, value in zip(self.counted, self.figures.values(state), strict=True):
+                figure.add(value)
         for extent, value in zip(self.extents, self.limits.values(state), strict=True):
             extent.add(value)
 
@@ -203,12 +230,9 @@ class Summary:
             lateness_us=self.lateness.summary(),
             compute_us=self.compute.summary(),
             stages_us={stage.name.lower(): self.stages[stage].summary() for stage in Stage},
-            iterations=self.iterations.summary(),
-            solves=self.solves.summary(),
+            figures=[figure.report() for figure in self.counted if figure.ticks],
             modes={Mode(mode).name: count for mode, count in sorted(self.modes.items())},
             stop=self.stop,
-            coupling_mm=round(1e3 * self.coupling[0], 3),
-            coupling_mrad=round(1e3 * self.coupling[1], 3),
             frames_missing=self.missing,
             clamped=self.clamped,
             late=self.late,
@@ -233,34 +257,45 @@ def _limit_report(extent: Extent) -> LimitReport:
     )
 
 
+WIDTH = 79
+"""Columns of the summary for people: a terminal has 80."""
+
+
 def table(report: Report) -> str:
     """The summary for people."""
     lines = [
         f"{report.ticks} ticks at {report.rate_hz:g} Hz, {report.skipped} skipped"
         + (f", {report.shed} not recorded" if report.shed else "")
-        + f"; {report.frames_missing} frames missing, {report.clamped} ticks sanitised",
+        + f"; {report.frames_missing} frames missing, commands clamped in {report.clamped} ticks"
     ]
+    seconds = {mode: count / report.rate_hz for mode, count in report.modes.items()}
+    lines.append("modes: " + ", ".join(f"{mode} {span:.4g} s" for mode, span in seconds.items()))
     if report.compute_us["max"]:  # virtual time has neither lateness nor cost
         lines += _timing_lines(report)
         lines += _lateness_lines(report)
-    lines.append(
-        f"HQP iterations {report.iterations['mean']:.3g} a tick (most {report.iterations['max']:g}),"
-        f" solves {report.solves['mean']:.3g} (most {report.solves['max']:g});"
-        f" coupling error at most {report.coupling_mm:g} mm, {report.coupling_mrad:g} mrad"
-    )
-    lines.append("modes: " + ", ".join(f"{mode} {count}" for mode, count in report.modes.items()))
+    if report.figures:
+        lines.append(f"{'per tick':24}{'mean':>10}{'largest':>10}")
+        lines += map(_figure_line, report.figures)
     if report.limits:
-        lines.append(f"{'limit':20}{'lowest':>10}{'highest':>10}   {'allowed':20}{'touched':9}worst excess")
+        lines.append(f"{'limit':19}{'lowest':>8}{'highest':>9}  {'allowed':20}{'touched':9}worst excess")
         lines += map(_limit_line, report.limits)
     if report.stop:
         lines.append(f"stopped: {report.stop}")
-    return "\n".join(lines)
+    return "\n".join(wrapped for line in lines for wrapped in _fitting(line))
+
+
+def _fitting(line: str) -> list[str]:
+    return (
+        textwrap.wrap(line, WIDTH, subsequent_indent="  ", break_on_hyphens=False)
+        if len(line) > WIDTH
+        else [line]
+    )
 
 
 def _timing_lines(report: Report) -> Iterator[str]:
-    yield f"{'':14}{'mean':>9}{'p50':>9}{'p99':>9}{'p99.9':>9}{'max':>10}"
+    yield f"{'microseconds':14}{'mean':>9}{'p50':>9}{'p99':>9}{'p99.9':>9}{'max':>10}"
     stages = [(f"  {name}", row) for name, row in report.stages_us.items()]
-    for name, row in [("lateness us", report.lateness_us), ("compute us", report.compute_us), *stages]:
+    for name, row in [("tick late by", report.lateness_us), ("tick took", report.compute_us), *stages]:
         columns = "".join(f"{row[key]:9.1f}" for key in ("mean", "p50", "p99", "p999"))
         yield f"{name:14}{columns}{row['max']:10.1f}"
 
@@ -268,9 +303,9 @@ def _timing_lines(report: Report) -> Iterator[str]:
 def _lateness_lines(report: Report) -> Iterator[str]:
     if report.late:
         causes = Counter(late.cause for late in report.late_ticks)
-        listed = "; ".join(f"{count} x {cause}" for cause, count in causes.most_common(4))
         shown = f" (of the last {KEPT})" if report.late > KEPT else ""
-        yield f"{report.late} ticks came or ended late{shown}: {listed}"
+        yield f"{report.late} ticks came or ended late{shown}:"
+        yield from (f"  {count} x {cause}" for cause, count in causes.most_common(4))
     for o in report.overstays:
         yield f"overstayed: {o.where}, {o.count} times, at most {o.worst_us:.0f} us of {o.budget_us:.0f} us"
     v = report.vitals
@@ -280,15 +315,19 @@ def _lateness_lines(report: Report) -> Iterator[str]:
     )
 
 
+def _figure_line(figure: FigureReport) -> str:
+    return f"{figure.name:24}{figure.mean:10.3g}{figure.max:10.4g} {figure.unit}".rstrip()
+
+
 def _limit_line(limit: LimitReport) -> str:
     small = f"m{limit.unit}"
-    lower = "-inf" if limit.lower is None else f"{limit.lower:g}"
-    upper = "inf" if limit.upper is None else f"{limit.upper:g}"
+    lower = "" if limit.lower is None else f"{limit.lower:g} "
+    upper = "" if limit.upper is None else f"to {limit.upper:g} "
+    allowed = f"{lower}{upper}{limit.unit}" if lower or upper else f"any {limit.unit}"
     excess = f"{1e3 * limit.excess:.2f} {small}" if limit.touched and limit.excess is not None else ""
     return (
-        f"{limit.name:20}{limit.low:10.3f}{limit.high:10.3f}   "
-        f"{f'{lower} to {upper} {limit.unit}':20}{limit.touched or '-':9}{excess}"
-    )
+        f"{limit.name:19}{limit.low:8.3f}{limit.high:9.3f}  {allowed:20}{limit.touched or '-':9}{excess}"
+    ).rstrip()
 
 
 def as_json(report: Report, **extra: Any) -> str:

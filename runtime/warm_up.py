@@ -18,13 +18,15 @@ def warm_up(loaded: Loaded) -> None:
     writer = RecordWriter(memory)
     machine.estimate()
     machine.engage()
+    still = [False] * len(machine.axes)
     for tick in range(TICKS):
         inputs.tick = tick
         cycle(inputs, memory, outputs)
+        machine.plausibility.accept(1, True)
         machine.estimate()
         memory.monitor.judge(memory.seen)
         machine.update(1.0, 1.0)
-        machine.brake()
-        gate.admit(machine.commands, machine.position, machine.velocity, True, tick, tick)
+        machine.brake(still)
+        gate.admit(machine.commands, machine.position, machine.velocity, True, tick, tick, still)
         machine.write(gate.admitted)
         writer.write(inputs, outputs, NO_TIMING)

@@ -1,7 +1,7 @@
 """The last code before bytes leave: an output goes out only if the gate admitted it.
 
-Deny by default. The gate owns the buffers that are encoded and is the only writer of them; whatever it
-does not admit it replaces by something that carries less energy.
+Deny by default. What may be encoded stands in ``Gate.admitted``, which the gate alone writes and from which
+the machine fills its outputs; a command that is not admitted is replaced by a weaker one.
 """
 
 from __future__ import annotations
@@ -10,17 +10,23 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from math import ceil, isfinite
 
+from .tally import WINDOW, Rule, Tally
 from .verdict import PASS, Reaction, Verdict, strongest
 
 CLAMPS_BEFORE_HOLD, CLAMPED_HOLD_S = 10, 0.01
 """Ticks in a row with commands beyond a limit, and how long they take together, before the machine stops
-(fault matrix, row 24): a motor that gives all it has for some milliseconds does so at every rate, and at slow
-rates a few ticks are no habit."""
+(docs/fault-matrix.md, row 24): a motor that gives all it has for some milliseconds does so at every rate,
+and at slow rates a few ticks are no habit."""
 CLAMPED_RAMP_S, CLAMPED_OFF_S = 0.1, 0.15
 """Commands beyond a limit for so long lead to more. Braking as hard as the torque allows is such a command,
 too, for some 50 ms; a stop that goes on like that is none."""
+OFTEN, OFTEN_WINDOW = 2, 10
+"""The first of these stops, too, where it comes to so many times as much within so many times as long, the
+others within OFTEN times as long: a command that is good now and then is no good command. The built-in
+sessions clamp 4 ticks in all."""
 LOST_BEFORE_OFF = 3
-"""Ticks in a row with commands that are no numbers before the torque goes off: there is no ramp without."""
+"""Ticks in a row with commands that are no numbers before the torque goes off: there is no ramp without. As
+many within a window lead to a ramp: a controller that computes such commands is broken."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,16 +61,22 @@ class Gate:
     def __init__(self, axes: Sequence[AxisLimits], rate: float) -> None:
         """The rate in ticks a second."""
         self._axes = tuple(axes)
-        self._clamps = (
-            (round(CLAMPED_OFF_S * rate), Reaction.OFF),
-            (round(CLAMPED_RAMP_S * rate), Reaction.RAMP),
-            (max(CLAMPS_BEFORE_HOLD, ceil(CLAMPED_HOLD_S * rate)), Reaction.HOLD),
+        hold = max(CLAMPS_BEFORE_HOLD, ceil(CLAMPED_HOLD_S * rate))
+        ramp, off = round(CLAMPED_RAMP_S * rate), round(CLAMPED_OFF_S * rate)
+        self._clamped = Tally(
+            Rule(Reaction.SANITISE, 1, 1),
+            Rule(Reaction.HOLD, hold, hold),
+            Rule(Reaction.HOLD, OFTEN * hold, OFTEN_WINDOW * hold),
+            Rule(Reaction.RAMP, ramp, OFTEN * ramp),
+            Rule(Reaction.OFF, off, OFTEN * off),
+        )
+        self._lost = Tally(
+            Rule(Reaction.OFF, LOST_BEFORE_OFF, LOST_BEFORE_OFF),
+            Rule(Reaction.RAMP, LOST_BEFORE_OFF, WINDOW),
         )
         self.admitted = [0.0] * len(self._axes)
         self.enable = False
         self.clamps = 0
-        self._clamped_ticks = 0
-        self._lost_ticks = 0
 
     def deny(self) -> None:
         """Admit nothing: zero commands, drives not enabled."""
@@ -80,6 +92,7 @@ class Gate:
         armed: bool,
         command_tick: int,
         tick: int,
+        dropped: Sequence[bool],
     ) -> Verdict:
         """Check one command an axis against the measured state; never raises for any numbers.
 
@@ -90,10 +103,12 @@ class Gate:
             armed: without it nothing is admitted.
             command_tick: the tick the commands were computed for.
             tick: the present tick.
+            dropped: one an axis, whether it gets no command any more: nobody knows what it does.
         """
         if not armed:
             self.deny()
-            self._clamped_ticks = self._lost_ticks = 0
+            self._clamped.clear()
+            self._lost.clear()
             return PASS
         if command_tick != tick:
             self.deny()
@@ -102,36 +117,32 @@ class Gate:
             )
         self.enable = True
         verdict = PASS
-        lost = False
+        bad = [not (isfinite(command) or gone) for command, gone in zip(commands, dropped, strict=True)]
+        lost = self._lost.push(any(bad))
         for i, axis in enumerate(self._axes):
-            command = commands[i]
-            if not isfinite(command):
-                lost = True  # the last admitted command stands, but not for long
-                if self._lost_ticks + 1 >= LOST_BEFORE_OFF:
+            if dropped[i]:
+                self.admitted[i] = 0.0
+            elif bad[i]:  # the last admitted command stands, but not for long
+                if lost is Reaction.OFF:
                     self.admitted[i] = 0.0
                 verdict = strongest(verdict, _sanitised(axis, "is not a number"))
-                continue
-            safe, why = _clamp(axis, command, self.admitted[i], position[i], velocity[i])
-            self.admitted[i] = safe
-            if why:
-                verdict = strongest(verdict, _sanitised(axis, why))
-        return self._count(verdict, lost)
+            else:
+                safe, why = _clamp(axis, commands[i], self.admitted[i], position[i], velocity[i])
+                self.admitted[i] = safe
+                if why:
+                    verdict = strongest(verdict, _sanitised(axis, why))
+        return self._judge(verdict, lost)
 
-    def _count(self, verdict: Verdict, lost: bool) -> Verdict:
-        if verdict.reaction is Reaction.PASS:
-            self._clamped_ticks = self._lost_ticks = 0
+    def _judge(self, verdict: Verdict, lost: Reaction) -> Verdict:
+        clamped = self._clamped.push(verdict is not PASS)
+        self.clamps += verdict is not PASS
+        if lost >= clamped and lost.stops:
+            detail = f"{self._lost.count} of {WINDOW} ticks with commands that are no numbers"
+            return Verdict(lost, "output_not_finite", detail)
+        if not clamped.stops:
             return verdict
-        self.clamps += 1
-        self._clamped_ticks += 1
-        self._lost_ticks = self._lost_ticks + 1 if lost else 0
-        if self._lost_ticks >= LOST_BEFORE_OFF:
-            detail = f"{verdict.detail}, {self._lost_ticks} ticks in a row"
-            return Verdict(Reaction.OFF, "output_not_finite", detail)
-        for ticks, reaction in self._clamps:
-            if self._clamped_ticks >= ticks:
-                detail = f"{verdict.detail}, {self._clamped_ticks} ticks in a row"
-                return Verdict(reaction, "output_beyond_limit", detail)
-        return verdict
+        detail = f"{verdict.detail or 'commands exceed limits'}, {self._clamped.count} ticks"
+        return Verdict(clamped, "output_beyond_limit", detail)
 
 
 def _sanitised(axis: AxisLimits, why: str) -> Verdict:

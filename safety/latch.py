@@ -45,16 +45,21 @@ class StopLatch:
             dead_man: whether the dead-man switch is pressed; it must be released first.
             at_rest: whether the stop is complete.
         """
-        if self.trip is None:
-            return ""
-        if not at_rest:
-            return "the machine is not at rest yet"
-        if present.reaction.stops:
-            return f"the cause is still there: {present.detail}"
-        if dead_man:
-            return "release the dead-man switch first"
-        self.trip = None
-        return ""
+        why = "" if self.trip is None else refusal(present, dead_man, at_rest)
+        if not why:
+            self.trip = None
+        return why
+
+
+def refusal(present: Verdict, dead_man: bool, at_rest: bool) -> str:
+    """Why a stop may not be reset now, "" where it may; see ``StopLatch.reset``."""
+    if not at_rest:
+        return "the machine is not at rest yet"
+    if present.reaction.stops:
+        return f"the cause is still there: {present.detail}"
+    if dead_man:
+        return "release the dead-man switch first"
+    return ""
 
 
 def describe(trip: Trip | None) -> str:

@@ -1,19 +1,18 @@
-"""Watches what comes in: freshness, devices, people, limits, solver and punctuality (fault matrix, L2)."""
+"""Watches what comes in, one small check for a few rows of docs/fault-matrix.md each (layer L2)."""
 
 from __future__ import annotations
 
-from collections import deque
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable
+from dataclasses import dataclass
 from math import isfinite
-from operator import le
+from operator import le, not_
 
+from .observation import Observation, Thresholds
+from .tally import WINDOW, Rule, Tallies, Tally
 from .verdict import PASS, Reaction, Verdict, strongest
 
-WINDOW = 100
-"""Ticks over which sporadic faults are counted."""
 SPORADIC = 5
-"""Sporadic faults in a window that stop the machine (rows 4 and 19)."""
+"""Bad ticks in a window that are forgiven: missing or stale frames, skipped ticks, failed solves."""
 MISSED_HOLD = 5
 """Consecutive frames of one device missing (row 2)."""
 SILENCE_S = 20e-3
@@ -26,124 +25,61 @@ SOLVE_HOLD, SOLVE_RAMP = 3, 10
 """Failed solves in a row (row 17)."""
 FADE_S = 20e-3
 """Without a valid wrench, faded out meanwhile, or acceleration before the machine stops (row 12)."""
+FADE_WINDOW = 5
+"""The same altogether within so many times as long: a sensor that is invalid for a fifth of the time is
+broken."""
 LIMIT_TICKS = 3
 """Ticks past a hard limit before the machine stops (row 25)."""
+JUMPS = 2
+"""Measurements of an axis within a window that are not plausible and stop the machine (row 10)."""
+MISMATCHES = 10
+"""Ticks within a window in which two encoders contradict each other before the machine stops (row 11)."""
 
-
-@dataclass(frozen=True, slots=True)
-class Thresholds:
-    """What the monitor compares with.
-
-    Attributes:
-        axes: names of the axes.
-        lower, upper: hard position limits, infinite where there is none [rad or m].
-        speed: largest measured speeds [rad/s or m/s].
-        devices: names of the devices, in the order of ``Observation.missed``.
-        rate: ticks a second.
-        overruns_stop: whether skipped ticks stop the machine (a real bus) or are only recorded.
-    """
-
-    axes: tuple[str, ...]
-    lower: tuple[float, ...]
-    upper: tuple[float, ...]
-    speed: tuple[float, ...]
-    devices: tuple[str, ...]
-    rate: float
-    overruns_stop: bool
-
-    def ticks(self, seconds: float) -> int:
-        """How many ticks a time takes, at least one."""
-        return max(1, round(seconds * self.rate))
+SPORADIC_HOLD = Rule(Reaction.HOLD, SPORADIC + 1, WINDOW)
 
 
 @dataclass(slots=True)
-class Observation:
-    """What one tick saw; plain numbers, filled anew by the caller each tick.
+class Trust:
+    """How far measurements may be used.
 
     Attributes:
-        skipped: ticks that did not run before this one.
-        missed: consecutive ticks without a fresh frame, one a device.
-        discarded: frames of this tick dropped as stale, duplicate or reordered.
-        foreign: frames of this tick that only a master may send.
-        faults: per device, 0 or its error code.
-        lost: per device, whether it restarted or left OP while it should run.
-        position, velocity: measured, one an axis.
-        armed: whether the drives are meant to run.
-        dead_man, e_stop: state of the two-channel inputs; ``dead_man`` False where channels disagree.
-        field_clear: whether the scanned field is free of people.
-        sto: whether the safety PLC reports that torque is off.
-        wrench: of the operator as measured (6), None where a sensor it needs reports an error.
-        inertial: whether the accelerometers that move the machine give valid values.
-        solved: whether the solver gave an answer it stands by.
+        wrench: 1 with a valid wrench, fading to 0 within FADE_S without, and back (row 12).
+        axes: per axis, whether a stop may steer by what it measures: neither too old nor contradicted.
     """
 
-    skipped: int = 0
-    missed: Sequence[int] = ()
-    discarded: int = 0
-    foreign: int = 0
-    faults: Sequence[int] = ()
-    lost: Sequence[bool] = ()
-    position: Sequence[float] = ()
-    velocity: Sequence[float] = ()
-    armed: bool = False
-    dead_man: bool = False
-    e_stop: bool = True
-    field_clear: bool = False
-    sto: bool = True
-    wrench: Sequence[float] | None = None
-    inertial: bool = False
-    solved: bool = True
+    wrench: float
+    axes: list[bool]
 
 
-@dataclass(slots=True)
-class _Window:
-    """Faults of the last WINDOW ticks."""
-
-    marks: deque[int] = field(default_factory=lambda: deque(maxlen=WINDOW))
-    total: int = 0
-
-    def push(self, count: int) -> int:
-        if len(self.marks) == WINDOW:
-            self.total -= self.marks[0]
-        self.marks.append(count)
-        self.total += count
-        return self.total
+Check = Callable[[Observation], Verdict]
+Maker = Callable[[Thresholds, Trust], Check]
+"""Makes a check with counters of its own; it may lower the trust in what it finds wanting."""
 
 
 class Monitor:
     """Judges one observation a tick; total, never raises.
 
     Attributes:
-        wrench_gain: 1 with a valid wrench, fading to 0 within FADE_S without (row 12).
+        trust: in the measurements of the last observation.
     """
 
     def __init__(self, thresholds: Thresholds) -> None:
-        self._t = thresholds
-        self._silence, self._stall = thresholds.ticks(SILENCE_S), thresholds.ticks(STALL_S)
-        self._fade = thresholds.ticks(FADE_S)
-        self._discards, self._skips = _Window(), _Window()
-        self._unsolved = 0
-        self._wrench_lost = self._inertial_lost = 0
-        self._beyond = 0
-        self.wrench_gain = 1.0
+        self.trust = Trust(1.0, [True] * len(thresholds.axes))
+        self._checks = [make(thresholds, self.trust) for make in CHECKS.values()]
 
     def judge(self, seen: Observation) -> Verdict:
-        """The strongest of what the single checks say."""
+        """The strongest of what the single checks say; the first of equals."""
+        self.trust.axes[:] = map(not_, seen.stale)
         verdict = PASS
-        for check in (
-            self._people,
-            self._devices,
-            self._frames,
-            self._limits,
-            self._wrench,
-            self._inertial,
-            self._solver,
-            self._punctuality,
-        ):
-            verdict = strongest(verdict, check(seen))
+        for check in self._checks:
+            found = check(seen)
+            if found is not PASS:
+                verdict = strongest(verdict, found)
         return verdict
 
-    def _people(self, seen: Observation) -> Verdict:
+
+def _people(t: Thresholds, trust: Trust) -> Check:
+    def check(seen: Observation) -> Verdict:
         if seen.e_stop:
             return Verdict(Reaction.OFF, "e_stop", "the emergency stop is pressed")
         if seen.armed and seen.sto:
@@ -154,110 +90,216 @@ class Monitor:
             return Verdict(Reaction.RAMP, "scanner", "somebody entered the scanned field")
         return PASS
 
-    def _devices(self, seen: Observation) -> Verdict:
+    return check
+
+
+def _devices(t: Thresholds, trust: Trust) -> Check:
+    def check(seen: Observation) -> Verdict:
         if any(seen.faults):
-            name, code = next(fault for fault in zip(self._t.devices, seen.faults, strict=True) if fault[1])
+            name, code = next(fault for fault in zip(t.devices, seen.faults, strict=True) if fault[1])
             return Verdict(Reaction.RAMP, "device_fault", f"{name} reports error {code:#06x}")
         if seen.armed and True in seen.lost:
-            name = self._t.devices[list(seen.lost).index(True)]
+            name = t.devices[list(seen.lost).index(True)]
             return Verdict(Reaction.RAMP, "device_state", f"{name} restarted or left its operating state")
         return PASS
 
-    def _frames(self, seen: Observation) -> Verdict:
-        verdict = PASS
-        worst = max(seen.missed, default=0)
-        if worst:
-            name = self._t.devices[list(seen.missed).index(worst)]
-            detail = f"{worst} frames of {name} missing in a row"
-            if worst >= self._silence:
-                verdict = Verdict(Reaction.RAMP, "device_silent", detail)
-            elif worst >= MISSED_HOLD:
-                verdict = Verdict(Reaction.HOLD, "device_silent", detail)
-            else:
-                verdict = Verdict(Reaction.SANITISE, "frame_missing", detail)
-        if seen.foreign:
-            verdict = strongest(
-                verdict,
-                Verdict(Reaction.RAMP, "second_master", f"{seen.foreign} frames that only a master sends"),
-            )
-        discarded = self._discards.push(seen.discarded)
-        if discarded > SPORADIC:
-            detail = f"{discarded} stale or repeated frames within {WINDOW} ticks"
-            verdict = strongest(verdict, Verdict(Reaction.HOLD, "stale_frames", detail))
-        elif seen.discarded:
-            verdict = strongest(
-                verdict, Verdict(Reaction.SANITISE, "frame_discarded", f"{seen.discarded} stale frames")
-            )
-        return verdict
+    return check
 
-    def _limits(self, seen: Observation) -> Verdict:
-        t = self._t
-        if self._inside(seen):
-            self._beyond = 0
+
+def _missing(t: Thresholds, trust: Trust) -> Check:
+    tallies = Tallies(t.devices, Rule(Reaction.SANITISE, 1, 1), SPORADIC_HOLD)
+    silence = t.ticks(SILENCE_S)
+
+    def check(seen: Observation) -> Verdict:
+        strong, short, detail = tallies.push(seen.missed)
+        if not short:
             return PASS
-        self._beyond += 1
-        axes = zip(t.axes, seen.position, seen.velocity, t.lower, t.upper, t.speed, strict=True)
-        for name, q, qd, lower, upper, speed in axes:
-            if lower <= q <= upper and abs(qd) <= speed:
-                continue
-            detail = f"{name} at {q:g} with {qd:g} per second; allowed {lower:g} to {upper:g}, {speed:g}"
-            if self._beyond >= LIMIT_TICKS and seen.armed:
-                return Verdict(Reaction.RAMP, "beyond_limit", detail)
-            return Verdict(Reaction.RECORD, "near_limit", detail)
-        return PASS
+        worst = max(seen.missed)
+        if worst >= MISSED_HOLD:
+            name = t.devices[list(seen.missed).index(worst)]
+            blind = all(seen.stale)  # no axis is left that could brake
+            reaction = Reaction.RAMP if blind or worst >= silence else Reaction.HOLD
+            return Verdict(reaction, "device_silent", f"{worst} frames of {name} missing in a row")
+        if strong is Reaction.SANITISE:
+            i = short[0]
+            return Verdict(strong, "frame_missing", f"{seen.missed[i]} frames of {t.devices[i]} missing")
+        return Verdict(strong, "device_silent", f"{detail} frames missing") if strong else PASS
 
-    def _inside(self, seen: Observation) -> bool:
+    return check
+
+
+def _discarded(t: Thresholds, trust: Trust) -> Check:
+    tally = Tally(Rule(Reaction.SANITISE, 1, 1), SPORADIC_HOLD)
+
+    def check(seen: Observation) -> Verdict:
+        reaction = tally.push(seen.discarded > 0)
+        if reaction is Reaction.SANITISE:
+            return Verdict(reaction, "frame_discarded", f"{seen.discarded} stale frames")
+        detail = f"{tally.count} of {WINDOW} ticks with stale or repeated frames"
+        return Verdict(reaction, "stale_frames", detail) if reaction else PASS
+
+    return check
+
+
+def _masters(t: Thresholds, trust: Trust) -> Check:
+    def check(seen: Observation) -> Verdict:
+        if not seen.foreign:
+            return PASS
+        return Verdict(Reaction.RAMP, "second_master", f"{seen.foreign} frames that only a master sends")
+
+    return check
+
+
+def _frozen(t: Thresholds, trust: Trust) -> Check:
+    def check(seen: Observation) -> Verdict:
+        if True not in seen.frozen:
+            return PASS
+        still = [i for i, frozen in enumerate(seen.frozen) if frozen]
+        _distrust(trust, still)
+        return Verdict(Reaction.RAMP, "encoder_frozen", f"an encoder of {t.axes[still[0]]} stands still")
+
+    return check
+
+
+def _jumps(t: Thresholds, trust: Trust) -> Check:
+    tallies = Tallies(t.axes, Rule(Reaction.SANITISE, 1, 1), Rule(Reaction.RAMP, JUMPS, WINDOW))
+
+    def check(seen: Observation) -> Verdict:
+        strong, worst, detail = tallies.push(seen.rejected)
+        if not worst:
+            return PASS
+        if strong is Reaction.RAMP:
+            _distrust(trust, worst)
+        return Verdict(strong, "encoder_jump", f"{detail} measurements not plausible") if strong else PASS
+
+    return check
+
+
+def _mismatches(t: Thresholds, trust: Trust) -> Check:
+    tallies = Tallies(t.axes, Rule(Reaction.RECORD, 1, 1), Rule(Reaction.RAMP, MISMATCHES, WINDOW))
+
+    def check(seen: Observation) -> Verdict:
+        strong, worst, detail = tallies.push(seen.mismatched)
+        if not worst:
+            return PASS
+        if strong is Reaction.RAMP:
+            _distrust(trust, worst)
+        return Verdict(strong, "encoder_mismatch", f"{detail} contradict each other") if strong else PASS
+
+    return check
+
+
+def _distrust(trust: Trust, axes: list[int]) -> None:
+    for i in axes:
+        trust.axes[i] = False
+
+
+def _limits(t: Thresholds, trust: Trust) -> Check:
+    tally = Tally(Rule(Reaction.RAMP, LIMIT_TICKS, LIMIT_TICKS), Rule(Reaction.RAMP, SPORADIC + 1, WINDOW))
+
+    def inside(seen: Observation) -> bool:
         """Whether every axis is within its limits; a NaN is not."""
-        t = self._t
         return (
             all(map(le, t.lower, seen.position))
             and all(map(le, seen.position, t.upper))
             and all(map(le, map(abs, seen.velocity), t.speed))
         )
 
-    def _wrench(self, seen: Observation) -> Verdict:
-        if seen.wrench is not None and all(map(isfinite, seen.wrench)):
-            self._wrench_lost = 0
-            self.wrench_gain = 1.0
+    def check(seen: Observation) -> Verdict:
+        fine = inside(seen)
+        reaction = tally.push(not fine)
+        if fine:
             return PASS
-        self._wrench_lost += 1
-        self.wrench_gain = max(0.0, 1.0 - self._wrench_lost / self._fade)
-        return self._lost("wrench", self._wrench_lost, seen.armed)
+        axes = zip(t.axes, seen.position, seen.velocity, t.lower, t.upper, t.speed, strict=True)
+        name, q, qd, lower, upper, speed = next(
+            axis for axis in axes if not (axis[3] <= axis[1] <= axis[4] and abs(axis[2]) <= axis[5])
+        )
+        detail = f"{name} at {q:g} with {qd:g} per second; allowed {lower:g} to {upper:g}, {speed:g}"
+        if reaction and seen.armed:
+            return Verdict(reaction, "beyond_limit", detail)
+        return Verdict(Reaction.RECORD, "near_limit", detail)
 
-    def _inertial(self, seen: Observation) -> Verdict:
-        if seen.inertial:
-            self._inertial_lost = 0
-            return PASS
-        self._inertial_lost += 1
-        return self._lost("acceleration", self._inertial_lost, seen.armed)
+    return check
 
-    def _lost(self, what: str, ticks: int, armed: bool) -> Verdict:
-        detail = f"no valid {what} for {ticks} ticks"
-        if ticks > self._fade and armed:
-            return Verdict(Reaction.HOLD, f"{what}_lost", detail)
-        return Verdict(Reaction.SANITISE, f"{what}_invalid", detail)
 
-    def _solver(self, seen: Observation) -> Verdict:
-        if seen.solved:
-            self._unsolved = 0
-            return PASS
-        self._unsolved += 1
-        detail = f"{self._unsolved} failed solves in a row"
-        if self._unsolved >= SOLVE_RAMP:
-            return Verdict(Reaction.RAMP, "solve_failed", detail)
-        if self._unsolved >= SOLVE_HOLD:
-            return Verdict(Reaction.HOLD, "solve_failed", detail)
-        return Verdict(Reaction.SANITISE, "solve_failed", detail)
+def _wrench(t: Thresholds, trust: Trust) -> Check:
+    lost, step = _lost(t, "wrench"), 1.0 / t.ticks(FADE_S)
 
-    def _punctuality(self, seen: Observation) -> Verdict:
-        total = self._skips.push(seen.skipped)
+    def check(seen: Observation) -> Verdict:
+        valid = seen.wrench is not None and all(map(isfinite, seen.wrench))
+        trust.wrench = min(1.0, trust.wrench + step) if valid else max(0.0, trust.wrench - step)
+        return lost(valid, seen.armed)
+
+    return check
+
+
+def _inertial(t: Thresholds, trust: Trust) -> Check:
+    lost = _lost(t, "acceleration")
+    return lambda seen: lost(seen.inertial, seen.armed)
+
+
+def _lost(t: Thresholds, what: str) -> Callable[[bool, bool], Verdict]:
+    fade = t.ticks(FADE_S)
+    tally = Tally(Rule(Reaction.SANITISE, 1, 1), Rule(Reaction.HOLD, fade + 1, FADE_WINDOW * fade))
+
+    def judge(valid: bool, armed: bool) -> Verdict:
+        reaction = tally.push(not valid)
+        detail = f"no valid {what} in {tally.count} of {FADE_WINDOW * fade} ticks"
+        if reaction is Reaction.HOLD and armed:
+            return Verdict(reaction, f"{what}_lost", detail)
+        return PASS if valid else Verdict(Reaction.SANITISE, f"{what}_invalid", detail)
+
+    return judge
+
+
+def _solver(t: Thresholds, trust: Trust) -> Check:
+    tally = Tally(
+        Rule(Reaction.SANITISE, 1, 1),
+        Rule(Reaction.HOLD, SOLVE_HOLD, SOLVE_HOLD),
+        Rule(Reaction.RAMP, SOLVE_RAMP, SOLVE_RAMP),
+        SPORADIC_HOLD,
+    )
+
+    def check(seen: Observation) -> Verdict:
+        reaction = tally.push(not seen.solved)
+        return Verdict(reaction, "solve_failed", f"{tally.count} of {WINDOW} solves") if reaction else PASS
+
+    return check
+
+
+def _punctuality(t: Thresholds, trust: Trust) -> Check:
+    tally = Tally(SPORADIC_HOLD)
+    stall = t.ticks(STALL_S)
+
+    def check(seen: Observation) -> Verdict:
+        often = tally.push(False, seen.skipped)
         if not seen.skipped:
             return PASS
-        detail = f"{seen.skipped} ticks skipped, {total} within {WINDOW} ticks"
-        if not (self._t.overruns_stop and seen.armed):
+        detail = f"{seen.skipped} ticks skipped, {tally.count} within {WINDOW} ticks"
+        if not (t.overruns_stop and seen.armed):
             return Verdict(Reaction.RECORD, "overrun", detail)
-        if seen.skipped >= self._stall:
+        if seen.skipped >= stall:
             return Verdict(Reaction.RAMP, "stall", detail)
-        if seen.skipped >= SKIPPED_IN_A_ROW or total > SPORADIC:
+        if seen.skipped >= SKIPPED_IN_A_ROW or often:
             return Verdict(Reaction.HOLD, "overrun", detail)
         return Verdict(Reaction.RECORD, "overrun", detail)
+
+    return check
+
+
+CHECKS: dict[str, Maker] = {
+    "14 to 16": _people,
+    "7, 8": _devices,
+    "1 to 3": _missing,
+    "4": _discarded,
+    "6": _masters,
+    "9": _frozen,
+    "10": _jumps,
+    "11": _mismatches,
+    "25": _limits,
+    "12": _wrench,
+    "12, accelerometers": _inertial,
+    "17, 18": _solver,
+    "19, 20": _punctuality,
+}
+"""Rows of the fault matrix and what checks them."""

@@ -64,7 +64,7 @@ class GiantPlant(SimPlant):
         seed: int,
     ) -> None:
         """The robot gives the sensors' places; dead_man the times at which the switch changes."""
-        super().__init__(network, dead_man, seed)
+        super().__init__(network, hand, dead_man, seed)
         self.arm, self.ppu, self.hand = arm, ppu, hand
         self._tool, self._centre = tool, list(tool.centre)
         self._noise = np.repeat([noise.acceleration, noise.acceleration, noise.force, noise.torque], 3)

@@ -1,4 +1,8 @@
-"""The operator's hand: a spring and damper from the handle to a scripted path, saturated."""
+"""The operator's hand: a spring and damper from the handle to where it wants to be, saturated.
+
+That place follows a script until a person takes the hand; then it stays where the handle is, and moves as the
+person pushes.
+"""
 
 from __future__ import annotations
 
@@ -12,6 +16,8 @@ import numpy as np
 import pinocchio as pin
 
 from ..models import Array
+
+STILL = (0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,6 +76,21 @@ def _clamped_slopes(t: Array, y: Array) -> Array:
     return np.asarray(np.linalg.solve(system, right))
 
 
+PUSH_N = 10.0
+"""What one push adds to the pull of the hand [N]."""
+MOST_PUSH_N = 30.0
+"""What pushes pull with at most [N], whatever the strength of the hand."""
+
+
+def _pushed(
+    place: list[float], handle: Sequence[float], direction: Sequence[float], stiffness: float
+) -> None:
+    """Move the place where a person's hand wants to be, but not far from where the handle is now."""
+    step, reach = PUSH_N / stiffness, MOST_PUSH_N / stiffness
+    lead = [x + step * d - h for x, d, h in zip(place, direction, handle, strict=True)]
+    place[:] = [h + x for h, x in zip(handle, _saturated(lead, reach), strict=True)]
+
+
 class Hand:
     """Wrench on the handle while it grips.
 
@@ -82,21 +103,42 @@ class Hand:
         self._path, self._grip = path, grip
         self.gripping = True
         self.wrench = np.zeros(6)
+        first = path.at(0.0)[0]
+        self._handle, self._rotation = list(first[:3]), _orientation(first[3:], [0.0] * 3)[0]
+        self._own: tuple[list[float], Array] | None = None
+
+    def take(self) -> None:
+        """A person leads it from now on: it wants to stay where the handle is."""
+        if self._own is None:
+            self._own = list(self._handle), self._rotation
+
+    def push(self, direction: Sequence[float]) -> None:
+        """Once taken, pull the handle gently in a direction (3,)."""
+        if self._own:
+            _pushed(self._own[0], self._handle, direction, self._grip.stiffness[0])
 
     def update(self, t: float, position: Sequence[float], rotation: Array, twist: Sequence[float]) -> Array:
         """Wrench (6,) in B at the handle [N, N m] at time t for the handle's pose and twist; own buffer."""
         wrench = self.wrench
+        self._handle, self._rotation = list(position), rotation
         if not self.gripping:
             wrench[:] = 0.0
             return wrench
-        value, rate = self._path.at(t)
-        target, omega = _orientation(value[3:], rate[3:])
+        value, rate, target, omega = self._wish(t)
         turn = pin.log3(target @ rotation.T).tolist()
         (k, k_r), (d, d_r), (force, torque) = self._grip.stiffness, self._grip.damping, self._grip.strength
         pull = [k * (value[i] - position[i]) + d * (rate[i] - twist[i]) for i in range(3)]
         twisting = [k_r * turn[i] + d_r * (omega[i] - twist[3 + i]) for i in range(3)]
         wrench[:3], wrench[3:] = _saturated(pull, force), _saturated(twisting, torque)
         return wrench
+
+    def _wish(self, t: float) -> tuple[Sequence[float], Sequence[float], Array, Sequence[float]]:
+        """Place and its rate, orientation and angular velocity that the hand wants."""
+        if self._own:
+            place, rotation = self._own
+            return place, STILL, rotation, STILL
+        value, rate = self._path.at(t)
+        return value, rate, *_orientation(value[3:], rate[3:])
 
 
 class Course(Protocol):
@@ -114,12 +156,25 @@ class PointHand:
         self._course, self._stiffness, self._damping = course, stiffness, damping
         self._strength = strength
         self.gripping = True
+        self._handle = list(course.at(0.0)[0])
+        self._own: list[float] | None = None
+
+    def take(self) -> None:
+        """A person leads it from now on: it wants to stay where the handle is."""
+        if self._own is None:
+            self._own = list(self._handle)
+
+    def push(self, direction: Sequence[float]) -> None:
+        """Once taken, pull the handle gently in a direction (c,)."""
+        if self._own:
+            _pushed(self._own, self._handle, direction, self._stiffness)
 
     def force(self, t: float, position: Sequence[float], velocity: Sequence[float]) -> list[float]:
         """Force (c,) [N] at time t on a handle with this position and velocity (c,)."""
+        self._handle = list(position)
         if not self.gripping:
             return [0.0] * len(position)
-        value, rate = self._course.at(t)
+        value, rate = (self._own, [0.0] * len(position)) if self._own else self._course.at(t)
         k, d = self._stiffness, self._damping
         rows = zip(value, position, rate, velocity, strict=True)
         return _saturated([k * (x - p) + d * (dx - v) for x, p, dx, v in rows], self._strength)

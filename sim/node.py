@@ -9,19 +9,24 @@ from operator import attrgetter
 from typing import Any, Final
 
 from ..devices.cia301 import (
+    AL_STATE,
+    COUNTER_ECHO,
     EMCY,
     EMCY_RPDO_TIMEOUT,
+    ERROR_REGISTER,
     HEARTBEAT,
     HEARTBEAT_TIME,
     OUTPUT_WATCHDOG,
     SLOT_FRAME,
     SLOT_OFFSET,
     TPDO,
+    Address,
     AlState,
     NmtCommand,
     NmtState,
 )
 from ..devices.device import Device, Quantity
+from ..devices.dictionary import Value
 from ..devices.frames import padded_length
 from .objects import Objects
 
@@ -65,7 +70,7 @@ class SimNode:
         self.silent = False
         self.tamper: Tamper | None = None
         self._outbox = outbox
-        self.objects = Objects(device, self.emit, self._configure)
+        self.objects = Objects(device, self.emit, self._configure, self._now)
         dictionary = device.dictionary
         self._tpdo = struct.Struct("<" + "".join(m.code for m in dictionary.tpdo))
         self._tpdo_length = padded_length(self._tpdo.size)
@@ -74,6 +79,7 @@ class SimNode:
         self._values = _getter(device)
         self._limits = [_LIMITS[m.code] for m in dictionary.tpdo[2:]]
         self._outputs = _output_rows(device)
+        self._inputs = {mapped.address: i for i, mapped in enumerate(dictionary.tpdo[2:])}
         self.reset()
 
     def reset(self) -> None:
@@ -85,6 +91,7 @@ class SimNode:
         self._output_age = 0
         self._counter: int | None = None
         self._watchdog_tripped = False
+        self._error_register = 0
         self._configure()
         self.emit(HEARTBEAT + self.device.node, bytes([NmtState.BOOT_UP]))
 
@@ -99,6 +106,7 @@ class SimNode:
 
     def emergency(self, code: int, error_register: int) -> None:
         """Sends an EMCY message; code 0 = the error is gone."""
+        self._error_register = error_register
         self.emit(EMCY + self.device.node, _EMCY.pack(code, error_register, b""))
 
     def command(self, command: int) -> None:
@@ -198,16 +206,35 @@ class SimNode:
         self.outputs_latched()
 
     def _answer(self, counter: int) -> bytes:
-        numbers = [
-            value if gain is None else round((value - shift) * gain) if whole else (value - shift) * gain
-            for value, (gain, shift, whole) in zip(self._values(self), self._rows, strict=True)
-        ]
+        numbers = self._numbers()
         try:
             payload = self._tpdo.pack(counter, self.al_state, *numbers)
         except (struct.error, OverflowError):
-            bounded = [min(max(x, low), high) for x, (low, high) in zip(numbers, self._limits, strict=True)]
-            payload = self._tpdo.pack(counter, self.al_state, *bounded)
+            payload = self._tpdo.pack(counter, self.al_state, *self._bounded(numbers))
         return payload.ljust(self._tpdo_length, b"\0")
+
+    def _numbers(self) -> list[Any]:
+        """What it reports now, as the TPDO carries it."""
+        return [
+            value if gain is None else round((value - shift) * gain) if whole else (value - shift) * gain
+            for value, (gain, shift, whole) in zip(self._values(self), self._rows, strict=True)
+        ]
+
+    def _bounded(self, numbers: list[Any]) -> list[Any]:
+        return [min(max(x, low), high) for x, (low, high) in zip(numbers, self._limits, strict=True)]
+
+    def _now(self, address: Address) -> Value | None:
+        """The raw value of an object that changes by itself; None for all others."""
+        if address in self._inputs:
+            value: Value = self._bounded(self._numbers())[self._inputs[address]]
+            return value
+        if address == COUNTER_ECHO:
+            return self._counter or 0
+        if address == AL_STATE:
+            return int(self.al_state)
+        if address == ERROR_REGISTER:
+            return self._error_register
+        return None
 
 
 def _input_rows(device: Device) -> list[tuple[float | None, float, bool]]:

@@ -14,6 +14,7 @@ from ..devices.cia301 import (
     OUTPUT,
     SDO_REQUEST,
     SYNC,
+    NmtState,
 )
 from ..devices.device import Device
 from ..devices.drive import AxisDrive, JointDrive
@@ -85,7 +86,7 @@ class SimNodes:
                 self._command(*data)
             elif SDO_REQUEST < can_id <= SDO_REQUEST + MAX_NODE:
                 node = self._by_node.get(can_id - SDO_REQUEST)
-                if node:
+                if node and node.nmt_state is not NmtState.STOPPED:  # which knows NMT and heartbeat only
                     node.objects.request(data)
         while self._outbox and len(frames_out) < frames_out.pointer.capacity:
             frames_out.append(*self._outbox.popleft())

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
+from typing import Protocol
 
 import numpy as np
 
@@ -11,7 +12,18 @@ from ..devices.frames import Frames
 from ..devices.network import Network
 from .drives import SimDrive
 from .nodes import SimNodes
+from .person import DIRECTIONS, Deed
 from .plc import DeadManScript, SimSafetyPlc
+
+
+class Operator(Protocol):
+    """The hand on the handle."""
+
+    def take(self) -> None:
+        """A person leads it from now on, not the script."""
+
+    def push(self, direction: Sequence[float]) -> None:
+        """A person, who has taken it, pushes in a direction (3,)."""
 
 
 class SimPlant(ABC):
@@ -24,13 +36,16 @@ class SimPlant(ABC):
         time: plant time [s].
     """
 
-    def __init__(self, network: Network, dead_man: Sequence[tuple[float, bool]], seed: int) -> None:
+    def __init__(
+        self, network: Network, operator: Operator, dead_man: Sequence[tuple[float, bool]], seed: int
+    ) -> None:
         """Make the devices of a network; dead_man gives the times at which the switch changes [s]."""
         self.nodes = SimNodes(network)
         self.time = 0.0
+        self._operator = operator
         self._random = np.random.default_rng(seed)
-        (plc,) = self.nodes.of(SimSafetyPlc)
-        self._dead_man = DeadManScript(plc, dead_man)
+        (self._plc,) = self.nodes.of(SimSafetyPlc)
+        self._dead_man = DeadManScript(self._plc, dead_man)
 
     def exchange(self, frames_in: Frames, frames_out: Frames) -> None:
         """Let the devices take frames and answer."""
@@ -42,6 +57,16 @@ class SimPlant(ABC):
         self.time += dt
         self.nodes.advance(dt)
         self._measure()
+
+    def obey(self, deed: Deed) -> None:
+        """A person acts instead of the script, which lets go of dead-man switch and hand for good."""
+        self._dead_man.let_go()
+        self._operator.take()
+        if deed in DIRECTIONS:
+            self._operator.push(DIRECTIONS[deed])
+        else:
+            pressed = deed is Deed.PRESS
+            self._plc.dead_man = (pressed, pressed)
 
     @property
     def safe(self) -> bool:

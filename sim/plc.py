@@ -96,6 +96,10 @@ class DeadManScript:
         """Times [s] and whether the switch is pressed from then on."""
         self._plc, self._changes = plc, deque(sorted(changes))
 
+    def let_go(self) -> None:
+        """Change nothing from now on: somebody else holds the switch."""
+        self._changes.clear()
+
     def advance(self, time: float) -> None:
         """Act on what has come due at plant time [s]."""
         while self._changes and time >= self._changes[0][0] - HALF_TICK:

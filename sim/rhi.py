@@ -32,7 +32,7 @@ class RhiPlant(SimPlant):
         seed: int,
     ) -> None:
         """Noise of the force sensor [N]; dead_man the times at which the switch changes."""
-        super().__init__(network, dead_man, seed)
+        super().__init__(network, hand, dead_man, seed)
         self.arm, self.hand = arm, hand
         self._noise, self._substeps = noise, substeps
         self._drives = self.nodes.of(SimJointDrive)

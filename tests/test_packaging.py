@@ -1,7 +1,12 @@
 """The folders, the packages that are installed, and the contracts agree."""
 
+import shutil
+import subprocess
+import sys
 import tomllib
 from pathlib import Path
+
+import pytest
 
 ROOT = Path(__file__).parent.parent
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())
@@ -51,3 +56,20 @@ def test_the_daemon_never_imports_what_is_gpl() -> None:
         text = path.read_text()
         assert "import quadprog" not in text, path
         assert "hqp.reference" not in text and "from .reference" not in text, path
+
+
+def test_a_checkout_may_lie_in_a_folder_of_any_name(tmp_path: Path) -> None:
+    pytest.importorskip("ruff")
+    checkout = tmp_path / "2026-hapticd, a copy"
+    tops = {name.removeprefix("hapticd.").partition(".")[0] for name in folders()}
+    for top in tops:
+        shutil.copytree(
+            ROOT / top,
+            checkout / top,
+            ignore=lambda _, names: [n for n in names if "." in n and not n.endswith(".py")],
+        )
+    for name in ("__init__.py", "pyproject.toml"):
+        shutil.copy(ROOT / name, checkout)
+    ruff = [sys.executable, "-m", "ruff", "check", "--no-cache", "."]
+    done = subprocess.run(ruff, cwd=checkout, capture_output=True, text=True, timeout=60)
+    assert done.returncode == 0, done.stdout

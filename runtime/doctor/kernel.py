@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import platform
+import shlex
 
 from ..cpu_list import format_cpus
+from ..invocation import script_path
 from ..realtime import DAEMON_PRIORITY, TIMER_PRIORITY
 from .host import Host
 from .line import Line, State
@@ -36,7 +38,8 @@ def timer_threads(host: Host) -> Line:
     priorities = _timer_priorities(host)
     if not priorities:
         found = "no thread ktimers/N is visible; other kernels leave timers to ksoftirqd/N, at no priority"
-        fix = f"sudo hapticd doctor    # still none: sudo apt install {_rt_kernel()}, or Linux 6.13 and later"
+        again = f"sudo {shlex.quote(str(script_path() or 'hapticd'))} doctor"
+        fix = f"{again}    # still none: sudo apt install {_rt_kernel()}, or Linux 6.13 and later"
         return Line("timer_threads", State.WARN, found, why, fix)
     low = {cpu for cpu, priority in priorities.items() if priority <= DAEMON_PRIORITY}
     found = f"priority {min(priorities.values())}, the daemon's is {DAEMON_PRIORITY}"

@@ -5,10 +5,10 @@ from __future__ import annotations
 import re
 from importlib import metadata
 
+from ..invocation import install, name_of
 from .line import Line, State
 
 WHY = "Older libraries lack calls that the daemon uses, or make its ticks slower."
-FIX = "pip install --upgrade hapticd"
 
 
 def installed() -> dict[str, str | None]:
@@ -17,7 +17,7 @@ def installed() -> dict[str, str | None]:
     for requirement in metadata.requires("hapticd") or []:
         if "extra ==" not in requirement:
             try:
-                found[requirement] = metadata.version(_name(requirement))
+                found[requirement] = metadata.version(name_of(requirement))
             except metadata.PackageNotFoundError:
                 found[requirement] = None
     return found
@@ -25,25 +25,21 @@ def installed() -> dict[str, str | None]:
 
 def library_lines(versions: dict[str, str | None]) -> list[Line]:
     """A line for uvloop, which the loop stands on, and one for all others."""
-    loop = {need: have for need, have in versions.items() if _name(need) == "uvloop"}
+    loop = {need: have for need, have in versions.items() if name_of(need) == "uvloop"}
     rest = {need: have for need, have in versions.items() if need not in loop}
     return [_line("uvloop", loop), _line("libraries", rest)]
 
 
 def _line(check: str, versions: dict[str, str | None]) -> Line:
-    wrong = [
-        f"{_name(need)} {have or 'is missing'}, {need.partition(';')[0]} is needed"
+    wrong = {
+        name_of(need): f"{name_of(need)} {have or 'is missing'}, {need.partition(';')[0]} is needed"
         for need, have in versions.items()
         if have is None or _numbers(have) < _numbers(_least(need))
-    ]
+    }
     if wrong:
-        return Line(check, State.FAIL, "; ".join(wrong), WHY, FIX)
-    text = ", ".join(f"{_name(need)} {have}" for need, have in versions.items())
+        return Line(check, State.FAIL, "; ".join(wrong.values()), WHY, install(*wrong))
+    text = ", ".join(f"{name_of(need)} {have}" for need, have in versions.items())
     return Line(check, State.PASS, text, WHY)
-
-
-def _name(requirement: str) -> str:
-    return re.split(r"[^A-Za-z0-9._-]", requirement, maxsplit=1)[0]
 
 
 def _least(requirement: str) -> str:

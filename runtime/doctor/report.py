@@ -8,7 +8,7 @@ from collections.abc import Callable
 
 import msgspec
 
-from ..sections import Config, SocketCanBus
+from ..sections import Config, SimulatedBus
 from . import cpu, kernel, permissions
 from .can import can_lines
 from .host import Host
@@ -35,12 +35,12 @@ CHECKS: tuple[Callable[[Host], Line], ...] = (
 def examine(host: Host, versions: dict[str, str | None], config: Config | None = None) -> list[Line]:
     """Every check's line; with a configuration, of its processor and its CAN interface alone."""
     lines = [check(host) for check in CHECKS]
-    interface = None
+    bus, devices, rate = None, 0, 0.0
     if config:
         lines.append(cpu.loop_cpu(host, config.loop.cpu))
-        if isinstance(config.bus, SocketCanBus):
-            interface = config.bus.interface
-    return lines + can_lines(host.links(), interface) + library_lines(versions)
+        bus = None if isinstance(config.bus, SimulatedBus) else config.bus
+        devices, rate = len(config.devices), config.loop.rate
+    return lines + can_lines(host.links(), bus, devices, rate) + library_lines(versions)
 
 
 def fit(lines: list[Line]) -> bool:

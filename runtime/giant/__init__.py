@@ -1,1 +1,1 @@
-"""The giant between the process image and the gate (seed 000)."""
+"""The giant between the process image and the gate (HapticGiant)."""

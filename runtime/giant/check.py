@@ -10,17 +10,20 @@ from ...models.giant import DROP
 from ..machine import MOST_PERMILLE, RAMP_SHARE
 from ..sections import AxisDrive, ForceTorque, Imu, JointDrive, SafetyPlc
 from .config import GiantConfig
+from .geometry import check_geometry, check_handle
 from .machine import braking_time
 from .names import JOINTS, PPU_JOINTS
+from .plant_check import check_plant
+from .rates import check_rates
 
 
 def check_giant(config: GiantConfig, robot: Robot) -> list[tuple[str, str, str]]:
     """What only the model can tell of a giant's configuration: key, problem, fix."""
     found: list[tuple[str, str, str]] = []
-    missing = {*JOINTS, *PPU_JOINTS} - set(robot.names)
-    if missing:
-        return [("model", f"the model lacks {', '.join(sorted(missing))}", "use the giant's URDF")]
-    found += _beyond_model(config, robot)
+    wrong = check_geometry(robot)
+    if wrong:
+        return [("model", problem, fix) for problem, fix in wrong]
+    found += _beyond_model(config, robot) + check_handle(config, robot)
     manipulator, box = config.giant.manipulator, config.giant.box
     for key, lower, upper in (
         ("giant.manipulator.lower", manipulator.lower, manipulator.upper),
@@ -49,7 +52,7 @@ def check_giant(config: GiantConfig, robot: Robot) -> list[tuple[str, str, str]]
                 "declare a longer stop time, or lower velocity or raise acceleration",
             )
         )
-    return found + _devices_of_giant(config, robot)
+    return found + _devices_of_giant(config, robot) + check_rates(config) + check_plant(config, robot)
 
 
 def _beyond_model(config: GiantConfig, robot: Robot) -> list[tuple[str, str, str]]:

@@ -18,25 +18,27 @@ from ..quantities import (
     AngularDampings6,
     AngularSpeed,
     AngularSpeeds6,
-    AngularStiffness,
     AngularStiffnesses6,
     Damping,
-    Duration,
-    Inertia,
+    HandAngularDamping,
+    HandAngularStiffness,
+    HandleMass,
+    HandTorque,
     Inertias3,
     Inertias6,
     Length,
     Lengths2,
     Lengths3,
-    Mass,
     NoiseAcceleration,
     NoiseForce,
     NoiseTorque,
     Rate,
     RateSquared,
     Speed,
-    Torque,
+    TimeConstant,
     Torques6,
+    TwinInertia,
+    TwinMass,
 )
 from ..sections import Config, Hand, Place, Safety, Simulation, Strict, Substeps
 
@@ -72,7 +74,7 @@ class Ppu(Strict, frozen=True):
     velocity: Speed
     acceleration: Acceleration
     gain: Rate
-    time_constant: Duration
+    time_constant: TimeConstant
 
 
 class ForceControl(Strict, frozen=True):
@@ -81,15 +83,16 @@ class ForceControl(Strict, frozen=True):
     detection: Literal["previous", "redetect", "gauss"]
     p_gain: RateSquared
     d_gain: Rate
-    viability_horizon: Duration
-    point_horizon: Duration
+    viability_horizon: TimeConstant
+    point_horizon: TimeConstant
 
 
-class CartesianTwin(Strict, frozen=True, tag_field="kind", tag="cartesian"):
+class CartesianTwin(Strict, frozen=True):
     """A free mass as the digital twin."""
 
-    mass: Mass
-    inertia: Inertia
+    kind: Literal["cartesian"]
+    mass: TwinMass
+    inertia: TwinInertia
     damping: Damping
     rotational_damping: AngularDamping
     velocity: Speed
@@ -110,7 +113,7 @@ class Tracking(Strict, frozen=True):
 class Handle(Strict, frozen=True):
     """What hangs on the force-torque sensor."""
 
-    mass: Mass
+    mass: HandleMass
     centre: Lengths3
 
 
@@ -149,13 +152,13 @@ class Waypoint(Place, frozen=True):
 class GiantHand(Hand, frozen=True):
     """The simulated operator's hand, which also holds the handle's direction."""
 
-    rotational_stiffness: AngularStiffness
-    rotational_damping: AngularDamping
-    torque: Torque
-    path: Annotated[tuple[Waypoint, ...], Meta(min_length=2)]
+    rotational_stiffness: HandAngularStiffness
+    rotational_damping: HandAngularDamping
+    torque: HandTorque
+    path: Annotated[tuple[Waypoint, ...], Meta(min_length=2, max_length=5000)]
 
 
-class GiantSimulation(Simulation, frozen=True):
+class GiantSimulation(Simulation, frozen=True, kw_only=True):
     """The simulated giant."""
 
     giant: GiantPlant

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from math import hypot
-
 import numpy as np
 
 from ...models.giant import points
@@ -36,8 +34,3 @@ class GiantLimits:
         q, ppu = state["link"].tolist(), state["axis"].tolist()
         handle, elbow = points(q, ppu)
         return [*q, q[3] + q[4], *handle, *elbow[:2], *ppu]
-
-    def coupling(self, state: np.void) -> tuple[float, float]:
-        """Distance [m] and angle [rad] between handle and twin, from one record of STATE."""
-        error = state["coupling"].tolist()
-        return hypot(*error[:3]), hypot(*error[3:])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import exp, inf
+from math import exp, hypot, inf
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +13,7 @@ from ...control.estimation import PpuObserver, WrenchEstimator
 from ...control.force_control import Box, ForceControl
 from ...control.limits import Limits
 from ...control.prepositioning import PpuLimits, Prepositioning
+from ...control.standstill import Standstill
 from ...control.tracking import SeriesElasticity, Tracking
 from ...control.twin import CartesianTwin
 from ...devices.drive import AxisDrives, JointDrives
@@ -20,8 +21,9 @@ from ...devices.force_torque import ForceTorques
 from ...devices.image import ProcessImage
 from ...devices.imu import Imus
 from ...models import Array, Robot
-from ...safety import AxisLimits, Thresholds
-from ..machine import GATE_SHARE, SPEED_MARGIN
+from ...safety import AxisLimits, Pairs, Plausibility, Thresholds, Values
+from ..machine import DRIFT, GATE_SHARE, GRAVITY, GRAVITY_MARGIN, REST_S, SPEED_MARGIN
+from ..measured import axes, sensor
 from ..stages import Mark, Stage
 from .config import GiantConfig
 from .names import JOINTS, PPU_JOINTS
@@ -31,12 +33,18 @@ AT_REST = 1e-6
 JOINTS_AT_REST, PPU_AT_REST = 0.25, 0.05
 """Measured speeds below these are standstill: a hand goes on pulling at the springs of joints that are held
 [rad/s], and the gantry's inverters lag [m/s]."""
-WRENCH_FADE_S = 5e-3
-"""Time constant with which the operator's wrench leaves the feedforward of a stop."""
 TILT = (0.0, 0.0, 0.0, 1.0, 1.0, 0.0)
 """Weights of the virtual sum joint q4 + q5 (14): the tilt of the handle."""
 ELBOW = "joint_4"
 """The frame whose origin is the elbow."""
+STOP_FADE_S = 5e-3
+"""Time constant with which the operator's wrench leaves the feedforward of a stop, and the gantry's
+acceleration where it is no longer measured."""
+FEEDFORWARD_GAIN = 10.0
+"""The feedforward of the operator's wrench fades in so many times as fast as the wrench itself."""
+CONTRADICTION = 0.1
+"""Part of a spring's deflection under the axis' largest torque by which its encoders and its torque sensor
+may contradict each other (row 11): what such torque sensors are good for."""
 CARRIAGE, HANDLE = 0, 1
 """The inertial units."""
 
@@ -62,7 +70,7 @@ STATE = np.dtype(
 
 
 class Giant:
-    """HapticGiant (seed 000); see ``Machine``."""
+    """HapticGiant; see ``Machine``."""
 
     drive_groups: tuple[str, ...] = ("joints", "axes")
     state: np.dtype[np.void] = STATE
@@ -106,6 +114,15 @@ class Giant:
         )
         self.axes = _axis_limits(config, robot, dt)
         self.thresholds = _thresholds(config, image)
+        self.play = _play(config, self.axes)
+        self._force = sensor(
+            image, "force_torque", 0, self._force_torque.wrench[0], self._force_torque.scales[0], dt
+        )
+        self._carried, self._held = (
+            sensor(image, "imus", i, self._imus.acceleration[i], [self._imus.scales[i]] * 3, dt)
+            for i in (CARRIAGE, HANDLE)
+        )
+        self.plausibility = _plausibility(config, image, self.axes, (self._force, self._carried, self._held))
         self.position: list[float] = [0.0] * len(self.axes)
         self.velocity: list[float] = [0.0] * len(self.axes)
         self.raw_wrench: list[float] | None = None
@@ -113,7 +130,10 @@ class Giant:
         self.braking = braking_time(config)
         self.commands: list[float] = [0.0] * len(self.axes)
         self.solved = True
-        self._fade = exp(-dt / WRENCH_FADE_S)
+        self._base = np.zeros(2)
+        still = (JOINTS_AT_REST,) * len(JOINTS) + (PPU_AT_REST,) * len(PPU_JOINTS)
+        self._standstill = Standstill(still, round(REST_S * config.loop.rate))
+        self._fade = exp(-dt / STOP_FADE_S)
         self._started = False
 
     @property
@@ -121,19 +141,34 @@ class Giant:
         """Whether the measured posture may be engaged."""
         return all(a.lower <= q <= a.upper for a, q in zip(self.axes, self.position, strict=True))
 
+    @property
+    def unrest(self) -> list[str]:
+        """Sensors that show at rest what they should not, each as a sentence for people."""
+        found = []
+        wrench, (force, *_, torque) = self._estimator.wrench.tolist(), self._force_torque.scales[0]
+        if not (hypot(*wrench[:3]) <= DRIFT * force and hypot(*wrench[3:]) <= DRIFT * torque):
+            measured = f"{hypot(*wrench[:3]):.1f} N and {hypot(*wrench[3:]):.2f} N m"
+            found.append(f"the handle is pulled with {measured}; let go, or check the sensor and the tool")
+        for name, acceleration in zip(("carriage", "handle"), self._imus.acceleration.tolist(), strict=True):
+            size = hypot(*acceleration)
+            if not abs(size - GRAVITY) <= GRAVITY_MARGIN:
+                found.append(f"the {name}'s accelerometer shows {size:.1f} m/s^2 at rest")
+        return found
+
     def estimate(self) -> None:
         """Measured axes, PPU observer and the operator's wrench."""
         joints, axes, imus = self._joints, self._axes, self._imus
         self.position = joints.link_position.tolist() + axes.position.tolist()
         self.velocity = joints.velocity.tolist() + axes.velocity.tolist()
-        self.inertial = imus.valid(CARRIAGE)
+        self.inertial = imus.valid(CARRIAGE) and self._carried.current
         if self.inertial:  # otherwise the last sample stands
             self._acceleration[:] = imus.acceleration[CARRIAGE, :2]
         if not self._started:
             self._observer.reset()
             self._started = True
         self._observer.update()
-        if self._force_torque.valid(0) and imus.valid(HANDLE):
+        current = self._force.current and self._held.current
+        if current and self._force_torque.valid(0) and imus.valid(HANDLE):
             self.raw_wrench = self._force_torque.wrench[0].tolist()
             self._estimator.update()
         else:  # the last estimate stands, and is faded out
@@ -145,13 +180,16 @@ class Giant:
         self.force_control.reset(self._joints.link_position)  # even a little outside its limits: no jump
         self._tracking.reset()
         self._prepositioning.reset()
+        self._base[:] = 0.0
         self.solved = True
 
     def update(self, gain: float, trust: float) -> None:
-        """One tick of seed 000, Fig. 4."""
+        """One tick of HapticGiant, Fig. 4."""
         control = self.force_control
-        np.multiply(self._estimator.wrench, trust, out=self._wrench)
-        np.multiply(self._wrench, gain, out=self._felt)
+        np.multiply(self._estimator.wrench, trust * gain, out=self._felt)
+        np.multiply(self._estimator.wrench, trust * min(1.0, FEEDFORWARD_GAIN * gain), out=self._wrench)
+        self._base[:] = self._observer.qdd
+        self._standstill.reset()
         control.prepare(self._felt)
         self._mark(Stage.MODEL)
         regular = control.assemble()
@@ -164,19 +202,26 @@ class Giant:
         self._command(gain)
         control.advance()
 
-    def brake(self) -> bool:
+    def brake(self, dropped: Sequence[bool]) -> bool:
         """Joints to rest at their rated accelerations, the PPU at its own; then hold."""
         control = self.force_control
         np.multiply(self._wrench, self._fade, out=self._wrench)
         control.arm.update()
         control.brake()
+        self._feed_base(dropped[len(JOINTS) :])
+        self._prepositioning.velocity[:] = self._axes.target_velocity
         self._prepositioning.stop()
         self._command(1.0)
         control.advance()
         commanded = max(map(abs, control.qd.tolist())) < AT_REST and not self._prepositioning.velocity.any()
-        joints, axes = self.velocity[: len(JOINTS)], self.velocity[len(JOINTS) :]
-        slow = max(map(abs, joints)) < JOINTS_AT_REST and max(map(abs, axes)) < PPU_AT_REST
-        return commanded and slow
+        return self._standstill.update(self.velocity, dropped) and commanded
+
+    def _feed_base(self, dropped: Sequence[bool]) -> None:
+        """The gantry's acceleration for the feedforward of a stop, fading out where it is not measured."""
+        if self.inertial and not any(dropped):
+            self._base[:] = self._observer.qdd
+        else:
+            np.multiply(self._base, self._fade, out=self._base)
 
     def write(self, admitted: Sequence[float]) -> None:
         """Torques to the joints, velocities to the PPU."""
@@ -207,7 +252,7 @@ class Giant:
             field[0] = value
 
     def _command(self, gain: float) -> None:
-        torque = self._tracking.update(self._observer.qdd)
+        torque = self._tracking.update(self._base)
         x, y = self._prepositioning.velocity.tolist()
         self.commands = [*torque.tolist(), gain * x, gain * y]
 
@@ -286,6 +331,43 @@ def _axis_limits(config: GiantConfig, robot: Robot, dt: float) -> tuple[AxisLimi
         for i, name in enumerate(PPU_JOINTS)
     )
     return (*joints, *axes)
+
+
+def _play(config: GiantConfig, axes: Sequence[AxisLimits]) -> tuple[float, ...]:
+    """What spring and position gain yield under a joint's whole torque; the gantry's margin."""
+    tracking = config.giant.tracking
+    gains = zip(tracking.stiffness, tracking.p_gain, strict=True)
+    joints = (axis.command / k + axis.command / p for axis, (k, p) in zip(axes, gains, strict=False))
+    return (*joints, *[config.safety.ppu_margin] * len(PPU_JOINTS))
+
+
+def _plausibility(
+    config: GiantConfig, image: ProcessImage, limits: Sequence[AxisLimits], sensors: Sequence[Values]
+) -> Plausibility:
+    giant, dt = config.giant, 1.0 / config.loop.rate
+    joints, gantry = JointDrives(image), AxisDrives(image)
+    effort = [limit.command for limit in limits[: len(JOINTS)]]
+    compliance = [1.0 / k for k in giant.tracking.stiffness]
+    yields = [CONTRADICTION * most * c for most, c in zip(effort, compliance, strict=True)]
+    pairs = Pairs(joints.position, joints.link_position, joints.load_torque, compliance, yields)
+    arm = axes(
+        image,
+        "joints",
+        giant.manipulator.velocity,
+        {"position": [0.0] * len(JOINTS), "link_position": yields},
+        (joints.target_torque, effort, joints.load_torque),
+        dt,
+        [pairs],
+    )
+    base = axes(
+        image,
+        "axes",
+        [giant.ppu.velocity] * len(PPU_JOINTS),
+        {"position": [0.0] * len(PPU_JOINTS)},
+        (gantry.target_velocity, [limit.command for limit in limits[len(JOINTS) :]], None),
+        dt,
+    )
+    return Plausibility((arm, base), sensors)
 
 
 def _thresholds(config: GiantConfig, image: ProcessImage) -> Thresholds:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
+from math import hypot
+
 import numpy as np
 
 from ...control.manipulability import velocity_ellipsoid
@@ -10,15 +13,25 @@ from ..machine import MOST_PERMILLE, RAMP_SHARE
 from ..sections import ForceTorque, JointDrive, SafetyPlc
 from .config import RhiConfig
 from .machine import drive_names, redundant_arm
+from .model_check import check_model
+from .rates import check_rates
 
 Found = list[tuple[str, str, str]]
 LARGEST_CONDITION = 1e6
 """Of J W^2 J^T in the home posture, whose ellipsoid gives the scale of the desired ones."""
+LARGEST_CONDITION_OF_T = 1e3
+"""Of the transmission: motors that drive a joint a thousand times as far as another."""
+SHORTEST = 1e-3
+"""Length of a direction."""
 
 
 def check_rhi(config: RhiConfig, robot: Robot) -> Found:
     """What only the model can tell of a redundant interface's configuration: key, problem, fix."""
-    return _lengths(config, robot) or (_motors(config) + _task(config, robot) + _devices(config))
+    found = _lengths(config, robot) or _transmission(config)
+    if found:
+        return found
+    found = _motors(config) + _task(config, robot) + _devices(config)
+    return found + check_model(config, robot) + check_rates(config, robot)
 
 
 def _lengths(config: RhiConfig, robot: Robot) -> Found:
@@ -73,18 +86,30 @@ def _motors(config: RhiConfig) -> Found:
     return found
 
 
+def _transmission(config: RhiConfig) -> Found:
+    T = np.array(config.rhi.motors.transmission)
+    if np.linalg.cond(T) > LARGEST_CONDITION_OF_T:
+        return [("rhi.motors.transmission", "is singular", "every joint needs its motor")]
+    return []
+
+
+def _simulated_posture(config: RhiConfig) -> Iterator[tuple[str, Sequence[float]]]:
+    if config.simulation is not None:
+        yield "simulation.rhi.posture", config.simulation.rhi.posture
+
+
 def _task(config: RhiConfig, robot: Robot) -> Found:
     rhi, found = config.rhi, []
-    if not any(rhi.wall.normal):
+    if hypot(*rhi.wall.normal) < SHORTEST:
         found.append(("rhi.wall.normal", "has no length", "give the direction into the wall"))
     saturation = rhi.saturation
     if saturation.leave >= saturation.come_back:
         problem = f"{saturation.leave:g} is not below come_back = {saturation.come_back:g}"
         found.append(("rhi.saturation.leave", problem, "hysteresis needs a gap"))
-    T = np.array(rhi.motors.transmission)
-    if np.linalg.matrix_rank(T) < robot.nv:
-        found.append(("rhi.motors.transmission", "is singular", "every joint needs its motor"))
-    elif len(rhi.task.directions) < robot.nv:
+    for key, places in (("rhi.task.home", rhi.task.home), *_simulated_posture(config)):
+        if not all(a <= q <= b for a, q, b in zip(rhi.motors.lower, places, rhi.motors.upper, strict=True)):
+            found.append((key, "is outside the motors' limits", "give a posture inside"))
+    if len(rhi.task.directions) < robot.nv and robot.model.existFrame(rhi.task.frame):
         J = redundant_arm(config, robot).at(np.array(rhi.task.home)).J
         if np.linalg.cond(velocity_ellipsoid(J, np.array(rhi.motors.torque))) > LARGEST_CONDITION:
             found.append(("rhi.task.home", "is a singular posture", "choose another"))

@@ -14,21 +14,28 @@ from ..quantities import (
     AngularSpeeds,
     AngularStiffness,
     AngularStiffnesses,
-    Duration,
     Inertias,
     Lengths,
     NoiseForce,
     Stiffness,
+    TimeConstant,
     Torque,
     Torques,
 )
-from ..sections import Config, Simulation, Strict, Substeps
+from ..sections import Config, Name, Simulation, Strict, Substeps
+
+Ratio = Annotated[
+    float,
+    Meta(ge=-100.0, le=100.0, description="a joint's angle over a motor's; drives have gears"),
+]
+Share = Annotated[float, Meta(ge=0.0, le=1.0, description="of the reserve V, which is 0 to 1")]
+Component = Annotated[float, Meta(ge=-1000.0, le=1000.0, description="of a direction; its length is free")]
 
 
 class RhiMotors(Strict, frozen=True):
     """Motors of a redundant interface and how they drive its joints; one entry a motor."""
 
-    transmission: tuple[tuple[float, ...], ...]
+    transmission: tuple[tuple[Ratio, ...], ...]
     rotor_inertia: Inertias
     friction: AngularDampings
     torque: Torques
@@ -41,11 +48,11 @@ class RhiMotors(Strict, frozen=True):
 class RhiTask(Strict, frozen=True):
     """What the hand holds, which of its directions count, and where the ellipsoids are measured."""
 
-    frame: str
-    directions: tuple[Literal["x", "y", "z"], ...]
+    frame: Name
+    directions: Annotated[tuple[Literal["x", "y", "z"], ...], Meta(min_length=1, max_length=3)]
     home: Angles
-    spread: Annotated[float, Meta(gt=1.0)]
-    follow: Duration | None = None
+    spread: Annotated[float, Meta(gt=1.0, le=1000.0, description="mu of (12): an ellipse; a line")]
+    follow: TimeConstant | None = None
 
 
 class RhiNullSpace(Strict, frozen=True):
@@ -55,27 +62,27 @@ class RhiNullSpace(Strict, frozen=True):
     step: Torque
     damping: AngularDamping
     cap: Torque
-    scan: Annotated[int, Meta(ge=0, le=100_000)]
+    scan: Annotated[int, Meta(ge=0, le=20_000, description="more takes seconds")]
     stiffness: AngularStiffness
 
 
 class RhiSaturation(Strict, frozen=True):
     """Observer, thresholds and duration of transitions, headroom while the posture moves."""
 
-    steepness: Annotated[float, Meta(gt=0.0)]
-    leave: Annotated[float, Meta(ge=0.0, le=1.0)]
-    come_back: Annotated[float, Meta(ge=0.0, le=1.0)]
-    rho: Annotated[float, Meta(ge=0.0)]
-    held: Annotated[float, Meta(gt=0.0, le=1.0)]
+    steepness: Annotated[float, Meta(ge=0.01, le=100.0, description="S of (14): a parabola; a step")]
+    leave: Share
+    come_back: Share
+    rho: Annotated[float, Meta(ge=0.0, le=10.0, description="of (19): no transition; minutes")]
+    held: Annotated[float, Meta(ge=0.01, le=1.0, description="a part of the torques that is worth having")]
     moving: Torque
-    release: Duration
+    release: TimeConstant
 
 
 class RhiWall(Strict, frozen=True):
     """A spring behind a plane."""
 
     point: Lengths
-    normal: tuple[float, ...]
+    normal: tuple[Component, ...]
     stiffness: Stiffness
 
 
@@ -107,7 +114,7 @@ class RhiPlant(Strict, frozen=True):
     substeps: Substeps
 
 
-class RhiSimulation(Simulation, frozen=True):
+class RhiSimulation(Simulation, frozen=True, kw_only=True):
     """The simulated redundant interface."""
 
     rhi: RhiPlant

@@ -25,7 +25,3 @@ class RhiLimits:
     def values(self, state: np.void) -> list[float]:
         """Values in the order of ``specs``, from one record of the machine's state."""
         return [*state["q"].tolist(), *state["torque"].tolist()]
-
-    def coupling(self, state: np.void) -> tuple[float, float]:
-        """How far the handle is from where a rigid wall would stop it [m]; a point has no angle."""
-        return float(state["depth"]), 0.0

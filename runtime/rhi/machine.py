@@ -1,8 +1,9 @@
-"""A redundant interface between process image and gate: contact-aware null-space control (seed 001)."""
+"""A redundant interface between process image and gate: contact-aware null-space control (ContactAware)."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import hypot
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,18 +14,23 @@ from ...control.hierarchy import Hierarchy
 from ...control.hold import Hold, HoldGains
 from ...control.manipulability import Shape, force_ellipsoid
 from ...control.nullspace import Gains
-from ...control.redundant import RedundantArm
+from ...control.redundant import AXES, RedundantArm
 from ...control.self_motion import Ellipsoid, best_posture
+from ...control.standstill import Standstill
 from ...control.transition import Thresholds as Reserves
 from ...devices.drive import JointDrives
 from ...devices.force_torque import ForceTorques
 from ...devices.image import ProcessImage
 from ...models import Robot
-from ...safety import AxisLimits, Thresholds
-from ..machine import GATE_SHARE, SPEED_MARGIN
+from ...safety import Axes, AxisLimits, Pairs, Plausibility, Thresholds
+from ..machine import DRIFT, GATE_SHARE, REST_S, SPEED_MARGIN
+from ..measured import axes, sensor
 from ..sections import JointDrive
 from ..stages import Mark, Stage
 from .config import RhiConfig
+
+AT_REST = 0.25
+"""Measured speeds below this are standstill: a hand goes on pulling at motors that hold [rad/s]."""
 
 
 def state_layout(n: int, m: int) -> np.dtype[np.void]:
@@ -72,6 +78,16 @@ class RedundantInterface:
         names = drive_names(config)
         self.axes = _axis_limits(config, names)
         self.thresholds = _thresholds(config, names, image)
+        hold, torque = rhi.hold.stiffness, rhi.motors.torque
+        self.play = tuple(most / k for most, k in zip(torque, hold, strict=True))
+        scales = self._force_torque.scales[0]
+        self._force = sensor(image, "force_torque", 0, self._measured, scales, dt)
+        self._rows = [AXES.index(name) for name in rhi.task.directions]
+        self._pull = np.zeros(arm.n)  # torques that hold the hand's force
+        self.plausibility = Plausibility(
+            (_joint_checks(config, image, self._drives, self._pull, dt),), (self._force,)
+        )
+        self._standstill = Standstill((AT_REST,) * arm.n, round(REST_S * config.loop.rate))
         self.position: list[float] = [0.0] * arm.n
         self.velocity: list[float] = [0.0] * arm.n
         self.raw_wrench: list[float] | None = None
@@ -86,14 +102,25 @@ class RedundantInterface:
         """Whether the measured posture may be engaged."""
         return all(a.lower <= q <= a.upper for a, q in zip(self.axes, self.position, strict=True))
 
+    @property
+    def unrest(self) -> list[str]:
+        """Sensors that show at rest what they should not, each as a sentence for people."""
+        force, most = hypot(*self._measured_force.tolist()), DRIFT * self._force_torque.scales[0][0]
+        if force <= most:
+            return []
+        return [f"the handle is pulled with {force:.1f} N; let go, or check the sensor"]
+
     def estimate(self) -> None:
         """Measured motors, and the force of the hand in the base's axes."""
         drives, arm = self._drives, self._arm
         arm.q[:], arm.qd[:] = drives.link_position, drives.velocity
         self.position, self.velocity = arm.q.tolist(), arm.qd.tolist()
-        self.raw_wrench = self._measured.tolist() if self._force_torque.valid(0) else None
+        valid = self._force.current and self._force_torque.valid(0)
+        self.raw_wrench = self._measured.tolist() if valid else None
         arm.update()
         np.matmul(arm.rotation, self._measured_force, out=self._hand)
+        np.matmul(self._hand[self._rows], arm.J, out=self._pull)
+        np.negative(self._pull, out=self._pull)
 
     def engage(self) -> None:
         """Free motion from the measured posture."""
@@ -103,7 +130,7 @@ class RedundantInterface:
         self.solved = True
 
     def update(self, gain: float, trust: float) -> None:
-        """One tick of seed 001, fig. 5."""
+        """One tick of ContactAware, fig. 5."""
         self._demand = self.wall.force(self._arm.position.tolist())
         self._mark(Stage.MODEL)
         self.solved = self.controller.update(self._demand, gain)
@@ -112,16 +139,20 @@ class RedundantInterface:
             self._holding = False
             self.commands = self.controller.torque.tolist()
         else:
-            self.brake()
+            self._hold_back()
+        self._standstill.reset()
 
-    def brake(self) -> bool:
+    def brake(self, dropped: Sequence[bool]) -> bool:
         """Motors to rest at their rated accelerations, then hold."""
+        self._hold_back()
+        return self._standstill.update(self.velocity, dropped) and self._hold.at_rest
+
+    def _hold_back(self) -> None:
         arm = self._arm
         if not self._holding:
             self._hold.reset(arm.q, arm.qd)
             self._holding = True
         self.commands = self._hold.update(arm.q, arm.qd).tolist()
-        return self._hold.at_rest
 
     def write(self, admitted: Sequence[float]) -> None:
         """Torques to the motors."""
@@ -221,6 +252,23 @@ def _axis_limits(config: RhiConfig, names: Sequence[str]) -> tuple[AxisLimits, .
             upper=motors.upper[i] + near,
         )
         for i, name in enumerate(names)
+    )
+
+
+def _joint_checks(
+    config: RhiConfig, image: ProcessImage, drives: JointDrives, pull: NDArray[np.float64], dt: float
+) -> Axes:
+    motors, n = config.rhi.motors, len(config.rhi.motors.torque)
+    # beyond this the gate would judge positions that are none
+    apart = [GATE_SHARE * config.safety.position_margin] * n
+    return axes(
+        image,
+        "joints",
+        motors.velocity,
+        {"position": [0.0] * n, "link_position": [0.0] * n},
+        (drives.target_torque, motors.torque, pull),
+        dt,
+        [Pairs(drives.position, drives.link_position, drives.load_torque, [0.0] * n, apart)],
     )
 
 

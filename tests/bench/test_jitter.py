@@ -51,10 +51,30 @@ def test_cyclictest_s_histogram_is_read_with_its_overflows(monkeypatch: pytest.M
         assert {"-i1000", "-l100"} <= set(command)
         return subprocess.CompletedProcess(command, 0, CYCLICTEST, "")
 
-    monkeypatch.setattr(subprocess, "run", ran)
+    monkeypatch.setattr(jitter, "run_tied", ran)
     found = jitter.cyclictest(1000.0, 100)
     assert found.latenesses == [(8.0, 10), (9.0, 85), (1500.0, 4)]
     assert (found.largest, found.missed) == (120345.0, 5)
+
+
+PROGRAM = """#!/bin/sh
+case "$*" in *-p80*) echo "Unable to change scheduling policy!" >&2; exit 1;; esac
+cat <<'END'
+{output}
+END
+"""
+
+
+def test_cyclictest_runs_without_the_privileges_that_the_others_lack(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    program = tmp_path / "cyclictest"
+    program.write_text(PROGRAM.format(output=CYCLICTEST))
+    program.chmod(0o755)
+    monkeypatch.setenv("PATH", str(tmp_path), prepend=":")
+    found = jitter.cyclictest(1000.0, 100)
+    assert found.largest == 120345.0
+    assert found.warnings == ["cyclictest, too, ran without SCHED_FIFO and locked memory"]
 
 
 def test_all_contenders_are_measured_in_turn(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -65,7 +85,6 @@ def test_all_contenders_are_measured_in_turn(tmp_path: Path, capsys: pytest.Capt
     assert (report.pop("rate_hz"), report.pop("rounds")) == (500.0, 1)
     assert {"c_loop", "hapticd", "hapticd_spin", "asyncio"} <= set(report) <= set(jitter.LABELS)
     assert all(set(figures) == FIGURES for figures in report.values())
-    assert report["hapticd_spin"]["p50_us"] < report["asyncio"]["p50_us"]
     assert "round 1 of 1" in out.err
     assert ("cyclictest" in report) != ("rt-tests" in out.err)
 

@@ -76,7 +76,8 @@ def test_a_peer_that_is_not_installed_is_skipped_and_named(
     assert not {"DAQP hierarchical", "DAQP cascade", "quadprog cascade"} & set(
         json.loads(taken.out)["cycling"]
     )
-    assert "DAQP hierarchical is skipped: daqp is not installed; pip install 'hapticd[bench]'" in taken.err
+    assert "DAQP hierarchical is skipped: daqp is not installed; " in taken.err
+    assert "-m pip install daqp==" in taken.err
 
 
 def test_the_time_of_a_problem_is_its_median_over_the_rounds() -> None:
@@ -229,22 +230,27 @@ def test_growth_is_drawn(run: Run, tmp_path: Path) -> None:
     pytest.importorskip("matplotlib")
     assert "cold median ~ n^" in run("--plot", str(tmp_path / "growth.svg"))
     assert "<svg" in (tmp_path / "growth.svg").read_text()
-    assert "cannot write the plot" in run("--plot", str(tmp_path / "none" / "growth.svg"), status=2)
+    with pytest.raises(SystemExit) as end:
+        run("--plot", str(tmp_path / "none" / "growth.svg"))
+    assert end.value.code == 2  # before any solver ran
 
 
 def test_a_plot_without_matplotlib_is_refused_with_what_to_install(
     run: Run, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setitem(__import__("sys").modules, "matplotlib", None)
-    assert "--plot needs matplotlib; pip install 'hapticd[plot]'" in run("--plot", "growth.svg", status=2)
+    assert "--plot needs matplotlib; type: " in run("--plot", "growth.svg", status=2)
 
 
-@pytest.mark.parametrize(("content", "why"), [(None, "No such file"), (b"hello", "no recording of problems")])
+@pytest.mark.parametrize(
+    ("content", "why"),
+    [(None, "No such file"), (b"hello", "no recording of problems"), (b"", "no recording of problems")],
+)
 def test_a_file_that_is_no_recording_is_refused(
     content: bytes | None, why: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     path = tmp_path / "x.npz"
-    if content:
+    if content is not None:
         path.write_bytes(content)
     assert main(["bench", "solve", "--data", str(path), "--json"]) == 2
     error = json.loads(capsys.readouterr().out)
@@ -254,7 +260,7 @@ def test_a_file_that_is_no_recording_is_refused(
 def test_the_nasty_sweep_judges_every_kind(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["bench", "nasty", "--count", "2", "--json"]) == 0
     found = json.loads(capsys.readouterr().out)
-    assert len(found) == 13
+    assert len(found) == 17
     assert all(
         (kind["solved"], kind["wrong_1e6"]) == (2, 0) and kind["worst"] < 1e-6 for kind in found.values()
     )

@@ -1,4 +1,4 @@
-"""The two interfaces of seed 001, and its equation (20) written down once more."""
+"""The two interfaces of ContactAware, and its equation (20) written down once more."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The levels that the C core writes, against the formulas of seed 000 written out in numpy."""
+"""The levels that the C core writes, against the formulas of HapticGiant written out in numpy."""
 
 from collections.abc import Sequence
 

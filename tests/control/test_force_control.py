@@ -127,8 +127,9 @@ def test_redetection_solves_again_until_no_limit_is_new() -> None:
         assert control.solves == 1
 
 
+@pytest.mark.parametrize("remark", [Status.ITERATION_CAP, Status.REPEATED_SET, Status.NOT_PROVEN])
 def test_without_a_full_answer_manipulator_and_twin_brake_at_their_ratings(
-    monkeypatch: pytest.MonkeyPatch,
+    monkeypatch: pytest.MonkeyPatch, remark: Status
 ) -> None:
     control = make()
     for _ in range(400):
@@ -137,7 +138,7 @@ def test_without_a_full_answer_manipulator_and_twin_brake_at_their_ratings(
     assert speed > 0.1
 
     class Failed:
-        status, iterations, levels_done = Status.ITERATION_CAP, 64, 3
+        status, iterations, levels_done = remark, 64, 3
         x = control.solution.x
 
     monkeypatch.setattr(control._solver, "solve", lambda _: Failed)

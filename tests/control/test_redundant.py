@@ -1,4 +1,4 @@
-"""Kinematics, derivatives and inertia in motor coordinates against seed 001, pinocchio, differences."""
+"""Kinematics, derivatives and inertia in motor coordinates against ContactAware, pinocchio, differences."""
 
 import numpy as np
 import pinocchio as pin

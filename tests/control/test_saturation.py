@@ -9,7 +9,7 @@ from .rhi_device import LIMIT, X0, U, four_dof, three_dof
 from .test_manipulability import THREE_LIMIT, THREE_START
 from .test_self_motion import objectives
 
-FIG_6 = np.array([0.5, 2.0])  # seed 001, fig. 6 [N m]
+FIG_6 = np.array([0.5, 2.0])  # ContactAware, fig. 6 [N m]
 
 
 @pytest.mark.parametrize("S", [0.2, 1.0, 5.0])
@@ -41,7 +41,7 @@ def test_a_saturated_force_keeps_its_direction() -> None:
 
 
 def test_force_before_saturation_in_three_postures_of_the_example() -> None:
-    """Seed 001, fig. 3: 3.5 N is rendered unsaturated only in the stiff posture."""
+    """ContactAware, fig. 3: 3.5 N is rendered unsaturated only in the stiff posture."""
     arm = three_dof()
     x = arm.at(THREE_START).position.copy()
     along_x = np.array([1.0, 0.0])

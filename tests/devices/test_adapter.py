@@ -319,8 +319,10 @@ def test_an_interface_that_could_never_carry_a_frame_is_refused(
 
 
 def test_an_interface_that_python_can_does_not_have_is_refused() -> None:
-    with pytest.raises(AdapterError, match="no_such_interface:can0"):
-        python_can("no_such_interface", "can0")
+    with pytest.raises(
+        AdapterError, match=r"pcam: .*no such interface.*mean \"pcan\".*It has: .*udp_multicast"
+    ):
+        python_can("pcam", "can0")
 
 
 def test_python_can_marks_what_is_no_standard_data_frame() -> None:

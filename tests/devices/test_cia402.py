@@ -3,8 +3,22 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import pytest
-from hapticd.devices.cia402 import TARGETS, TRANSITIONS, State, decode, next_transition
-from hapticd.devices.errors import DriveFaultError, DriveModeError, LeftStateError, TransitionError
+from hapticd.devices.cia402 import (
+    ENABLE_OPERATION,
+    TARGETS,
+    TRANSITIONS,
+    State,
+    decode,
+    next_transition,
+)
+from hapticd.devices.errors import (
+    DriveError,
+    DriveFaultError,
+    DriveModeError,
+    LeftStateError,
+    TransitionError,
+    UnheardError,
+)
 from hapticd.sim.drives import SimDrive
 
 if TYPE_CHECKING:
@@ -205,3 +219,197 @@ def test_a_drive_that_leaves_the_state_is_not_brought_back(enabled: Rig) -> None
     with pytest.raises(LeftStateError, match=r"joint6.*left operation enabled by itself.*switched on"):
         for _ in range(3):
             enabled.tick(enabled.power.step, operational=True)
+
+
+def silent(rig: Rig, name: str) -> SimDrive:
+    drive = rig.nodes[name]
+    assert isinstance(drive, SimDrive)
+    drive.silent = True
+    return drive
+
+
+def weld(rig: Rig, name: str) -> SimDrive:
+    """Its power stage stays as it is, whatever it is told."""
+    drive = rig.nodes[name]
+    assert isinstance(drive, SimDrive)
+    drive.outputs_latched = lambda: None  # type: ignore[method-assign]
+    return drive
+
+
+def tried(rig: Rig) -> DriveError | None:
+    """A tick, whatever the step says."""
+    errors: list[DriveError | None] = [None]
+
+    def step() -> None:
+        try:
+            rig.power.step()
+        except DriveError as error:
+            errors.append(error)
+
+    rig.tick(step, operational=True)
+    return errors[-1]
+
+
+@pytest.mark.parametrize("target", [State.SWITCH_ON_DISABLED, State.OPERATION_ENABLED])
+def test_a_drive_that_did_not_answer_in_this_tick_is_not_where_it_was(ready: Rig, target: State) -> None:
+    ready.walk(target)
+    drive = silent(ready, "joint3")
+    ready.tick(operational=True)
+    ready.tick(ready.power.step, operational=True)
+    assert not ready.power.ready
+    drive.silent = False
+    ready.tick(operational=True)
+    ready.tick(ready.power.step, operational=True)
+    assert ready.power.ready
+
+
+@pytest.mark.parametrize("target", [State.SWITCH_ON_DISABLED, State.OPERATION_ENABLED])
+def test_a_drive_that_stays_unheard_is_an_error_for_nobody_knows_where_it_is(
+    ready: Rig, target: State
+) -> None:
+    ready.walk(target)
+    silent(ready, "ppu_y")
+    with pytest.raises(UnheardError, match=r"ppu_y .* does not answer, 51 ticks after .*, long ago"):
+        for _ in range(60):
+            ready.tick(ready.power.step, operational=True)
+    assert not ready.power.ready
+
+
+def test_a_drive_that_answers_now_and_then_on_its_way_gets_no_more_time(enabled: Rig) -> None:
+    drive = weld(enabled, "joint2")
+    enabled.power.request(State.SWITCH_ON_DISABLED)
+    start = enabled.counter
+    with pytest.raises(TransitionError, match="transition 9"):
+        while enabled.counter - start < 200:
+            drive.silent = enabled.counter % 10 != 0
+            enabled.tick(enabled.power.step, operational=True)
+    assert enabled.counter - start < 80
+
+
+def test_a_drive_that_ignores_disable_voltage_is_an_error_as_long_as_it_does(enabled: Rig) -> None:
+    drive = weld(enabled, "joint2")
+    enabled.power.request(State.SWITCH_ON_DISABLED)
+    errors = []
+    for _ in range(120):
+        errors.append(tried(enabled))
+        assert not enabled.power.ready
+    assert [error is None for error in errors] == [True] * 50 + [False] * 70
+    assert "joint2 (node 2) did not make transition 9" in str(errors[-1])
+    assert enabled.power.live == "joint2 reports operation enabled"
+    drive.state = State.SWITCH_ON_DISABLED
+    enabled.run(1)
+    enabled.tick(enabled.power.step, operational=True)
+    assert enabled.power.ready
+    assert enabled.power.live == ""
+
+
+def test_the_error_of_one_drive_keeps_none_from_being_switched_off(enabled: Rig) -> None:
+    for name in ("joint1", "ppu_y"):  # around the one that is stuck: their fault is reset all the same
+        drive = enabled.nodes[name]
+        assert isinstance(drive, SimDrive)
+        drive.fault = 0x2310
+    stuck = weld(enabled, "joint3")
+    enabled.run(3)
+    for name in ("joint1", "ppu_y"):
+        enabled.nodes[name].fault = 0  # type: ignore[attr-defined]
+    enabled.power.request(State.SWITCH_ON_DISABLED, reset_faults=True)
+    assert any([tried(enabled) for _ in range(60)])
+    assert {d.state for d in enabled.nodes.of(SimDrive) if d is not stuck} == {State.SWITCH_ON_DISABLED}
+
+
+def test_the_error_of_one_drive_on_the_way_up_keeps_the_others_where_they_are(ready: Rig) -> None:
+    drive = ready.nodes["ppu_y"]  # the last one
+    assert isinstance(drive, SimDrive)
+    drive.mode = 8
+    ready.run(2)
+    ready.power.request(State.OPERATION_ENABLED)
+    for _ in range(5):
+        with pytest.raises(DriveModeError):
+            ready.tick(ready.power.step, operational=True)
+        ready.run(1)
+    assert {d.state for d in ready.nodes.of(SimDrive)} == {State.SWITCH_ON_DISABLED}
+    assert not ready.image.word("joints.controlword").any()
+
+
+@pytest.mark.parametrize("ticks", range(4))
+def test_a_drive_in_another_mode_is_never_enabled(ready: Rig, ticks: int) -> None:
+    """Whenever on the way its mode changes; once it is told to enable operation, it is enabled."""
+    drive = ready.nodes["joint2"]
+    assert isinstance(drive, SimDrive)
+    ready.power.request(State.OPERATION_ENABLED)
+    for _ in range(ticks):
+        ready.tick(ready.power.step, operational=True)
+    told = ready.image.word("joints.controlword")[1] == ENABLE_OPERATION
+    drive.mode = 8
+    ready.tick(operational=True)  # its answer is one tick old
+    with pytest.raises(DriveModeError):
+        for _ in range(5):
+            ready.tick(ready.power.step, operational=True)
+    assert told or drive.state is not State.OPERATION_ENABLED
+    assert told == (ticks == 3)
+
+
+def test_a_fault_reaction_that_does_not_end_is_not_off(enabled: Rig) -> None:
+    drive = enabled.nodes["joint2"]
+    assert isinstance(drive, SimDrive)
+    drive.advance = lambda dt: setattr(drive, "state", State.FAULT_REACTION_ACTIVE)  # type: ignore[method-assign]
+    enabled.run(3)
+    enabled.power.request(State.SWITCH_ON_DISABLED)
+    with pytest.raises(TransitionError, match="transition 14: not within 50 ticks"):
+        for _ in range(60):
+            enabled.tick(enabled.power.step, operational=True)
+            assert not enabled.power.ready
+    assert enabled.power.live == "joint2 reports fault reaction active"
+
+
+def test_a_drive_that_faults_while_it_is_off_or_on_its_way_is_off_in_the_end(enabled: Rig) -> None:
+    drive = enabled.nodes["joint2"]
+    assert isinstance(drive, SimDrive)
+    enabled.power.request(State.SWITCH_ON_DISABLED)
+    for tick in range(20):
+        drive.fault = 0x2310 if tick in (0, 10) else 0
+        enabled.tick(enabled.power.step, operational=True)
+    assert enabled.power.ready
+    assert drive.state is State.FAULT
+    enabled.walk(State.SWITCH_ON_DISABLED, reset_faults=True)
+    assert drive.state is State.SWITCH_ON_DISABLED
+
+
+def test_a_drive_that_switches_itself_on_is_an_error_at_once(ready: Rig) -> None:
+    ready.walk(State.SWITCH_ON_DISABLED)
+    drive = weld(ready, "joint5")
+    drive.state = State.OPERATION_ENABLED
+    ready.run(2)
+    with pytest.raises(LeftStateError, match=r"joint5.*left switch on disabled by itself"):
+        ready.tick(ready.power.step, operational=True)
+    assert not ready.power.ready
+
+
+def test_what_keeps_a_drive_from_being_enabled_is_named(ready: Rig) -> None:
+    ready.run(3)
+    drive = ready.nodes["joint4"]
+    assert isinstance(drive, SimDrive)
+    assert ready.power.unfit == ready.power.live == ""
+    drive.mode = 8
+    ready.run(2)
+    assert ready.power.unfit == "joint4 is in mode 8 (6061h) instead of 10"
+    drive.fault = 0x2310
+    ready.run(4)
+    assert ready.power.unfit == "joint4 reports fault"
+    assert ready.power.live == ""  # without torque
+    drive.silent = True
+    ready.run(2)
+    assert ready.power.unfit == ready.power.live == "joint4 does not answer"
+
+
+def test_drives_may_give_torque_from_the_controlword_that_enables_the_first(ready: Rig) -> None:
+    ready.power.request(State.OPERATION_ENABLED)
+    seen = []
+    while not ready.power.ready:
+        before = ready.power.enabling
+        ready.tick(ready.power.step, operational=True)
+        seen.append(before)
+        assert ready.power.enabling or not any(d.powered for d in ready.nodes.of(SimDrive))
+    assert seen == [False, False, False, True]
+    ready.walk(State.SWITCH_ON_DISABLED)
+    assert not ready.power.enabling

@@ -231,6 +231,30 @@ def test_an_emergency_is_kept_until_it_is_reset(image: ProcessImage) -> None:
     assert image.emcy[2] == 0
 
 
+ERROR, RESET = (0x083, bytes.fromhex("1023 09 0000000000")), (0x083, bytes(8))
+
+
+@pytest.mark.parametrize(
+    ("sent", "during", "after"),
+    [
+        ([ERROR, RESET], 0x2310, 0),
+        ([ERROR, RESET, RESET], 0x2310, 0),
+        ([ERROR, RESET, (0x083, b"\x10\x43" + bytes(6))], 0x4310, 0x4310),
+        ([RESET, ERROR], 0x2310, 0x2310),
+    ],
+)
+def test_an_error_that_is_reset_within_its_tick_stands_for_that_tick(
+    image: ProcessImage, sent: list[tuple[int, bytes]], during: int, after: int
+) -> None:
+    for _ in range(2):
+        image.latch(frames_of(*sent), COUNTER)
+        assert image.emcy[2] == during
+        image.latch(Frames(), COUNTER)
+        assert image.emcy[2] == after
+    image.latch(frames_of(RESET), COUNTER)  # of an error of another tick: at once
+    assert image.emcy[2] == 0
+
+
 def test_more_emergencies_than_are_kept_do_no_harm(image: ProcessImage) -> None:
     image.latch(frames_of(*[(0x081 + i % 12, b"\x00\x10" + bytes(6)) for i in range(60)]), COUNTER)
     assert len(image.emergencies) == 16

@@ -1,5 +1,6 @@
 """The quick experiments against the papers' numbers, and how results are written down."""
 
+from collections.abc import Callable
 from pathlib import Path
 
 import msgspec
@@ -65,6 +66,16 @@ def test_the_stiff_posture_renders_at_least_half_as_much_again_as_the_free_one()
     assert forces["stiff"] > 1.5 * forces["free"]
 
 
+def test_the_switching_palpation_renders_nearly_what_the_stiff_posture_does_as_docs_rhi_md_says() -> None:
+    device = Device()
+    traces = {mode: device.palpate(0.04, 0.25, 1.7, mode) for mode in ("stiff", "switching")}
+    force = {mode: np.linalg.norm(trace.force, axis=1)[800:] for mode, trace in traces.items()}
+    assert force["stiff"].min() > 11.7
+    assert 10.1 < force["switching"].min() < 10.2  # 85 % of what the motors hold, while the posture turns
+    assert 11.9 < force["switching"].max() < 12.0 + 1e-6
+    assert force["switching"].mean() / force["stiff"].mean() == pytest.approx(0.96, abs=0.01)
+
+
 def test_the_static_bound_is_the_moment_that_two_motors_carry() -> None:
     bound = rhi_fig9.Bound(Device(), 800)
     assert bound._force == pytest.approx(12.0, rel=5e-3)
@@ -125,25 +136,43 @@ def test_every_experiment_has_its_section_and_its_plot_in_the_docs() -> None:
         assert (ROOT / "docs" / "figures" / f"{name}.svg").exists()
 
 
-def test_the_command_line_writes_plot_and_rows(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    pytest.importorskip("matplotlib")
-    assert main(["experiment", "rhi-fig6", "--docs", str(tmp_path), "--json"]) == 0
-    assert msgspec.json.decode(capsys.readouterr().out)["centre"] == 1.0
-    assert "## rhi_fig6" in (tmp_path / "fidelity.md").read_text()
-    first = (tmp_path / "figures" / "rhi_fig6.svg").read_bytes()
-    assert main(["experiment", "rhi_fig6", "--docs", str(tmp_path)]) == 0
-    assert (tmp_path / "figures" / "rhi_fig6.svg").read_bytes() == first
-
-
-def test_an_unknown_experiment_or_a_missing_matplotlib_says_what_to_do(
+def test_the_command_line_writes_plot_and_rows_where_it_is_told_and_nowhere_else(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    assert main(["experiment", "rhi_fig77", "--docs", str(tmp_path)]) == 2
-    assert "did you mean rhi_fig7?" in capsys.readouterr().err
+    pytest.importorskip("matplotlib")
+    here, there = tmp_path / "here", tmp_path / "there"
+    here.mkdir()
+    monkeypatch.chdir(here)
+    assert main(["experiment", "rhi_fig6", "--json"]) == 0
+    out = capsys.readouterr()
+    assert msgspec.json.decode(out.out)["centre"] == 1.0
+    assert "--out DIR" in out.err
+    assert main(["experiment", "rhi-fig6", "--out", str(there)]) == 0
+    assert f"written: {there / 'fidelity.md'}" in capsys.readouterr().err
+    assert "## rhi_fig6" in (there / "fidelity.md").read_text()
+    first = (there / "figures" / "rhi_fig6.svg").read_bytes()
+    assert main(["experiment", "rhi_fig6", "--out", str(there)]) == 0
+    assert (there / "figures" / "rhi_fig6.svg").read_bytes() == first
+    assert list(here.iterdir()) == []
 
-    def missing(path: Path, outcome: Outcome) -> None:
-        raise ImportError("matplotlib")
 
-    monkeypatch.setattr("hapticd.experiments.command.write_plot", missing)
-    assert main(["experiment", "rhi_fig6", "--docs", str(tmp_path)]) == 2
-    assert "hapticd[plot]" in capsys.readouterr().err
+def test_what_must_fail_fails_before_an_experiment_begins_and_leaves_nothing_behind(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def begin(progress: Callable[[str], None]) -> Outcome:
+        raise AssertionError("it ran")
+
+    monkeypatch.setattr(rhi_fig6, "run", begin)
+    (tmp_path / "file").touch()
+    for out in ("file", "file/x", "/proc/x"):
+        with pytest.raises(SystemExit) as end:
+            main(["experiment", "rhi_fig6", "--out", str(tmp_path / out)])
+        assert end.value.code == 2
+        assert "cannot write" in capsys.readouterr().err
+    folder = tmp_path / "new"
+    assert main(["experiment", "rhi_fig77", "--out", str(folder)]) == 2
+    assert "did you mean 'rhi_fig7'?" in capsys.readouterr().err
+    monkeypatch.setattr("hapticd.experiments.command.find_spec", lambda name: None)
+    assert main(["experiment", "rhi_fig6", "--out", str(folder)]) == 2
+    assert "pip install 'matplotlib" in capsys.readouterr().err
+    assert not folder.exists()

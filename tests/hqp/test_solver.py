@@ -154,7 +154,7 @@ def test_the_iteration_cap_is_kept_and_upper_levels_stay_optimal():
     for seed in range(20):
         levels = problem("dense", seed, n=30, levels=5)
         solution = solve(levels, max_iterations=1)
-        assert solution.iterations <= 2
+        assert solution.iterations <= 1
         assert np.isfinite(solution.x).all()
         if solution.status is Status.ITERATION_CAP:
             done = solution.levels_done

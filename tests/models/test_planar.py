@@ -1,4 +1,4 @@
-"""The planar devices: the stored URDF is the generated one, and it is what seed 001 prints."""
+"""The planar devices: the stored URDF is the generated one, and it is what ContactAware prints."""
 
 import numpy as np
 import pytest

@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+import functools
+import os
+import traceback
+import warnings
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from hapticd.configs import read_text
 from hapticd.devices.cia301 import AlState
+from hapticd.devices.cia402 import State
 from hapticd.runtime import config
 from hapticd.runtime.lockstep import Lockstep
 from hapticd.runtime.modes import Command, Mode
@@ -126,6 +132,36 @@ def fall(node: SimNode) -> None:
     node._watchdog_tripped, node.al_state = True, AlState.SAFEOP
 
 
+def weld(drive: SimDrive) -> None:
+    """A drive's power stage stays on, whatever it is told; only STO takes its torque."""
+    drive.state = State.OPERATION_ENABLED
+    drive.outputs_latched = drive.outputs_invalid = lambda: None  # type: ignore[method-assign]
+
+
+def in_a_copy(test: Callable[..., None]) -> Callable[..., None]:
+    """Run a test in a copy of the process: what it does to a session, no other test sees."""
+
+    @functools.wraps(test)
+    def copied(*args: Any, **kwargs: Any) -> None:
+        read, write = os.pipe()
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", DeprecationWarning)  # the copy has no use for other threads
+            child = os.fork()
+        if child == 0:
+            try:
+                test(*args, **kwargs)
+            except BaseException:
+                os.write(write, traceback.format_exc()[-4000:].encode())
+            os._exit(0)
+        os.close(write)
+        with open(read) as pipe:
+            report = pipe.read()
+        _, status = os.waitpid(child, 0)
+        assert status == 0 and not report, report
+
+    return copied
+
+
 @pytest.fixture(params=MACHINES)
 def machine(request: pytest.FixtureRequest) -> str:
     """The name of a built-in machine."""
@@ -153,6 +189,15 @@ def moving(machine: str) -> Bench:
     bench.until(Mode.ACTIVE, limit=5000)
     bench.run(1500)
     assert np.abs(bench.plant.arm.qd).max() > 0.2  # type: ignore[attr-defined]
+    return bench
+
+
+@pytest.fixture(scope="module", params=MACHINES)
+def walking(request: pytest.FixtureRequest) -> Bench:
+    """The same for tests that each run in a copy."""
+    bench = Bench(machine=str(request.param))
+    bench.until(Mode.ACTIVE, limit=5000)
+    bench.run(1500)
     return bench
 
 

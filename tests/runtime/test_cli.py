@@ -1,12 +1,19 @@
 """The command line: exit status, help, errors for people and for programs."""
 
-from collections.abc import Callable
+import argparse
+import os
+import shlex
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import msgspec
 import pytest
 from hapticd.configs import read_text
-from hapticd.runtime.cli import main
+from hapticd.runtime.cli import _parser, main
+from hapticd.runtime.log import open_log
+from hapticd.runtime.outputs import folder, picture
 
 
 def test_help_teaches(capsys: pytest.CaptureFixture[str]) -> None:
@@ -36,6 +43,103 @@ def test_bad_usage_exits_with_2(arguments: list[str]) -> None:
     assert end.value.code == 2
 
 
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["rnu", "giant"], "no command 'rnu'; did you mean 'run'?"),
+        (["xyz"], "no command 'xyz'; known: run, replay"),
+        (["run", "giant", "--duratoin", "3"], "no option '--duratoin'; did you mean '--duration'?"),
+        (["replay", "--verfy=yes"], "no option '--verfy'; did you mean '--verify'?"),
+        (["run", "giant", "rhi"], "'rhi' is one word too many"),
+        (["bench", "slove"], "no benchmark 'slove'; did you mean 'solve'?"),
+        (["--lockstep", "run", "giant"], "no option '--lockstep'"),
+        (["run", "giant", "--duration", "1e300"], "'1e300' is no number above 0 and up to 1e+07"),
+        (["bench", "jitter", "--rate", "1e9"], "'1e9' is no number above 0 and up to 100000"),
+        (["bench", "nasty", "--count", "9" * 30], "is no whole number from 1 to"),
+        (["bench", "nasty", "--count", "-1"], "'-1' is no whole number"),
+        (["bench", "solve", "--plot", "x.xyz"], "should end with one of .svg, .png, .pdf"),
+        (["bench", "solve", "--plot", "/nonexist/x.svg"], "cannot write '/nonexist/x.svg'"),
+        (["bench", "jitter", "--plot", "/proc/x.svg"], "cannot write '/proc/x.svg'"),
+        (["experiment", "rhi_fig6", "--out", "/proc/x"], "cannot write '/proc/x'"),
+    ],
+)
+def test_a_wrong_word_is_named_before_any_work_with_what_was_meant(
+    arguments: list[str], said: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("hapticd.runtime.benchmarks.import_module", None)  # no work can begin
+    with pytest.raises(SystemExit) as end:
+        main(arguments)
+    assert end.value.code == 2
+    assert said in capsys.readouterr().err
+
+
+def test_every_option_of_a_folder_or_plot_is_checked_when_it_is_read() -> None:
+    """A path that a command writes must not wait for the command's end to be refused."""
+    checked = {"--plot": picture, "--out": folder}
+    for parser in parsers(_parser()):
+        for action in parser._actions:
+            for option in action.option_strings:
+                assert option not in checked or action.type is checked[option], option
+
+
+def parsers(parser: argparse.ArgumentParser) -> Iterator[argparse.ArgumentParser]:
+    yield parser
+    for action in parser._actions:
+        if isinstance(action, argparse._SubParsersAction):
+            for each in action.choices.values():
+                yield from parsers(each)
+
+
+def test_rounds_without_ticks_and_rates_that_do_not_fit_are_refused_before_the_first(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    assert main(["bench", "jitter", "--rate", "0.001"]) == 2
+    assert "give more --seconds" in capsys.readouterr().err
+    assert main(["bench", "tick", "giant", "--rate", "1000", "20000"]) == 2
+    err = capsys.readouterr().err
+    assert "giant does not run at 20000 Hz" in err and "round" not in err
+
+
+def test_an_error_about_a_file_as_a_whole_names_no_line(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for name in ("nope", str(tmp_path / "nope.toml"), str(tmp_path)):
+        assert main(["check", name]) == 2
+        assert f": {name}: " in capsys.readouterr().err
+
+
+def test_closed_streams_full_disks_and_readers_that_leave_end_without_a_traceback(tmp_path: Path) -> None:
+    def run(redirect: str, *words: str) -> tuple[int, str]:
+        command = f"{shlex.join([sys.executable, '-m', 'hapticd.runtime', *words])} {redirect}"
+        done = subprocess.run(
+            ["bash", "-c", command], capture_output=True, text=True, cwd=tmp_path, timeout=60
+        )
+        assert "Traceback" not in done.stderr and "Exception" not in done.stderr
+        return done.returncode, done.stderr
+
+    assert run("> /dev/full", "check", "giant") == (1, "hapticd: error [file]: No space left on device\n")
+    assert run("| true", "check", "giant")[1] == ""
+    assert run(">&- <&-", "check", "giant") == (0, "")
+    assert run("2>&-", "check", "nope") == (2, "")
+    assert run(">&- 2>&- <&-", "run", "rhi", "--lockstep", "--duration", "0.3", "--log", "x.mcap")[0] == 0
+    assert (
+        sum(1 for _ in open_log(str(tmp_path / "x.mcap")).records()) == 301
+    )  # nothing else was written to it
+
+
+def test_the_replay_that_is_proposed_works_where_it_is_proposed(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    log = tmp_path / "a b" / "it's.mcap"
+    assert main(["run", "rhi", "--lockstep", "--duration", "0.2", "--log", str(log)]) == 0
+    (line,) = (line for line in capsys.readouterr().out.splitlines() if line.startswith("replay: "))
+    bare = {"PATH": "/usr/bin:/bin"}
+    command = line.removeprefix("replay: ")
+    done = subprocess.run(["sh", "-c", command], capture_output=True, text=True, env=bare, timeout=60)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "0 differ" in done.stdout
+
+
 def test_check_approves_the_built_in_giant(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["check", "giant"]) == 0
     assert "no findings. 12 devices, 13 frames a tick, 8 joints, 1000 Hz" in capsys.readouterr().out
@@ -50,6 +154,57 @@ def test_check_names_a_mistake(write_config: Callable[..., Path], capsys: pytest
     assert main(["check", str(path), "--json"]) == 2
     (finding,) = msgspec.json.decode(capsys.readouterr().out)["findings"]
     assert (finding["line"], finding["key"]) == (11, "loop.rat")
+
+
+def test_a_file_cannot_steer_the_terminal_that_its_mistakes_are_shown_on(
+    write_config: Callable[..., Path], capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = write_config(('rate = "1 kHz"', '"ra\\u001b[2Jte\\u0007" = "1 kHz"'))
+    assert main(["check", str(path)]) == 2
+    said = capsys.readouterr().err
+    assert "\\x1b[2J" in said and all(line.isprintable() for line in said.splitlines())
+
+
+def test_a_path_that_the_terminal_cannot_show_ends_no_session(tmp_path: Path) -> None:
+    command = [sys.executable, "-m", "hapticd.runtime", "run", "rhi", "--lockstep", "--duration", "0.2"]
+    done = subprocess.run(
+        [*command, "--log", "prüfung-\udcff.mcap"],
+        capture_output=True,
+        check=False,
+        cwd=tmp_path,
+        env={**os.environ, "PYTHONIOENCODING": "ascii"},
+    )
+    assert done.returncode == 0, done.stderr
+    assert b"log: pr\\xfcfung-\\udcff.mcap" in done.stdout
+
+
+def test_help_fits_eighty_columns(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", "80")
+    commands = ("run", "replay", "check", "doctor", "plant", "experiment", "bench")
+    for command in ((), *((name,) for name in commands)):
+        with pytest.raises(SystemExit):
+            main([*command, "--help"])
+        assert max(map(len, capsys.readouterr().out.splitlines())) < 80, command
+
+
+def test_the_summary_says_how_to_replay_from_where_the_person_stands(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    script = Path(sys.executable).parent / "hapticd"
+    monkeypatch.setenv("PATH", "/nowhere")
+    command = [str(script), "run", "rhi", "--lockstep", "--duration", "0.2", "--log", "a b.mcap"]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, cwd=tmp_path)
+    (line,) = [line for line in done.stdout.splitlines() if line.startswith("replay: ")]
+    again = subprocess.run(
+        shlex.split(line.removeprefix("replay: ")), capture_output=True, check=False, cwd=tmp_path
+    )
+    assert again.returncode == 0, again.stderr
+    monkeypatch.setenv("PATH", str(script.parent))
+    command[-1] = "c.mcap"
+    done = subprocess.run(command, capture_output=True, text=True, check=False, cwd=tmp_path)
+    assert "replay: hapticd replay c.mcap --verify" in done.stdout
 
 
 def test_check_names_a_mistake_in_the_model(
@@ -117,6 +272,10 @@ def test_lockstep_prints_the_summary_and_writes_the_log(
     assert f"log: {log}\n" in out and f"replay {log} --verify" in out
     again = ["run", "giant", "--lockstep", "--duration", "0.5", "--json", "--log"]
     recorded = log.read_bytes()
+    assert main([*again, str(log.parent)]) == 2
+    assert "is a folder" in capsys.readouterr().out
+    assert main([*again, str(log / "c.mcap")]) == 2
+    assert f"{log} exists already" in capsys.readouterr().out
     assert main([*again, str(log)]) == 2  # a recording is never overwritten
     assert msgspec.json.decode(capsys.readouterr().out)["error"] == "log-path"
     assert log.read_bytes() == recorded

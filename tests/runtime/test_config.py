@@ -1,5 +1,6 @@
 """Bad configurations are refused with file, line, reason and fix, before anything moves."""
 
+import os
 from collections.abc import Callable
 from pathlib import Path
 
@@ -9,6 +10,8 @@ from hapticd.models import ModelError
 from hapticd.runtime import config
 from hapticd.runtime.errors import ConfigError
 from hapticd.runtime.session import build
+from hapticd.runtime.toml_reader import MAX_BYTES, MAX_DEPTH, MAX_LINE
+from hapticd.runtime.units import RANGES
 
 from .conftest import changed, loaded
 
@@ -51,11 +54,11 @@ def test_the_built_in_giant_is_right() -> None:
         ('rate = "1 kHz"', 'rate = "1 kHz"\nsync = "buss"', "Invalid enum value 'buss'", ""),
         ('position_margin = "30 mrad"', 'position_margin = "30 rad"', "is no margin", "at most 0.2"),
         ('position_margin = "30 mrad"', 'position_margin = "0 rad"', "is no margin", "more than 0"),
-        ('ppu_margin = "60 mm"', 'ppu_margin = "60 m"', "is no margin", "at most 0.2"),
+        ('ppu_margin = "60 mm"', 'ppu_margin = "6 m"', "is no margin", "at most 0.2"),
         ('stop_time = "500 ms"', 'stop_time = "150 s"', "150 s", "at most 1 s"),
         ('mass = "', 'mass = "1e-12 kg" #', "out of range", "at least"),
-        ('force = "660 N"', 'force = "1e9 N"', "out of range", "at most 100000 N"),
-        ("link_counts_per_turn = 1048576", "link_counts_per_turn = 99999999999", "<= 4294967295", ""),
+        ('force = "660 N"', 'force = "1e9 N"', "out of range", "at most 20000 N"),
+        ("link_counts_per_turn = 1048576", "link_counts_per_turn = 99999999999", "<= 1073741823", ""),
         ('at = "4.45 s"', 'at = "3.2 s"', "times do not rise", "order"),
         (
             'dead_man = [{ at = "0.3 s", pressed = true }]',
@@ -92,7 +95,8 @@ def test_the_built_in_giant_is_right() -> None:
         ('lower = "-2.2 -2.6 -1.28 m"', 'lower = "-2.2 -2.6 -0.74 m"', "elbow's constant height", ""),
         ('stop_time = "500 ms"', 'stop_time = "450 ms"', "braking alone takes 0.4 s", "longer"),
         ("[devices.imu_carriage]", "[devices.imu_carrage]", "no such device", 'did you mean "imu_carriage"?'),
-        ('kind = "cartesian"', 'kind = "excavator"', "Invalid value", ""),
+        ('kind = "cartesian"', 'kind = "excavator"', "Invalid enum value 'excavator'", ""),
+        ('kind = "cartesian"', "", "is missing", "add it"),
         ('mass = "4 kg"', "", "is missing", "add it"),
         ("[giant.twin]", "[giant.twn]", "unknown key", 'did you mean "twin"?'),
         ('angles = "0 60 0 deg"', 'angels = "0 60 0 deg"', "unknown key", 'did you mean "angles"?'),
@@ -137,6 +141,51 @@ def test_names_and_paths_that_lead_nowhere_say_what_there_is(tmp_path: Path) -> 
     (tmp_path / "huge.toml").write_text("#" * (2 << 20))
     with pytest.raises(ConfigError, match="larger than"):
         config.load(str(tmp_path / "huge.toml"))
+
+
+def test_a_file_that_is_no_text_or_no_file_is_refused_with_a_reason(tmp_path: Path) -> None:
+    (tmp_path / "latin.toml").write_bytes('# größer\nx = "ß"\n'.encode("latin-1"))
+    os.mkfifo(tmp_path / "pipe.toml")
+    (tmp_path / "folder.toml").mkdir()
+    for name, why in (
+        ("latin", "latin.toml:1: is not UTF-8"),
+        ("pipe", "no regular"),
+        ("folder", "no regular"),
+    ):
+        with pytest.raises(ConfigError, match=why):
+            config.load(str(tmp_path / f"{name}.toml"))
+    for name in ("x" * 5000, "x\0y", "x" * 300 + ".toml", "x\0y.toml"):
+        with pytest.raises(ConfigError):
+            config.load(name)
+
+
+def test_a_model_that_is_no_text_is_refused(write_config: Callable[..., Path], tmp_path: Path) -> None:
+    path = write_config()
+    for content, why in (
+        (b"\xff\xfe" + read_text("giant.urdf").encode(), "giant.urdf:1: is not UTF-8"),
+        (b" " * (5 << 20), "larger than"),
+    ):
+        (tmp_path / "giant.urdf").write_bytes(content)
+        with pytest.raises(ConfigError, match=why):
+            config.load(str(path))
+    for model in ("", "x" * 101, "x" * 99, "a\\u0000b", "."):
+        with pytest.raises(ConfigError):
+            config.load(str(write_config(('model = "giant.urdf"', f'model = "{model}"'))))
+
+
+def test_a_message_holds_nothing_that_a_terminal_obeys() -> None:
+    for change in (('system = "giant"', 'system = "\\u001b[2J"'), ("seed = 1", '"\\u001b[2J" = 1')):
+        with pytest.raises(ConfigError) as error:
+            loaded(change)
+        assert all(line.isprintable() for line in str(error.value).splitlines())
+
+
+def test_the_manual_lists_the_ranges() -> None:
+    manual = (Path(__file__).parents[2] / "docs" / "files.md").read_text()
+    for name, allowed in RANGES.items():
+        assert f"| {name} | {allowed} | {allowed.why} |" in manual
+    for bound in (f"{MAX_BYTES >> 10} KiB", f"{MAX_LINE} characters", f"{MAX_DEPTH} levels"):
+        assert bound in manual
 
 
 def test_the_model_must_lie_beside_the_configuration(

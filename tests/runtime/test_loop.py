@@ -92,7 +92,8 @@ async def test_slack_work_runs_between_the_ticks() -> None:
 
     def callback() -> None:
         order.append("tick")
-        if order.count("tick") == 10:
+        enough = order.count("tick") >= 10 and order.count("work") >= 3
+        if enough or order.count("tick") == 1000:
             rhythm.stop(loop.remove_reader)
             done.set()
 
@@ -101,7 +102,7 @@ async def test_slack_work_runs_between_the_ticks() -> None:
     rhythm.start(loop.add_reader, 0)
     await done.wait()
     rhythm.slack.close()
-    assert order[:2] == ["tick", "work"]
+    assert order[0] == "tick"
     assert order.count("work") >= 3
 
 

@@ -9,13 +9,16 @@ import time
 from collections.abc import Iterator
 
 import pytest
+from hapticd.devices.adapter import memory_pair
 from hapticd.devices.cia301 import TIME
 from hapticd.devices.frames import Frames
 from hapticd.devices.socket_adapter import SocketAdapter, unix_pair
 from hapticd.runtime import config, plant_process
+from hapticd.runtime.bus import NamedBus
 from hapticd.runtime.bus_clock import BusClock
 from hapticd.runtime.plant_process import SLICE_S, PlantServer
 from hapticd.runtime.realtime import Granted
+from hapticd.runtime.sections import PythonCanBus, SocketCanBus
 
 PERIOD = 1e-3
 
@@ -81,6 +84,48 @@ def test_a_frame_is_answered_and_advances_one_period(
         assert answer[0][0] == 0x180
 
 
+def test_each_sync_of_a_batch_advances_one_period(served: Served) -> None:
+    plant, server, daemon = served
+    for _ in range(3):
+        send(daemon)
+    assert server.serve()
+    assert plant.time == pytest.approx(3 * PERIOD)
+
+
+def test_other_frames_are_answered_without_advancing_time_or_holding_it_back(served: Served) -> None:
+    """An echo, a heartbeat or another master must neither speed the world up nor hold the watchdogs."""
+    plant, server, daemon = served
+    send(daemon)
+    server.serve()
+    request, answer = Frames(), Frames()
+    request.append(0x601, bytes(8))
+    deadline = time.monotonic() + 0.05
+    while time.monotonic() < deadline:
+        daemon.send(request)
+        assert server.serve()
+        daemon.receive(answer)
+        assert answer[0][0] in (0x180, 0x701)
+    slices = (plant.time - PERIOD) / SLICE_S
+    assert 5 <= slices <= 50
+
+
+def test_a_bus_without_a_file_descriptor_is_looked_at_often() -> None:
+    daemon, there = memory_pair()
+    plant = CountingPlant()
+    server = PlantServer(plant, there, PERIOD)
+    request, answer = Frames(), Frames()
+    request.append(0x080, b"\x01\x00\x00\x00")
+    for _ in range(20):
+        daemon.send(request)
+        start = time.monotonic()
+        while not daemon.receive(answer):
+            assert server.serve()
+            assert time.monotonic() - start < 1.0
+    assert plant.time >= 20 * PERIOD - 1e-9
+    daemon.close()
+    assert not server.serve()
+
+
 def test_each_silent_millisecond_after_the_period_is_one_slice(
     served: Served,
 ) -> None:
@@ -132,6 +177,17 @@ def test_slices_in_which_the_daemon_ran_after_all_are_made_up_for(served: Served
         if len(starving) < left:
             slices.append(round((plant.time - PERIOD) / SLICE_S))
     assert slices == [0, 0, 0, 4, 5, 5, 7]
+
+
+def test_a_daemon_that_now_and_then_gets_a_moment_is_charged_what_it_ran(served: Served) -> None:
+    plant, _, daemon = served
+    starving = [True] * 30 + [False] + [True] * 30 + [False]
+    server = PlantServer(plant, served[1]._bus, PERIOD, lambda _: starving.pop(0), lambda: 1.5e-3)
+    send(daemon)
+    server.serve()
+    while starving:
+        server.serve()
+    assert plant.time == pytest.approx(PERIOD + 4 * SLICE_S)
 
 
 def test_the_clock_of_the_bus_ticks_whatever_the_daemon_does_and_costs_no_plant_time(served: Served) -> None:
@@ -212,15 +268,42 @@ def test_silence_before_the_daemon_is_seen_to_be_gone_counts_too(served: Served)
     assert server.unsafe == pytest.approx(0.019)
 
 
+@pytest.fixture
+def outlived(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """This process goes on after the plant."""
+    monkeypatch.setattr(plant_process, "become_realtime", lambda priority: Granted(lost=["no SCHED_FIFO"]))
+    monkeypatch.setattr(plant_process, "settle_memory", lambda: None)
+    handlers = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    yield
+    for number, handler in handlers.items():
+        signal.signal(number, handler)
+
+
+@pytest.mark.usefixtures("outlived")
+def test_a_bus_that_goes_ends_the_plant_with_a_word(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    daemon, there = unix_pair()
+    monkeypatch.setattr(plant_process, "open_bus", lambda bus: there)
+    threading.Timer(0.05, daemon.close).start()
+    bus = PythonCanBus(interface="pcan", channel="PCAN_USBBUS1")
+    assert plant_process.serve_interface(config.load("giant"), bus) == 1
+    said = capsys.readouterr().err
+    assert "plant: pcan:PCAN_USBBUS1 is gone" in said
+    assert "warning: python-can takes about 234 us of a tick of 1000 us" in said
+
+
+@pytest.mark.usefixtures("outlived")
 def test_an_interface_is_served_until_sigterm(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     daemon, there = unix_pair()
-    opened: list[str] = []
+    vcan7 = SocketCanBus(interface="vcan7")
+    opened: list[NamedBus] = []
     answers = Frames()
 
-    def interface(name: str) -> SocketAdapter:
-        opened.append(name)
+    def interface(bus: NamedBus) -> SocketAdapter:
+        opened.append(bus)
         return there
 
     def ask() -> None:
@@ -232,22 +315,16 @@ def test_an_interface_is_served_until_sigterm(
             time.sleep(0.005)
         os.kill(os.getpid(), signal.SIGTERM)
 
-    monkeypatch.setattr(plant_process, "socketcan", interface)
-    # this process goes on after the plant
-    monkeypatch.setattr(plant_process, "become_realtime", lambda priority: Granted(lost=["no SCHED_FIFO"]))
-    monkeypatch.setattr(plant_process, "settle_memory", lambda: None)
-    handlers = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    monkeypatch.setattr(plant_process, "open_bus", interface)
     asking = threading.Thread(target=ask)
     asking.start()
     try:
-        assert plant_process.serve_interface(config.load("giant"), "vcan7") == 0
+        assert plant_process.serve_interface(config.load("giant"), vcan7) == 0
     finally:
         asking.join()
-        for number, handler in handlers.items():
-            signal.signal(number, handler)
         daemon.close()
-        there.close()
-    assert opened == ["vcan7"]
+    assert there.closed
+    assert opened == [vcan7]
     assert {can_id for can_id, _ in answers} >= {0x700 + node for node in range(1, 13)}
     said = capsys.readouterr().err
     assert "giant.toml serves vcan7" in said

@@ -4,6 +4,7 @@ import os
 import signal
 import time
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from hapticd.runtime import realtime
@@ -112,7 +113,8 @@ def test_stages_add_up_and_the_log_s_stays_until_its_next_end() -> None:
 
 
 def test_memory_settles_after_a_time_however_rare_the_looks_are(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(vitals_module, "SETTLED_S", 0.05)
+    now = 0
+    monkeypatch.setattr(vitals_module, "lib", SimpleNamespace(rt_now=lambda: now))
     vitals = VitalSigns()
     work = vitals.watch()
     work.send(None)
@@ -120,7 +122,7 @@ def test_memory_settles_after_a_time_however_rare_the_looks_are(monkeypatch: pyt
     work.send(None)
     assert vitals.found.rss_growth_kib > 15_000
     work.send(None)
-    time.sleep(0.06)
+    now = round(1e9 * vitals_module.SETTLED_S)
     work.send(None)
     assert vitals.found.rss_growth_kib < 1_000  # counted from here on
     late = bytearray(b"x" * (16 << 20))

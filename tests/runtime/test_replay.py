@@ -186,7 +186,7 @@ def test_a_program_that_computes_something_else_is_found_out(
 ) -> None:
     modes = [int(record.fixed["mode"]) for record in open_log(str(recording)).records()]
     stopping = modes.index(Mode.STOPPING)
-    monkeypatch.setattr(giant, "WRENCH_FADE_S", giant.WRENCH_FADE_S * (1.0 + 1e-9))
+    monkeypatch.setattr(giant, "STOP_FADE_S", giant.STOP_FADE_S * (1.0 + 1e-9))
     found = replay(open_log(str(recording)))
     assert found.first[0].tick == stopping
     assert any(d.field.startswith("state.wrench") for d in found.first)

@@ -1,8 +1,10 @@
 """The cycle in closed loop with the simulated machine: after a stop, and at the end."""
 
 import pytest
+from hapticd.devices.safety_plc import SafetyRequest
 from hapticd.runtime.modes import Command, Mode
-from hapticd.runtime.outcome import outcome
+from hapticd.runtime.outcome import Ending, outcome
+from hapticd.safety import Reaction
 from hapticd.sim import faults
 from hapticd.sim.drives import SimDrive
 
@@ -46,7 +48,8 @@ def test_a_reset_with_the_cause_present_is_refused_and_works_once_it_is_gone(
     bench.run(600, Command.RESET)
     assert bench.mode is Mode.STOPPED
     assert any("reset refused" in event for event in bench.events)
-    assert bench.plc.request == 0
+    off = bench.memory.latch.reaction is Reaction.OFF
+    assert bench.plc.request == (SafetyRequest.STO if off else 0)
     bench.plc.emergency_stop = (False, False)
     for node in bench.nodes.nodes:
         node.silent = False
@@ -104,19 +107,23 @@ def test_an_emergency_stop_while_the_session_ends_is_what_the_session_ended_with
     moving.run(5)
     stopped = moving.memory.stopped_by
     assert stopped is not None and stopped.verdict.reason == "e_stop"
-    assert outcome(moving.memory, None).status == 3
+    assert outcome(moving.memory, None, Ending()).status == 3
 
 
 def test_what_a_session_came_to(engaging: Bench) -> None:
     memory = engaging.memory
-    assert outcome(memory, None).message.startswith("not at rest")
+    assert outcome(memory, None, Ending()).message.startswith("not at rest")
     engaging.run(1, Command.END)
     engaging.until(Mode.STOPPED)
-    assert outcome(memory, None).status == 1
-    assert "recorder" in outcome(memory, None).message
-    assert outcome(memory, None, lost="the bus is gone").status == 3
+    assert outcome(memory, None, Ending()).message.startswith(
+        "not known to be off"
+    )  # they were told, no more
+    engaging.run(3)
+    assert outcome(memory, None, Ending()).status == 1
+    assert "recorder" in outcome(memory, None, Ending()).message
+    assert outcome(memory, None, Ending(lost="the bus is gone")).status == 3
     memory.mode = Mode.FAILED
-    assert outcome(memory, None).status == 1
+    assert outcome(memory, None, Ending()).status == 1
 
 
 def test_a_daemon_that_sleeps_for_20_ms_finds_its_drives_safe_and_may_reset_them(engaging: Bench) -> None:

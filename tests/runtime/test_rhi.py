@@ -69,7 +69,8 @@ def test_the_summary_shows_angles_and_torques(session: tuple[Report, Log]) -> No
     text = table(report)
     line = next(line for line in text.splitlines() if line.startswith("motor 1 torque"))
     assert "lower" in line and "mN m" in line
-    assert report.coupling_mm > 10.0  # deeper in the wall than the motors can hold
+    depth = next(figure for figure in report.figures if figure.name == "depth in the wall")
+    assert depth.max > 10.0 and depth.unit == "mm"  # deeper than the motors can hold
 
 
 @pytest.mark.parametrize(

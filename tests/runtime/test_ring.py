@@ -4,7 +4,7 @@ import os
 
 import numpy as np
 import pytest
-from hapticd.runtime.ring import CAPACITY, LONGEST_RECORD, Ring, RingError
+from hapticd.runtime.ring import CAPACITY, LONGEST_RECORD, Drain, Ring, RingError
 
 LENGTH, SPACE = 60_000, 60_008
 """Of a record: its bytes, and what it takes with its length in front and padded to eights."""
@@ -81,3 +81,30 @@ def test_a_damaged_length_is_an_error_and_no_crash() -> None:
     ring._map[at : at + 4] = (LONGEST_RECORD * 2).to_bytes(4, "little")
     with pytest.raises(RingError, match="damaged"):
         ring.pop()
+
+
+def test_a_reader_that_takes_nothing_out_is_stuck_and_one_that_has_nothing_to_take_is_not() -> None:
+    ring = Ring.create()
+    other, drain = Ring.attach(ring.fd), Drain(ring, patience=3)
+    assert not any(drain.stuck() for _ in range(10))  # empty
+    ring.push(b"a")
+    assert [drain.stuck() for _ in range(4)] == [False, False, True, True]
+    assert (ring.read, ring.unread) == (0, 8)
+    ring.push(b"b")
+    assert drain.stuck()
+    other.pop()
+    assert [drain.stuck() for _ in range(4)] == [False, False, False, True]  # slow, but it read
+    other.pop()
+    assert (ring.read, ring.unread) == (16, 0)
+    assert not any(drain.stuck() for _ in range(10))
+
+
+def test_a_reader_that_keeps_the_ring_full_but_reads_is_not_stuck() -> None:
+    ring = Ring.create()
+    other, drain = Ring.attach(ring.fd), Drain(ring, patience=2)
+    while ring.push(bytes(LENGTH)):
+        pass
+    for _ in range(300):
+        assert other.pop() is not None
+        assert ring.push(bytes(LENGTH))
+        assert not drain.stuck()

@@ -5,17 +5,18 @@ from math import nan
 
 import numpy as np
 import pytest
+from hapticd.devices.safety_plc import SafetyRequest
 from hapticd.runtime.modes import Command, Mode
 from hapticd.safety import Reaction, Verdict
 from hapticd.sim import faults
 
-from .conftest import Bench, fall
+from .conftest import Bench, fall, weld
 
 
 def stand_outside(bench: Bench) -> None:
     """A joint is measured between its limit and the one that stops the machine."""
-    upper = bench.memory.machine.axes[1].upper + 1e-3
-    bench.after_sensing(lambda: setattr(bench.joints[1], "link_position", upper))
+    # the limit comes to the joint: a measurement that jumps there would not be believed
+    object.__setattr__(bench.memory.machine.axes[1], "upper", bench.joints[1].link_position - 1e-3)
 
 
 def test_a_session_comes_up_by_itself_and_waits_for_a_press(bench: Bench) -> None:
@@ -47,10 +48,13 @@ def test_engaging_fades_in_over_three_seconds_from_the_measured_posture(bench: B
 
 def test_a_joint_that_stands_beyond_its_limit_is_engaged_without_a_jump() -> None:
     bench = Bench(
-        ('posture = "-0.9026 1.5724', 'posture = "-0.9026 2.412'),
         ('force = "150 N"', 'force = "0.1 N"'),  # a hand that hardly holds on
         ('torque = "12 N m"', 'torque = "0.01 N m"'),
     )
+    posture = bench.plant.arm.q.copy()
+    posture[1] = 2.412
+    bench.plant.arm.reset(posture)
+    bench.plant._measure()
     bench.until(Mode.ENGAGING)
     fastest = 0.0
     for _ in range(100):
@@ -95,12 +99,20 @@ REFUSALS: dict[str, tuple[Callable[[Bench], object], str]] = {
         "a stop is latched",
     ),
     "stale frames": (
-        lambda b: setattr(b.joints[1], "tamper", lambda can_id, data: [(can_id, data)] * 8),
+        lambda b: (setattr(b.joints[1], "tamper", faults.duplicate(20)), b.run(8)),
         "stale or repeated frames",
+    ),
+    "a drive in another mode": (lambda b: setattr(b.joints[1], "mode", 8), "is in mode 8 (6061h) instead of"),
+    "a drive with power": (lambda b: weld(b.last_drive), "the safety PLC holds the torque off"),
+    "a machine that moves": (
+        lambda b: b.break_sensor(b.joints[0].device.name, "velocity", 0.5),
+        "the machine moves",
     ),
     "wrench is NaN": (lambda b: b.break_sensor("force_torque", "wrench", [nan] * 6), "gives nothing valid"),
     "joint outside": (stand_outside, "stands outside its limits"),
 }
+LATCHED = ("drive fault", "e-stop", "a drive with power")
+"""They forbid to start even when they are gone again."""
 GIANT_REFUSALS: dict[str, tuple[Callable[[Bench], object], str]] = {
     "carriage IMU is NaN": (
         lambda b: b.break_sensor("imu_carriage", "acceleration", [nan] * 3),
@@ -121,19 +133,32 @@ def test_a_press_starts_nothing_while_something_is_amiss(bench: Bench, name: str
     bench.run(2)
     bench.press(True)
     bench.run(5)
-    assert bench.mode is Mode.READY
+    assert bench.mode is (Mode.STOPPED if name in LATCHED else Mode.READY)
     assert bench.safe
     (event,) = [event for event in bench.events if event.startswith("not started")]
     assert why in event
 
 
-def test_a_stop_or_an_emergency_stop_of_a_waiting_machine_leaves_it_waiting(bench: Bench) -> None:
+def test_a_stop_of_a_waiting_machine_leaves_it_waiting(bench: Bench) -> None:
     bench.until(Mode.READY)
     bench.run(5, Command.STOP)
-    bench.plc.emergency_stop = (True, True)
-    bench.run(5)
     assert bench.mode is Mode.READY
     assert bench.reason == ""
+    assert bench.events[-1] == "stop commanded: no drive has power"
+
+
+def test_an_emergency_stop_of_a_waiting_machine_is_latched(bench: Bench) -> None:
+    bench.until(Mode.READY)
+    bench.plc.emergency_stop = (True, False)
+    bench.run(3)
+    bench.plc.emergency_stop = (False, False)
+    bench.run(5)
+    assert bench.mode is Mode.STOPPED
+    assert bench.reason == "e_stop"
+    assert bench.plc.request == SafetyRequest.STO
+    bench.run(100, Command.RESET)
+    assert bench.mode is Mode.READY
+    assert bench.plc.request == 0 and not bench.plc.sto
 
 
 def test_arming_by_command_needs_the_command_before_the_press(machine: str) -> None:

@@ -1,6 +1,8 @@
 """The cycle in closed loop with the simulated machine: what stops it, how fast and why."""
 
-from collections.abc import Callable
+import itertools
+from collections.abc import Callable, Iterator
+from functools import partial
 from math import inf, nan
 
 import numpy as np
@@ -13,6 +15,7 @@ from hapticd.runtime.modes import Command, Mode
 from hapticd.runtime.rhi.machine import RedundantInterface
 from hapticd.safety.gate import CLAMPS_BEFORE_HOLD
 from hapticd.sim import faults
+from hapticd.sim.drives import SimJointDrive
 
 from .conftest import MACHINES, RAMP_TICKS, Bench, fall
 
@@ -97,6 +100,29 @@ def test_a_fault_stops_the_machine_in_time_latched_and_with_its_reason(engaging:
     assert np.abs(bench.plant.arm.qd).max() < 0.05
     bench.run(200)
     assert bench.mode in (Mode.STOPPED, Mode.HOLDING)  # latched
+
+
+def drift(joint: SimJointDrive, ticks: Iterator[int]) -> None:
+    """What the joint measures moves with 0.3 rad/s."""
+    moved = 0.3e-3 * next(ticks)
+    joint.velocity = 0.3
+    joint.position += moved
+    joint.link_position += moved
+
+
+@pytest.mark.parametrize("name", ["dead-man released", "drive fault", "five frames lost", "commanded stop"])
+def test_a_stop_while_drives_switch_on_takes_them_off_again_and_enables_none(bench: Bench, name: str) -> None:
+    slow = bench.joints[0]
+    slow.outputs_latched = lambda: None  # type: ignore[method-assign]
+    bench.until(Mode.ENABLING)
+    bench.after_sensing(partial(drift, slow, itertools.count(1)))  # nothing looks at rest
+    bench.run(10)
+    happen, reason, _, detect = STOPS[name]
+    happen(bench)
+    bench.until(Mode.STOPPED, limit=detect + 1)
+    assert bench.reason == reason
+    bench.run(3)
+    assert bench.safe
 
 
 def test_an_emergency_stop_takes_the_torque_in_the_same_tick(engaging: Bench) -> None:
@@ -191,7 +217,7 @@ def test_a_controlled_stop_that_does_not_come_to_rest_becomes_a_ramp_with_no_tim
     moving: Bench, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     machine = moving.memory.machine
-    monkeypatch.setattr(machine, "brake", lambda: False)  # never at rest
+    monkeypatch.setattr(machine, "brake", lambda dropped: False)  # never at rest
     moving.break_sensor("force_torque", "wrench", [nan] * 6)
     moving.run(24)
     assert moving.reason == "wrench_lost"
@@ -256,8 +282,11 @@ def test_commands_beyond_the_limit_are_clamped_and_stop_after_ten(engaging: Benc
 def test_a_measured_position_or_speed_beyond_the_hard_limit_stops(
     engaging: Bench, quantity: str, limit: str
 ) -> None:
-    measured = getattr(engaging.memory.machine.thresholds, limit)[1] + 0.05
-    engaging.after_sensing(lambda: setattr(engaging.joints[1], quantity, measured))
+    thresholds = engaging.memory.machine.thresholds
+    measured = abs(getattr(engaging.joints[1], quantity))
+    allowed = [*getattr(thresholds, limit)]
+    allowed[1] = measured - 0.5  # a value that jumped there would be no measurement
+    object.__setattr__(thresholds, limit, tuple(allowed))
     engaging.run(6)
     assert engaging.reason == "beyond_limit"
 
@@ -273,9 +302,10 @@ def test_a_wrench_that_is_lost_fades_out_of_what_the_machine_feels(moving: Bench
     for tick in range(1, 21):
         moving.run(1)
         assert machine._felt == pytest.approx((1.0 - tick / 20) * last)
-    moving.run(1)
+    for tick in range(1, 21):  # and comes back as it went
+        moving.run(1)
+        assert machine._felt == pytest.approx(tick / 20 * machine._estimator.wrench)
     assert moving.mode is Mode.ACTIVE
-    assert machine._felt == pytest.approx(machine._estimator.wrench)
 
 
 def test_a_tick_without_commands_of_its_own_sends_none(
@@ -295,7 +325,7 @@ def test_a_ramp_ends_with_its_time_even_where_nothing_comes_to_rest(
     ramp = round(0.8 * config.safety.stop_time * config.loop.rate)
     for _ in range(2):  # and a second one has as much
         with monkeypatch.context() as patch:
-            patch.setattr(engaging.memory.machine, "brake", lambda: False)
+            patch.setattr(engaging.memory.machine, "brake", lambda dropped: False)
             engaging.press(False)
             engaging.until(Mode.STOPPING)
             assert engaging.until(Mode.STOPPED) == ramp - 1  # the first in the tick of the stop
@@ -303,6 +333,7 @@ def test_a_ramp_ends_with_its_time_even_where_nothing_comes_to_rest(
         engaging.run(50, Command.RESET)
         engaging.press(True)
         engaging.until(Mode.ENGAGING)
+        engaging.run(10)  # a stop just as the drives get torque needs no ramp
 
 
 @pytest.mark.parametrize(("policy", "mode"), [("record", Mode.ENGAGING), ("stop", Mode.HOLDING)])

@@ -7,7 +7,7 @@ import time
 from functools import partial
 
 import pytest
-from hapticd.runtime.watch import Overstay, Watch, WatchedLoop, source
+from hapticd.runtime.watch import BUDGET_NS, KEPT_NS, Overstay, Watch, WatchedLoop, source
 
 
 def block() -> None:
@@ -34,10 +34,10 @@ def run(main: object) -> list[Overstay]:
 
 
 def test_a_blocking_coroutine_is_named_with_the_line_where_it_was_resumed() -> None:
-    (found,) = [o for o in run(block_twice()) if o.us > 1900]
     resumed = line_of(block_twice, "await asyncio.sleep(0)")
-    assert found.where == f"runtime/test_watch.py:{resumed} block_twice"
-    assert found.budget_us == 100.0
+    where = f"runtime/test_watch.py:{resumed} block_twice"
+    (found,) = [o for o in run(block_twice()) if o.where == where]  # a busy host may hold up others
+    assert found.us > 1900 and found.budget_us == 100.0
 
 
 def test_a_name_leaves_nothing_behind_in_the_table_of_interned_strings(
@@ -70,16 +70,15 @@ def test_a_blocking_callback_is_named_however_it_was_scheduled(how: str) -> None
         os.close(readable)
         os.close(writable)
 
-    found = [o for o in run(main()) if o.us > 1900]
-    assert len(found) == 1
-    assert found[0].where.startswith("runtime/test_watch.py:")
-    assert found[0].where.endswith("main.<locals>.blocking")
+    (found,) = [o for o in run(main()) if o.where.endswith("main.<locals>.blocking")]
+    assert found.us > 1900
+    assert found.where.startswith("runtime/test_watch.py:")
 
 
 def test_what_ran_is_kept_until_it_is_taken_and_trifles_are_left_out() -> None:
     watch = Watch()
     watch.time(block)
-    watch.time(lambda: None)
+    watch.account(run, 0, KEPT_NS - 1, BUDGET_NS)
     ((where, ns),) = watch.take()
     assert where == f"runtime/test_watch.py:{block.__code__.co_firstlineno} block"
     assert ns >= 2_000_000

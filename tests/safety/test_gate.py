@@ -7,6 +7,7 @@ import pytest
 from hapticd.safety import AxisLimits, Gate, Reaction
 
 JOINT = AxisLimits("joint_1", command=100.0, step=inf, power=200.0, lower=-1.0, upper=1.0)
+KEPT = [False, False]
 AXIS = AxisLimits("ppu_x", command=1.2, step=0.01, power=inf, lower=-1.6, upper=1.6)
 
 
@@ -16,7 +17,7 @@ def admit(
     position: list[float] | None = None,
     velocity: list[float] | None = None,
 ):  # type: ignore[no-untyped-def]
-    return gate.admit(commands, position or [0.0, 0.0], velocity or [0.0, 0.0], True, 7, 7)
+    return gate.admit(commands, position or [0.0, 0.0], velocity or [0.0, 0.0], True, 7, 7, KEPT)
 
 
 @pytest.fixture
@@ -26,7 +27,7 @@ def gate() -> Gate:
 
 def test_without_arming_nothing_is_admitted(gate: Gate) -> None:
     admit(gate, [50.0, 0.005])
-    verdict = gate.admit([50.0, 0.005], [0.0, 0.0], [0.0, 0.0], False, 7, 7)
+    verdict = gate.admit([50.0, 0.005], [0.0, 0.0], [0.0, 0.0], False, 7, 7, KEPT)
     assert gate.admitted == [0.0, 0.0]
     assert not gate.enable
     assert verdict.reaction is Reaction.PASS
@@ -40,7 +41,7 @@ def test_an_ordinary_command_passes_unchanged(gate: Gate) -> None:
 
 def test_an_output_of_another_tick_is_denied_and_stops(gate: Gate) -> None:
     admit(gate, [50.0, 0.005])
-    verdict = gate.admit([50.0, 0.005], [0.0, 0.0], [0.0, 0.0], True, 6, 7)
+    verdict = gate.admit([50.0, 0.005], [0.0, 0.0], [0.0, 0.0], True, 6, 7, KEPT)
     assert (verdict.reaction, verdict.reason) == (Reaction.RAMP, "stale_output")
     assert gate.admitted == [0.0, 0.0]
     assert not gate.enable
@@ -94,16 +95,16 @@ def test_what_is_no_number_holds_the_last_command_twice_and_then_takes_the_torqu
     assert reactions == [Reaction.SANITISE, Reaction.SANITISE, Reaction.OFF]
 
 
-def test_clamped_ticks_in_a_row_stop_ever_more_strongly_and_one_good_tick_forgives(gate: Gate) -> None:
+def test_clamped_ticks_stop_ever_more_strongly_and_a_good_tick_forgives_only_the_first(gate: Gate) -> None:
     for _ in range(9):
         assert admit(gate, [150.0, 0.0]).reaction is Reaction.SANITISE
     assert admit(gate, [50.0, 0.0]).reaction is Reaction.PASS
     found = [admit(gate, [150.0, 0.0]) for _ in range(155)]
     assert [verdict.reaction for verdict in found] == [
         *[Reaction.SANITISE] * 9,
-        *[Reaction.HOLD] * 90,
+        *[Reaction.HOLD] * 81,  # the nine before the good tick count, too
         *[Reaction.RAMP] * 50,
-        *[Reaction.OFF] * 6,
+        *[Reaction.OFF] * 15,
     ]
     assert {verdict.reason for verdict in found[9:]} == {"output_beyond_limit"}
     assert gate.clamps == 164
@@ -116,9 +117,38 @@ def test_a_motor_may_give_all_it_has_for_10_ticks_and_for_10_ms(rate: float, tic
     assert found == [*[Reaction.SANITISE] * (ticks - 1), Reaction.HOLD]
 
 
-def test_a_gap_in_what_is_no_number_starts_its_count_anew(gate: Gate) -> None:
-    for command in (nan, nan, 150.0, nan, nan):
-        assert admit(gate, [command, 0.0]).reaction is Reaction.SANITISE
+def test_what_is_no_number_now_and_then_leads_to_a_ramp(gate: Gate) -> None:
+    found = [admit(gate, [command, 0.0]) for command in (nan, nan, 50.0, nan, 50.0, nan)]
+    assert [verdict.reaction for verdict in found] == [
+        *(Reaction.SANITISE, Reaction.SANITISE, Reaction.PASS),
+        *[Reaction.RAMP] * 3,
+    ]
+    assert {verdict.reason for verdict in found[3:]} == {"output_not_finite"}
+    assert gate.admitted == [50.0, 0.0]  # something to ramp with is left
+
+
+def test_what_is_rarely_no_number_is_held_over(gate: Gate) -> None:
+    found = [admit(gate, [nan if k % 50 == 0 else 50.0, 0.0]).reaction for k in range(500)]
+    assert set(found) == {Reaction.SANITISE, Reaction.PASS}
+
+
+@pytest.mark.parametrize(("good", "every", "stops"), [(1, 10, True), (1, 2, True), (9, 10, False)])
+def test_commands_that_are_good_now_and_then_stop_all_the_same(
+    gate: Gate, good: int, every: int, stops: bool
+) -> None:
+    commands = [50.0 if k % every < good else 150.0 for k in range(100)]
+    found = [admit(gate, [command, 0.0]) for command in commands]
+    assert any(verdict.reaction.stops for verdict in found) == stops
+    assert {verdict.reason for verdict in found if verdict.reaction.stops} <= {"output_beyond_limit"}
+
+
+def test_an_axis_that_was_dropped_gets_nothing_at_once_and_its_commands_do_not_count(gate: Gate) -> None:
+    for k in range(100):
+        admit(gate, [50.0, 0.0099 * k])
+    assert gate.admitted[1] > 0.9
+    for command in (0.5, nan, 1e9) * 100:
+        verdict = gate.admit([50.0, command], [0.0, 0.0], [0.0, 0.0], True, 7, 7, [False, True])
+        assert (verdict.reaction, gate.admitted) == (Reaction.PASS, [50.0, 0.0])
 
 
 @pytest.mark.parametrize(("bad", "harmless"), [(150.0, 9), (nan, 2)])
@@ -126,7 +156,7 @@ def test_a_new_arming_counts_from_nothing(gate: Gate, bad: float, harmless: int)
     for _ in range(3):
         for _ in range(harmless):
             assert admit(gate, [bad, 0.0]).reaction is Reaction.SANITISE
-        gate.admit([0.0, 0.0], [0.0, 0.0], [0.0, 0.0], False, 7, 7)
+        gate.admit([0.0, 0.0], [0.0, 0.0], [0.0, 0.0], False, 7, 7, KEPT)
 
 
 def test_whatever_comes_in_nothing_beyond_the_limits_goes_out(gate: Gate) -> None:
@@ -135,7 +165,7 @@ def test_whatever_comes_in_nothing_beyond_the_limits_goes_out(gate: Gate) -> Non
     for _ in range(20_000):
         pick = [float(rng.choice(strange) if rng.random() < 0.3 else rng.normal(0, 200)) for _ in range(6)]
         last = gate.admitted[1]
-        gate.admit(pick[:2], pick[2:4], pick[4:], True, 1, 1)
+        gate.admit(pick[:2], pick[2:4], pick[4:], True, 1, 1, KEPT)
         torque, velocity = gate.admitted
         assert isfinite(torque) and abs(torque) <= JOINT.command
         assert isfinite(velocity) and abs(velocity) <= AXIS.command

@@ -1,4 +1,4 @@
-"""Every check of the monitor, at and around its threshold (fault matrix, rows 1 to 19 and 25)."""
+"""Every check of the monitor, at and around its threshold (docs/fault-matrix.md, rows 1 to 19 and 25)."""
 
 from dataclasses import replace
 from math import inf, nan
@@ -22,6 +22,10 @@ def good(**changes: object) -> Observation:
         missed=[0, 0, 0],
         faults=[0, 0, 0],
         lost=[False] * 3,
+        rejected=[False] * 2,
+        mismatched=[False] * 2,
+        frozen=[False] * 2,
+        stale=[False] * 2,
         position=[0.1, 0.2],
         velocity=[0.0, 0.0],
         armed=True,
@@ -65,7 +69,11 @@ def test_a_healthy_machine_passes(monitor: Monitor) -> None:
         ({"lost": [False, False, True], "armed": False}, Reaction.PASS, ""),
         ({"foreign": 1}, Reaction.RAMP, "second_master"),
         ({"discarded": 1}, Reaction.SANITISE, "frame_discarded"),
-        ({"discarded": 6}, Reaction.HOLD, "stale_frames"),
+        ({"discarded": 12}, Reaction.SANITISE, "frame_discarded"),
+        ({"rejected": [False, True]}, Reaction.SANITISE, "encoder_jump"),
+        ({"mismatched": [True, False]}, Reaction.RECORD, "encoder_mismatch"),
+        ({"frozen": [False, True]}, Reaction.RAMP, "encoder_frozen"),
+        ({"frozen": [False, True], "armed": False}, Reaction.RAMP, "encoder_frozen"),
         ({"skipped": 1}, Reaction.RECORD, "overrun"),
         ({"skipped": 3}, Reaction.HOLD, "overrun"),
         ({"skipped": 19}, Reaction.HOLD, "overrun"),
@@ -111,7 +119,7 @@ def test_times_are_times_at_any_rate() -> None:
         assert monitor.judge(good(skipped=ticks)).reaction is Reaction.RAMP
         monitor = Monitor(replace(THRESHOLDS, rate=rate))
         assert reactions(monitor, ticks, wrench=None) == [Reaction.SANITISE] * ticks
-        assert monitor.wrench_gain == 0.0
+        assert monitor.trust.wrench == pytest.approx(0.0)
         assert reactions(monitor, 1, wrench=None) == [Reaction.HOLD]
 
 
@@ -123,6 +131,8 @@ def test_three_ticks_past_a_hard_limit_stop(monitor: Monitor, changes: dict[str,
     assert reactions(monitor, 3, **changes) == [Reaction.RECORD, Reaction.RECORD, Reaction.RAMP]
     assert monitor.judge(good()).reaction is Reaction.PASS
     assert reactions(monitor, 2, **changes) == [Reaction.RECORD, Reaction.RECORD]
+    assert monitor.judge(good()).reaction is Reaction.PASS
+    assert reactions(monitor, 1, **changes) == [Reaction.RAMP]  # the sixth within a hundred
 
 
 def test_an_idle_machine_past_its_limits_is_only_recorded(monitor: Monitor) -> None:
@@ -134,19 +144,22 @@ def test_an_invalid_wrench_fades_out_and_then_stops(monitor: Monitor, wrench: li
     gains = []
     for _ in range(20):
         assert monitor.judge(good(wrench=wrench)).reaction is Reaction.SANITISE
-        gains.append(monitor.wrench_gain)
+        gains.append(monitor.trust.wrench)
     assert gains == pytest.approx([1 - k / 20 for k in range(1, 21)])
     assert monitor.judge(good(wrench=wrench)).reaction is Reaction.HOLD
-    assert monitor.judge(good()).reaction is Reaction.PASS
-    assert monitor.wrench_gain == 1.0
+    for k in range(1, 21):  # and comes back as it went: no jump
+        monitor.judge(good())
+        assert monitor.trust.wrench == pytest.approx(k / 20)
+    assert monitor.trust.wrench == 1.0
+    assert reactions(monitor, 100)[-1] is Reaction.PASS
 
 
 def test_accelerometers_without_valid_values_stop_after_a_while(monitor: Monitor) -> None:
     assert reactions(monitor, 20, inertial=False) == [Reaction.SANITISE] * 20
     verdict = monitor.judge(good(inertial=False))
     assert (verdict.reaction, verdict.reason) == (Reaction.HOLD, "acceleration_lost")
-    assert monitor.wrench_gain == 1.0
-    assert reactions(monitor, 1) == [Reaction.PASS]
+    assert monitor.trust.wrench == 1.0
+    assert reactions(monitor, 100)[-1] is Reaction.PASS
     assert reactions(monitor, 20, inertial=False) == [Reaction.SANITISE] * 20
     assert reactions(monitor, 30, inertial=False, armed=False) == [Reaction.SANITISE] * 30
 
@@ -158,17 +171,86 @@ def test_without_power_an_invalid_wrench_does_not_stop(monitor: Monitor) -> None
 def test_failed_solves_escalate(monitor: Monitor) -> None:
     found = reactions(monitor, 10, solved=False)
     assert found == [Reaction.SANITISE] * 2 + [Reaction.HOLD] * 7 + [Reaction.RAMP]
-    assert monitor.judge(good()).reaction is Reaction.PASS
+    assert reactions(monitor, 101)[-1] is Reaction.PASS
 
 
 def sporadic(monitor: Monitor, every: int, **changes: object) -> list[Reaction]:
     return [monitor.judge(good(**changes) if k % every == 0 else good()).reaction for k in range(600)]
 
 
-@pytest.mark.parametrize("field", ["skipped", "discarded"])
-def test_more_than_five_sporadic_faults_in_a_hundred_ticks_stop_and_fewer_do_not(field: str) -> None:
-    assert Reaction.HOLD not in sporadic(Monitor(THRESHOLDS), 20, **{field: 1})
-    assert Reaction.HOLD in sporadic(Monitor(THRESHOLDS), 16, **{field: 1})
+SPORADIC: dict[str, dict[str, object]] = {
+    "skipped ticks": {"skipped": 1},
+    "stale frames": {"discarded": 1},
+    "missing frames": {"missed": [0, 1, 0]},
+    "failed solves": {"solved": False},
+}
+
+
+@pytest.mark.parametrize("name", SPORADIC)
+def test_more_than_five_sporadic_faults_in_a_hundred_ticks_stop_and_fewer_do_not(name: str) -> None:
+    assert Reaction.HOLD not in sporadic(Monitor(THRESHOLDS), 20, **SPORADIC[name])
+    assert Reaction.HOLD in sporadic(Monitor(THRESHOLDS), 16, **SPORADIC[name])
+
+
+def test_frames_of_different_devices_count_by_themselves(monitor: Monitor) -> None:
+    for k in range(15):
+        missed = [int(k % 3 == i) for i in range(3)]
+        assert monitor.judge(good(missed=missed)).reaction is Reaction.SANITISE
+    verdict = monitor.judge(good(missed=[0, 1, 0]))
+    assert (verdict.reaction, verdict.reason) == (Reaction.HOLD, "device_silent")
+    assert "ppu_x: 6 of 100" in verdict.detail
+
+
+def test_when_no_axis_is_measured_any_more_nothing_is_held(monitor: Monitor) -> None:
+    missed, stale = [5, 5, 5], [True, True]
+    assert monitor.judge(good(missed=missed, stale=stale)).reaction is Reaction.RAMP
+    assert monitor.trust.axes == [False, False]
+    assert Monitor(THRESHOLDS).judge(good(missed=[4] * 3, stale=stale)).reaction is Reaction.SANITISE
+    assert Monitor(THRESHOLDS).judge(good(missed=missed, stale=[True, False])).reaction is Reaction.HOLD
+
+
+@pytest.mark.parametrize("gap", [1, 2, 50, 98])
+def test_a_second_implausible_measurement_of_an_axis_stops(gap: int) -> None:
+    monitor = Monitor(THRESHOLDS)
+    bad = {"rejected": [False, True]}
+    assert reactions(monitor, 1, **bad) == [Reaction.SANITISE]
+    assert reactions(monitor, 1, rejected=[True, False]) == [Reaction.SANITISE]  # of the other axis
+    assert reactions(monitor, gap - 1) == [Reaction.PASS] * (gap - 1)
+    verdict = monitor.judge(good(**bad))
+    assert (verdict.reaction, verdict.reason) == (Reaction.RAMP, "encoder_jump")
+    assert "ppu_x: 2 of 100" in verdict.detail
+    assert monitor.trust.axes == [True, False]  # a stop does not steer by it
+
+
+def test_implausible_measurements_far_apart_stop_nothing(monitor: Monitor) -> None:
+    for _ in range(5):
+        assert reactions(monitor, 1, rejected=[True, False]) == [Reaction.SANITISE]
+        assert reactions(monitor, 99) == [Reaction.PASS] * 99
+
+
+@pytest.mark.parametrize("every", [1, 2, 9])
+def test_encoders_that_contradict_each_other_ten_times_in_a_hundred_stop(every: int) -> None:
+    monitor = Monitor(THRESHOLDS)
+    for k in range(10):
+        assert monitor.trust.axes == [True, True]
+        found = reactions(monitor, 1, mismatched=[False, True])
+        assert found == [Reaction.RECORD if k < 9 else Reaction.RAMP]
+        if k < 9:
+            assert reactions(monitor, every - 1) == [Reaction.PASS] * (every - 1)
+    assert monitor.trust.axes == [True, False]
+
+
+def test_a_frozen_encoder_costs_its_axis_the_trust_until_it_moves(monitor: Monitor) -> None:
+    monitor.judge(good(frozen=[True, False]))
+    assert monitor.trust.axes == [False, True]
+    monitor.judge(good())
+    assert monitor.trust.axes == [True, True]
+
+
+@pytest.mark.parametrize("changes", [{"wrench": None}, {"inertial": False}])
+def test_a_sensor_that_is_valid_now_and_then_stops_all_the_same(changes: dict[str, object]) -> None:
+    assert Reaction.HOLD in sporadic(Monitor(THRESHOLDS), 4, **changes)
+    assert Reaction.HOLD not in sporadic(Monitor(THRESHOLDS), 6, **changes)
 
 
 def test_where_overruns_are_recorded_no_stall_stops() -> None:

@@ -209,7 +209,7 @@ def test_the_doctor_names_what_is_wrong_and_its_commands_mend_it(machine: Path) 
 
 
 def test_a_session_runs_over_can_fd_with_fifo_and_locked_memory(daemon: Process, plant: Process) -> None:
-    daemon.type("a\n")
+    daemon.type("arm\n")
     daemon.wait_for("ENGAGING")
     for name, process in (("daemon", daemon), ("plant", plant)):
         pid = process.process.pid
@@ -222,7 +222,7 @@ def test_a_session_runs_over_can_fd_with_fifo_and_locked_memory(daemon: Process,
     assert max(len(data) for can_id, data in frames if can_id == 0x080) > 8
     daemon.wait_for("ACTIVE: engaged")
     assert daemon.page_faults() == faults
-    daemon.type("q\n")
+    daemon.type("quit\n")
     assert daemon.end() == 0, daemon.errors
     report = json.loads(daemon.output)
     assert report["skipped"] == report["frames_missing"] == 0
@@ -231,7 +231,7 @@ def test_a_session_runs_over_can_fd_with_fifo_and_locked_memory(daemon: Process,
 
 
 def test_skipped_ticks_are_counted_and_stop_the_machine_when_they_are_many(daemon: Process) -> None:
-    daemon.type("a\n")
+    daemon.type("arm\n")
     daemon.wait_for("ENGAGING")
     hog(2.5)
     time.sleep(0.1)
@@ -242,7 +242,7 @@ def test_skipped_ticks_are_counted_and_stop_the_machine_when_they_are_many(daemo
     hog(22.5)
     daemon.wait_for("R3 stall")
     daemon.wait_for("STOPPED")
-    daemon.type("q\n")
+    daemon.type("quit\n")
     assert daemon.end() == 3
     report = json.loads(daemon.output)
     # the first tick of a gap is served late, and the others are skipped: of 2.5 periods, 2 or 1
@@ -257,7 +257,7 @@ ERRORS, SAID = Path("/run/hapticd.err"), Path("/run/hapticd.said")
 SERVICE_JOB = """
 systemctl start hapticd@machine; echo "started $?"
 sleep 1; systemctl show -P StatusText hapticd@machine
-echo a > /run/hapticd-machine
+echo arm > /run/hapticd-machine
 sleep 5; systemctl show -P ActiveState hapticd@machine
 systemctl kill --kill-whom=main --signal=STOP hapticd@machine
 sleep 5; systemctl show -P Result hapticd@machine

@@ -6,7 +6,9 @@ from typing import Any
 
 import pytest
 from hapticd.runtime.doctor.can import can_line, can_lines
-from hapticd.runtime.doctor.line import State
+from hapticd.runtime.doctor.line import Line, State
+from hapticd.runtime.quantities import BitRate
+from hapticd.runtime.sections import PythonCanBus, SocketCanBus
 
 
 def can(**changes: Any) -> dict[str, Any]:
@@ -83,8 +85,87 @@ def test_without_a_configuration_every_can_interface_is_looked_at() -> None:
 
 
 def test_a_configuration_asks_for_its_own_interface() -> None:
-    assert [line.check for line in can_lines([can(), VIRTUAL], "vcan0")] == ["can_vcan0"]
-    (line,) = can_lines([VIRTUAL], "can7")
+    assert [line.check for line in can_lines([can(), VIRTUAL], SocketCanBus(interface="vcan0"))] == [
+        "can_vcan0"
+    ]
+    (line,) = can_lines([VIRTUAL], SocketCanBus(interface="can7", data_bitrate=BitRate(2e6)))
     assert line.state is State.FAIL
-    assert "ip link set can7 up type can" in line.fix
+    assert "ip link set can7 up type can bitrate 1000000 dbitrate 2000000 fd on" in line.fix
     assert "ip link add dev can7 type vcan" in line.fix
+
+
+@pytest.mark.parametrize(
+    ("rates", "found"),
+    [
+        ((1e6, 5e6), ""),
+        ((None, None), ""),
+        ((5e5, 5e6), "has bitrate 1 Mbit/s, not 0.5 Mbit/s as [bus] says"),
+        ((1e6, 8e6), "has data_bitrate 5 Mbit/s, not 8 Mbit/s as [bus] says"),
+        ((5e5, 8e6), "has bitrate 1 Mbit/s, not 0.5 Mbit/s and data_bitrate 5 Mbit/s, not 8 Mbit/s as"),
+    ],
+)
+def test_other_bit_rates_than_the_configuration_s_fail_with_the_command(
+    rates: tuple[float | None, float | None], found: str
+) -> None:
+    nominal, data = (None if rate is None else BitRate(rate) for rate in rates)
+    line = can_line(can(), SocketCanBus(interface="can0", bitrate=nominal, data_bitrate=data))
+    assert line.state is (State.FAIL if found else State.PASS)
+    assert found in line.found
+    if nominal and data and found:
+        assert line.fix == (
+            "sudo ip link set can0 down; sudo ip link set can0 up type can "
+            f"bitrate {nominal:.0f} dbitrate {data:.0f} fd on"
+        )
+
+
+def test_a_virtual_interface_has_no_bit_rates_to_be_wrong() -> None:
+    bus = SocketCanBus(interface="vcan0", bitrate=BitRate(5e5), data_bitrate=BitRate(2e6))
+    assert can_line(VIRTUAL, bus).state is State.PASS
+
+
+def python_can_line(rate: float = 250.0, devices: int = 12, **changes: Any) -> Line:
+    bus = PythonCanBus(**{"interface": "virtual", "channel": "x", **changes})
+    (line,) = can_lines([can()], bus, devices, rate)
+    return line
+
+
+def test_an_interface_of_python_can_is_loaded_and_not_opened(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("can.interfaces.virtual.VirtualBus.__init__", lambda *_: 1 / 0)
+    monkeypatch.setattr("hapticd.devices.python_can._known_settings", lambda _: {"fd"})
+    line = python_can_line()
+    assert (line.check, line.state) == ("can_virtual", State.PASS)
+    assert "was not opened" in line.found
+
+
+@pytest.mark.parametrize(
+    ("changes", "state", "found", "fix"),
+    [
+        ({"interface": "pcam"}, State.FAIL, "no such interface", 'Did you mean "pcan"?'),
+        ({"interface": "slcan"}, State.FAIL, "no CAN FD", "Take one that does"),
+        ({"settings": {"prot": 1}}, State.FAIL, "no setting 'prot'", "It has: "),
+        ({"bitrate": BitRate(1e6)}, State.FAIL, "takes no bitrate", "Leave it out"),
+        (
+            {"rate": 1000.0},
+            State.WARN,
+            "python-can takes about 234 us of a tick of 1000 us",
+            "at most 641 Hz, or use SocketCAN",
+        ),
+        ({"rate": 600.0}, State.PASS, "", ""),
+        ({"rate": 1000.0, "devices": 6}, State.PASS, "", ""),
+    ],
+)
+def test_what_is_wrong_with_an_interface_of_python_can_is_said(
+    changes: dict[str, Any], state: State, found: str, fix: str
+) -> None:
+    line = python_can_line(**changes)
+    assert line.state is state
+    assert found in line.found
+    assert fix in line.fix
+
+
+def test_a_package_that_is_missing_is_named_with_the_command(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("hapticd.devices.python_can._installed", lambda package: False)
+    line = python_can_line(interface="udp_multicast", channel="239.74.163.2")
+    assert line.state is State.WARN
+    assert "msgpack is missing" in line.found
+    assert "-m pip install 'python-can[multicast]'" in line.fix

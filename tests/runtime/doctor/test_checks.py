@@ -130,7 +130,7 @@ PROBLEMS: list[tuple[Callable[[Host], Line], Files, State, str, str]] = [
         {**PREEMPT_RT, **thread(17, "ksoftirqd/0", 0)},
         State.WARN,
         "no thread ktimers/N is visible",
-        "sudo hapticd doctor ",
+        "/hapticd doctor ",
     ),
     (
         kernel.rt_throttling,

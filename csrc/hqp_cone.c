@@ -1,0 +1,109 @@
+/*
+ * The way down from x: -g, the gradient of half of the squared slack of a level, projected onto the
+ * directions in which the earlier levels stay minimal. These are what the frozen rows leave free, and in
+ * which no hard row at its bound breaks: a cone. What the projection takes away is sum lambda_i (+-row_i)
+ * over rows that it holds, with lambda_i >= 0 (Moreau), and nothing is left if and only if the level is
+ * minimal.
+ *
+ * It is the last step (hqp_dual.c) of another problem: around x = 0, with the bounds that x touches at 0.
+ */
+#include "hqp_internal.h"
+
+#include <string.h>
+
+enum { STEPS = 4 };                    /* times n + 1: rows held or released by a projection at most */
+static const double DIRECTION = 1e-10; /* what a direction of length 1 may break a row by */
+
+static void exchange(double **a, double **b) {
+    double *const kept = *a;
+    *a = *b;
+    *b = kept;
+}
+
+/* Enter the cone as a problem of its own, or leave it again. */
+static void cross(hqp_solver *s) {
+    signed char *const kind = s->kind;
+    exchange(&s->lb, &s->cone.lb);
+    exchange(&s->ub, &s->cone.ub);
+    exchange(&s->x, &s->cone.x);
+    s->kind = s->cone.kind;
+    s->cone.kind = kind;
+    s->cone.entered = !s->cone.entered;
+}
+
+static void form(hqp_solver *s, int level) {
+    for (int i = 0; i < s->row0[level]; i++) {
+        const int at_lb = hqp_touches(s, i, -1), at_ub = hqp_touches(s, i, 1);
+        s->cone.kind[i] = hqp_is_hard(s, i) && (at_lb || at_ub) ? HQP_RANGE : HQP_IDLE;
+        s->cone.lb[i] = at_lb ? 0.0 : -INFINITY;
+        s->cone.ub[i] = at_ub ? 0.0 : INFINITY;
+    }
+}
+
+/* Length of what the held rows, with multipliers >= 0, leave of the target. */
+static double left_over(hqp_solver *s) {
+    const int free = s->width - s->rank;
+    double *rest = s->reduced;
+    memcpy(rest, s->cone.target, (size_t)s->ld * sizeof(double));
+    for (int k = 0; k < s->held.count; k++) {
+        if (!(s->held.multiplier[k] > 0.0)) continue;
+        hqp_add(rest, s->held.multiplier[k], s->held.rows + k * s->ld, free);
+    }
+    return sqrt(hqp_inner(rest, rest, free));
+}
+
+/*
+ * In the cone: project s->trial, of length 1, to s->x, as far as something worth mentioning is left. Returns
+ * the length of that; infinite where rounding or the bound on steps does not let it be known.
+ */
+static double project(hqp_solver *s, int level, double none) {
+    const double feasibility = s->settings.feasibility;
+    const int limit = s->iteration_limit, iterations = s->iterations;
+    double left = 1.0;
+    int broken = 0;
+    s->iteration_limit = iterations + STEPS * (s->n + 1);
+    s->settings.feasibility = DIRECTION;
+    s->held.count = 0;
+    memcpy(s->x, s->trial, (size_t)s->ld * sizeof(double));
+    while (left > none && (broken = hqp_most_broken(s, level)) >= 0) {
+        if (hqp_out_of_iterations(s) || hqp_hold_broken(s, level, broken) != HQP_DONE) break;
+        left = left_over(s);
+    }
+    s->settings.feasibility = feasibility;
+    s->iteration_limit = limit;
+    s->iterations = iterations;
+    return left > none && broken >= 0 ? INFINITY : left;
+}
+
+/*
+ * s->descent = the way down for this level from x, whose values are known; the rows that hold the projection
+ * become the working set. Returns its length, which is the distance of -g from the cone of those rows;
+ * infinite where that could not be found.
+ */
+double hqp_descent(hqp_solver *s, int level) {
+    const double x_norm = s->x_norm;
+    const int free = s->width - s->rank, width = (int)s->ld;
+    double *target = s->cone.target, squares = 0.0;
+    hqp_free_directions(s);
+    s->metric = 0;
+    hqp_gradient(s, level, s->descent);
+    for (int j = 0; j < free; j++) {
+        target[j] = -hqp_dot(s->descent, hqp_row(s, s->direction, j), 0, width);
+        squares += target[j] * target[j];
+    }
+    const double length = sqrt(squares);
+    memset(s->side, 0, (size_t)s->row0[level]);
+    if (!(length > s->none[level])) return length;
+    memset(s->trial, 0, (size_t)width * sizeof(double));
+    for (int j = 0; j < free; j++) {
+        target[j] /= length;
+        hqp_axpy(s->trial, target[j], hqp_row(s, s->direction, j), 0, width);
+    }
+    form(s, level);
+    cross(s);
+    const double left = project(s, level, s->none[level] / length);
+    cross(s);
+    s->x_norm = x_norm;
+    for (int i = 0; i < width; i++) s->descent[i] = length * s->cone.x[i];
+    return length * left;
+}

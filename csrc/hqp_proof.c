@@ -1,0 +1,147 @@
+/*
+ * Whether x is optimal, judged by x and the data, whatever the way there.
+ *
+ * With g the gradient of half of a level's squared slack, the level is minimal among the minimisers of those
+ * before it where -g = sum lambda_i (+-row_i), with lambda_i >= 0 for hard rows at their bound, and of any
+ * sign for rows whose value is settled: equalities, rows left violated, and rows that an earlier level holds
+ * with a lambda > 0. There are two ways to see it. The multipliers and reflectors at hand are put into this
+ * equation, at the cost of a few products. Where they do not fulfil it, -g is projected onto the directions
+ * in which the earlier levels stay minimal (hqp_descent): nothing is left of it if and only if the level is
+ * minimal.
+ */
+#include "hqp_internal.h"
+
+#include <string.h>
+
+/* times norm of row (1 + slack): a gradient that counts as none; and times rounding of row . x: the same */
+static const double PROVEN = 1e-9, ROUNDINGS = 20.0;
+/* times that: a smaller multiplier settles no row, or lower levels could lean on it a million times over */
+static const double SETTLED = 1e3;
+/* times (1 + |bound|), plus rounding: a row this close is at its bound */
+static const double TOUCHING = 1e-9;
+
+/* s->value = row . x */
+void hqp_find_values(hqp_solver *s) {
+    s->x_norm = hqp_length(s, s->x);
+    for (int i = 0; i < s->total; i++) s->value[i] = hqp_value(s, i, s->x);
+}
+
+/* Whether a level has a slack worth a proof; s->none[level]: the length of a gradient that counts as none. */
+int hqp_has_slack(hqp_solver *s, int level) {
+    double squares = 0.0, largest = 0.0, most = 0.0;
+    for (int i = s->row0[level]; i < s->row0[level + 1]; i++) {
+        const double slack = hqp_slack(s, i);
+        if (slack == 0.0 || s->kind[i] == HQP_IDLE) continue;
+        squares += slack * slack;
+        most += fabs(slack) * s->norm[i];
+        if (s->norm[i] > largest) largest = s->norm[i];
+    }
+    const double slack = sqrt(squares), rounding = s->settings.rounding * (slack + largest * s->x_norm);
+    s->none[level] = largest * (PROVEN * (1.0 + slack) + ROUNDINGS * rounding);
+    if (!isfinite(s->none[level])) s->none[level] = 0.0;
+    return !(most <= s->none[level]);
+}
+
+/* g = -sum slack row over the rows of the level */
+void hqp_gradient(const hqp_solver *s, int level, double *g) {
+    memset(g, 0, (size_t)s->ld * sizeof(double));
+    for (int i = s->row0[level]; i < s->row0[level + 1]; i++) {
+        const double slack = s->kind[i] == HQP_IDLE ? 0.0 : hqp_slack(s, i);
+        if (slack == 0.0) continue;
+        hqp_axpy(g, -slack, hqp_row(s, s->given, i), s->given.first[i], s->given.last[i]);
+    }
+}
+
+/* The value of the row is, to within what a proof minds, its bound at this side. */
+int hqp_touches(const hqp_solver *s, int id, int side) {
+    const double bound = hqp_bound(s, id, side);
+    const double near = ROUNDINGS * s->settings.rounding * s->norm[id] * s->x_norm;
+    return isfinite(bound) && fabs(bound - s->value[id]) <= TOUCHING * (1.0 + fabs(bound)) + near;
+}
+
+/* g += lambda (+-row) over the rows that the level holds. Returns 0 where one has a wrong sign or is off its
+ * bound. */
+static int add_held(const hqp_solver *s, int level, double *g) {
+    for (int i = 0; i < s->row0[level]; i++) {
+        const int is_settled = s->frozen_at[i] >= 0 && s->frozen_at[i] < level;
+        if (s->guess_held_at[i] != level || s->kind[i] == HQP_IDLE || is_settled) continue;
+        const int side = s->guess_held_side[i];
+        if (s->kind[i] == HQP_RANGE && !(s->strength[i] >= -s->none[level] && hqp_touches(s, i, side)))
+            return 0;
+        const double lambda = s->strength[i] / s->norm[i];
+        hqp_axpy(g, side * lambda, hqp_row(s, s->given, i), s->given.first[i], s->given.last[i]);
+    }
+    return 1;
+}
+
+/* Whether the multipliers at hand fulfil the equation of this level. */
+static int is_fulfilled(hqp_solver *s, int level) {
+    double *g = s->trial, *rest = s->reduced, sum = 0.0;
+    hqp_gradient(s, level, g);
+    if (!add_held(s, level, g)) return 0;
+    hqp_gather(s, rest, g);
+    for (int k = 0; k < s->rank_at[level]; k++) hqp_reflect_row(s, k, rest);
+    for (int j = s->rank_at[level]; j < s->width; j++) sum += rest[j] * rest[j];
+    return sqrt(sum) <= s->none[level];
+}
+
+/* The first level that settles the value of a row without being clear about its multiplier or violation. */
+static int first_doubtful(const hqp_solver *s) {
+    int first = s->levels;
+    for (int p = 0; p < s->levels; p++) {
+        for (int i = s->row0[p]; i < s->row0[p + 1]; i++) {
+            const int at = s->frozen_at[i];
+            if (at < 0 || at >= first) continue;
+            const int is_clear = at == p ? hqp_outside(s, i, s->value[i], s->x_norm)
+                                         : s->clear[i] && s->strength[i] > SETTLED * s->none[at];
+            if (!is_clear) first = at;
+        }
+    }
+    return first;
+}
+
+/*
+ * How many of the first `count` levels the multipliers at hand prove to be minimal at x, up to the first that
+ * they do not. s->value: row . x.
+ */
+int hqp_prove(hqp_solver *s, int count) {
+    for (int p = 0; p < s->levels; p++) s->slack[p] = (signed char)hqp_has_slack(s, p);
+    const int doubtful = first_doubtful(s);
+    s->is_doubtful = 0;
+    for (int p = 0; p < count; p++) {
+        if (!s->slack[p]) continue;
+        s->is_doubtful = p > doubtful;
+        if (p <= s->fixed_through || s->is_doubtful) return p;
+        if (s->rank_at[p] < s->width && !is_fulfilled(s, p)) return p;
+    }
+    return count;
+}
+
+/*
+ * The same by projection, in the order of the levels and with a factorisation of its own, which holds for
+ * good only what is settled beyond doubt. Where it stops, a walk can go on.
+ */
+int hqp_prove_by_descent(hqp_solver *s, int count) {
+    hqp_unfix(s);
+    hqp_rewind(s, 0);
+    for (int p = 0; p < count; p++) {
+        s->rank_at[p] = s->rank;
+        if (!hqp_is_minimal(s, p)) return p;
+        memset(s->side, 0, (size_t)s->row0[p]);
+        hqp_seat_violated(s, p);
+        if (s->rank < s->width) {
+            hqp_factorise(s, p);
+            hqp_hold_fitted(s);
+        }
+        hqp_close_level(s, p);
+    }
+    s->rank_at[count] = s->rank;
+    return count;
+}
+
+/* Whether no way down is left for the level at x; s->descent is one where there is. */
+int hqp_is_minimal(hqp_solver *s, int level) {
+    hqp_find_values(s);
+    if (!hqp_has_slack(s, level) || s->rank == s->width) return 1;
+    return hqp_descent(s, level) <= s->none[level];
+}

@@ -1,0 +1,79 @@
+"""What the monitor sees of a tick, and what it compares with: plain numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class Thresholds:
+    """What the monitor compares with.
+
+    Attributes:
+        axes: names of the axes.
+        lower, upper: hard position limits, infinite where there is none [rad or m].
+        speed: largest measured speeds [rad/s or m/s].
+        devices: names of the devices, in the order of ``Observation.missed``.
+        rate: ticks a second.
+        overruns_stop: whether skipped ticks stop the machine (a real bus) or are only recorded.
+    """
+
+    axes: tuple[str, ...]
+    lower: tuple[float, ...]
+    upper: tuple[float, ...]
+    speed: tuple[float, ...]
+    devices: tuple[str, ...]
+    rate: float
+    overruns_stop: bool
+
+    def ticks(self, seconds: float) -> int:
+        """How many ticks a time takes, at least one."""
+        return max(1, round(seconds * self.rate))
+
+
+@dataclass(slots=True)
+class Observation:
+    """What one tick saw; plain numbers, filled anew by the caller each tick.
+
+    Attributes:
+        skipped: ticks that did not run before this one.
+        missed: consecutive ticks without a fresh frame, one a device.
+        discarded: faults of this tick by stale, duplicate or reordered frames: one, however many frames.
+        foreign: frames of this tick that only a master may send.
+        faults: per device, 0 or its error code.
+        lost: per device, whether it restarted or left OP while it should run.
+        rejected: per axis, whether a measurement of this tick was not plausible.
+        mismatched: per axis, whether its two encoders contradict each other.
+        frozen: per axis, whether an encoder stands still although the axis must move.
+        stale: per axis, whether its last accepted measurement is too old to brake on.
+        position, velocity: measured, one an axis.
+        armed: whether the drives are meant to run.
+        dead_man, e_stop: state of the two-channel inputs; ``dead_man`` False where channels disagree.
+        field_clear: whether the scanned field is free of people.
+        sto: whether the safety PLC reports that torque is off.
+        wrench: of the operator as measured (6), None where a sensor it needs gives nothing valid.
+        inertial: whether the accelerometers that move the machine give valid values.
+        solved: whether the solver gave an answer it stands by.
+    """
+
+    skipped: int = 0
+    missed: Sequence[int] = ()
+    discarded: int = 0
+    foreign: int = 0
+    faults: Sequence[int] = ()
+    lost: Sequence[bool] = ()
+    rejected: Sequence[bool] = ()
+    mismatched: Sequence[bool] = ()
+    frozen: Sequence[bool] = ()
+    stale: Sequence[bool] = ()
+    position: Sequence[float] = ()
+    velocity: Sequence[float] = ()
+    armed: bool = False
+    dead_man: bool = False
+    e_stop: bool = True
+    field_clear: bool = False
+    sto: bool = True
+    wrench: Sequence[float] | None = None
+    inertial: bool = False
+    solved: bool = True

@@ -1,0 +1,113 @@
+"""Plots that can be read: every axis and colour bar has its label, and colour alone tells nothing apart."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hapticd.bench import growth, jitter
+from hapticd.experiments import palpation, rhi_fig9, rhi_fig10, rhi_fig11, rhi_table1
+from hapticd.experiments.command import NAMES
+from hapticd.experiments.outcome import Outcome, write_plot
+
+from .figures import faults
+
+pytest.importorskip("matplotlib")
+
+
+@pytest.fixture
+def little_work(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The experiments' plots do not depend on how long and how often something is simulated."""
+    palpate = palpation.Device.palpate
+
+    def briefly(self: palpation.Device, depth: float, hz: float, _: float, mode: str = "switching") -> Any:
+        return palpate(self, depth, hz, 0.02, mode)
+
+    class Bound:
+        _force = np.array([12.0])
+
+        def __init__(self, device: palpation.Device) -> None: ...
+
+        def of(self, trace: palpation.Trace) -> float:
+            return 12.0
+
+    monkeypatch.setattr(palpation.Device, "palpate", briefly)
+    for name, value in {
+        "DEPTHS": (0.02,),
+        "FREQUENCIES": (0.5,),
+        "STEEPNESS": (1.0,),
+        "VARIANTS": {"full": {}},
+    }.items():
+        monkeypatch.setattr(rhi_fig9, name, value)
+    monkeypatch.setattr(rhi_fig9, "Bound", Bound)
+    for name, count in {"GRID": 5, "STARTS": 4, "BEST": 2}.items():
+        monkeypatch.setattr(rhi_fig10, name, count)
+    monkeypatch.setattr(rhi_fig11, "switched", lambda rho, paper: palpation.Device().palpate(0.02, 0.5, 0.02))
+    monkeypatch.setattr(rhi_fig11, "SWITCH", 10)
+    monkeypatch.setattr(rhi_table1, "identify", lambda device, stiff: (1.0, 2.0))
+
+
+@pytest.mark.usefixtures("little_work")
+@pytest.mark.parametrize("name", NAMES)
+def test_the_plot_of_an_experiment_can_be_read(name: str, tmp_path: Path) -> None:
+    outcome: Outcome = import_module(f"hapticd.experiments.{name}").run(lambda text: None)
+    found = ["it was not drawn"]
+
+    def draw(figure: Any) -> None:
+        outcome.draw(figure)
+        found[:] = faults(figure)
+
+    write_plot(tmp_path / "x.svg", Outcome(outcome.rows, outcome.figures, draw, outcome.size))
+    assert found == []
+
+
+def lateness(path: Path) -> None:
+    rounds = [jitter.Round([(1.0, 10), (9.0, 2)], 20.0, 0)]
+    jitter.draw(dict.fromkeys(jitter.LABELS, rounds), 1000.0, path)
+
+
+def cold_solves(path: Path) -> None:
+    figures = {"median_us": 10.0, "p99_us": 20.0, "exponent": 1.0}
+    growth.plot({f"{kind}={n}": {growth.SOLVER: figures} for kind in ("n", "levels") for n in (8, 12)}, path)
+
+
+@pytest.mark.parametrize("draw", [lateness, cold_solves])
+def test_the_plot_of_a_benchmark_can_be_read_and_is_the_same_file_each_time(
+    draw: Callable[[Path], None], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    found: list[str] = ["it was not drawn"]
+    for module in (jitter, growth):
+        save = module.save
+
+        def look(figure: Any, path: Path, save: Any = save) -> None:
+            found[:] = faults(figure)
+            save(figure, path)
+
+        monkeypatch.setattr(module, "save", look)
+    for name in ("a.svg", "b.svg", "c.png", "d.pdf"):
+        draw(tmp_path / name)
+        assert found == []
+    assert (tmp_path / "a.svg").read_bytes() == (tmp_path / "b.svg").read_bytes()
+
+
+def test_plots_that_cannot_be_read_are_found_out() -> None:
+    from matplotlib.figure import Figure
+
+    figure = Figure()
+    assert list(faults(figure)) == ["nothing is drawn"]
+    left, right = figure.subplots(1, 2)
+    left.set(xlabel="x", ylabel="y")
+    left.plot([0, 1], [0, 1], label="a")
+    left.plot([0, 1], [1, 0], label="b")
+    right.set(xlabel="x")
+    figure.colorbar(right.imshow([[0.0, 1.0]]), ax=right)
+    assert list(faults(figure)) == [
+        "a colour bar without a label",
+        "plot 0: lines that only colour tells apart",
+        "plot 0: lines without a legend: ['a', 'b']",
+        "plot 1: axis y without a label",
+    ]

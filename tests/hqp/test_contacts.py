@@ -1,0 +1,159 @@
+"""Whole-body control of a humanoid on its feet: friction pyramids, rows that share a vertex, target jumps."""
+
+from itertools import count
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hapticd.hqp import Level, Solver, Status, solve
+from hapticd.hqp.certificate import certificate, slack_norms
+from hapticd.hqp.generate import KINDS, OF_STRUCTURE, jump, problem
+
+DATA = Path(__file__).with_name("data")
+STRUCTURED = [kind.__name__ for kind in OF_STRUCTURE]
+PARTS = ("A", "b", "C", "lb", "ub")
+BEST = {"contact_cold": 617.644, "contact_warm": 617.118}  # of the last level, by an interior-point method
+
+
+def recorded(name):
+    """Ticks in a row, 8 levels over 62 variables; arrays that did not change are those of the first tick."""
+    with np.load(DATA / f"{name}.npz") as file:
+        data = dict(file)
+    ticks = []
+    for tick in count():
+        if f"t{tick}_p1_b" not in data:
+            return ticks
+        ticks.append([])
+        for level in range(1, 9):
+            parts = {k: data.get(f"t{tick}_p{level}_{k}", data.get(f"t0_p{level}_{k}")) for k in PARTS}
+            ticks[-1].append(Level(**{k: part.copy() for k, part in parts.items() if part is not None}))
+
+
+def solver_of(levels, **settings):
+    return Solver(levels[0].n, [level.rows for level in levels], **settings)
+
+
+def is_proven(levels, solution, tolerance=1e-6):
+    return bool(certificate(levels, solution.x).max() < tolerance)
+
+
+@pytest.mark.parametrize("name", sorted(BEST))
+@pytest.mark.parametrize("warm", [False, True])
+def test_the_last_level_is_as_small_as_it_can_be(name, warm):
+    ticks = recorded(name)
+    solver = solver_of(ticks[0])
+    for levels in ticks if warm else ticks[-1:]:
+        solution = solver.solve(levels)
+        assert solution.status is Status.SOLVED and is_proven(levels, solution)
+    assert slack_norms(levels, solution.x)[-1] == pytest.approx(BEST[name], abs=1e-3)
+
+
+def test_equalities_that_can_be_met_are_met_after_a_few_warm_ticks():
+    ticks = recorded("contact_accuracy")
+    solver = solver_of(ticks[0])
+    for levels in ticks:
+        solution = solver.solve(levels)
+        assert np.linalg.norm(solution.w[0]) <= 1e-9 * np.linalg.norm(levels[0].b)
+        assert solution.status is Status.SOLVED and is_proven(levels, solution, 1e-8)
+
+
+@pytest.mark.parametrize("name", ["contact_cold", "contact_warm"])
+def test_targets_around_a_degenerate_tick_are_solved_warm_and_cold(name):
+    rng = np.random.default_rng(17)
+    levels = recorded(name)[-1]
+    targets = [level.b.copy() for level in levels]
+    solver = solver_of(levels)
+    solver.solve(levels)
+    for _ in range(24):
+        for level, b in zip(levels, targets, strict=True):
+            level.b[:] = b * (1.0 + 0.01 * rng.normal(size=len(b)))
+        for solution in (solver.solve(levels), solve(levels)):
+            assert solution.status is Status.SOLVED and is_proven(levels, solution)
+
+
+def test_equalities_stay_met_through_a_thousand_warm_ticks_of_jumping_targets():
+    rng = np.random.default_rng(3)
+    levels = recorded("contact_accuracy")[0]
+    targets = [level.b.copy() for level in levels]
+    solver = solver_of(levels)
+    for tick in range(1000):
+        for level, b in zip(levels[2:], targets[2:], strict=True):
+            leap = rng.choice([0.0, 0.01, 0.5], p=[0.5, 0.4, 0.1])
+            level.b[:] = b * (1.0 + leap * rng.normal(size=len(b)))
+        solution = solver.solve(levels)
+        assert solution.status is Status.SOLVED
+        assert np.linalg.norm(solution.w[0]) <= 1e-9 * np.linalg.norm(levels[0].b), tick
+        if tick % 20 == 0:
+            assert is_proven(levels, solution), tick
+
+
+def test_a_multiplier_that_rounding_could_make_lets_no_lower_level_suffer():
+    """Rows that a level holds by 1e-8 of its gradient must not be taken for settled by the levels below."""
+    rng = np.random.default_rng(12)
+    ticks = recorded("contact_accuracy")
+    levels = tuple(ticks[0])
+    targets = [[level.b.copy() for level in tick] for tick in ticks]
+    matrices = [[(level.A.copy(), level.C.copy()) for level in tick] for tick in ticks]
+    solver = solver_of(levels)
+    for tick in range(260):
+        source = rng.integers(len(ticks))
+        if rng.random() < 0.1:
+            for level, (A, C) in zip(levels, matrices[source], strict=True):
+                level.A[:], level.C[:] = A, C
+        for level, b in zip(levels, targets[source], strict=True):
+            leap = rng.choice([0, 1e-3, 0.01, 0.3], p=[0.4, 0.3, 0.2, 0.1])
+            level.b[:] = b * (1.0 + (1e-3 if level is levels[0] else leap) * rng.normal(size=len(b)))
+        solution = solver.solve(levels)
+        assert solution.status is Status.SOLVED and is_proven(levels, solution), tick
+
+
+@pytest.mark.parametrize("cap", [1, 5, 20, 50, 100, 5000])
+def test_the_cap_is_kept_by_both_methods_together_and_the_search_ends_before_a_large_one(cap):
+    for name in ("contact_cold", "contact_warm", "contact_accuracy"):
+        for levels in recorded(name):
+            solution = solve(levels, max_iterations=cap)
+            assert solution.iterations <= min(cap, 400)
+            done = solution.levels_done
+            assert certificate(levels, solution.x)[:done].max(initial=0.0) < 1e-6
+            assert (solution.status is Status.SOLVED) == (done == len(levels))
+            assert solution.status in (Status.SOLVED, Status.ITERATION_CAP)
+            assert cap < 5000 or solution.status is Status.SOLVED
+
+
+@pytest.mark.parametrize("kind", STRUCTURED)
+def test_structured_problems_are_solved_and_proven_as_their_targets_jump(kind):
+    for seed in range(500_000, 500_005):
+        rng = np.random.default_rng(seed)
+        levels = problem(kind, seed)
+        solver = solver_of(levels)
+        for tick in range(3):
+            solution = solver.solve(levels)
+            assert solution.status is Status.SOLVED, (seed, tick)
+            assert is_proven(levels, solution), (seed, tick)
+            jump(rng, levels)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_no_setting_makes_a_wrong_answer_solved(kind):
+    """Settings that are out of place for the data mislead both methods, and not the proof."""
+    rough = [{"rank": 0.2}, {"rounding": 1e-3}, {"rank": 1e-15, "rounding": 1e-15}, {"max_iterations": 3}]
+    for seed in range(6):
+        levels = problem(kind, seed)
+        for settings in rough:
+            solution = solve(levels, **settings)
+            if solution.status is Status.SOLVED and "rounding" not in settings:
+                assert is_proven(levels, solution), (seed, settings)
+            done = solution.levels_done
+            assert (solution.status is Status.SOLVED) == (done == len(levels))
+
+
+def test_what_is_not_proven_says_so():
+    statuses = set()
+    for seed in range(40):
+        levels = problem("nearly_parallel", seed, n=30, levels=4)
+        solution = solve(levels, rank=0.2)
+        statuses.add(solution.status)
+        if solution.status is not Status.SOLVED:
+            assert solution.levels_done < len(levels) and np.isfinite(solution.x).all()
+    assert Status.NOT_PROVEN in statuses
+    assert str(Status.NOT_PROVEN) == "not proven optimal"

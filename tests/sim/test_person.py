@@ -1,0 +1,60 @@
+"""A person who takes the simulated hand and dead-man switch from the script."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hapticd.sim.hand import MOST_PUSH_N, PUSH_N, Grip, Hand, Path, PointHand, _orientation
+from hapticd.sim.person import DIRECTIONS, Deed, deeds
+
+GRIP = Grip((900.0, 30.0), (40.0, 1.2), (150.0, 12.0))
+UPRIGHT = _orientation([0.0, 1.0, 0.0], [0.0] * 3)[0]
+WALK = Path([0.0, 10.0], np.array([[0.0, 0.0, -1.0, 0.0, 1.0, 0.0], [5.0, 0.0, -1.0, 3.0, 1.0, 0.0]]))
+STILL = [0.0] * 6
+
+
+@pytest.fixture
+def hand() -> Hand:
+    hand = Hand(WALK, GRIP)
+    hand.update(5.0, [1.0, 2.0, -1.0], UPRIGHT, STILL)
+    return hand
+
+
+def test_bytes_that_are_no_deed_are_skipped() -> None:
+    assert deeds(bytes([1, 0, 255, 8, 99, 2])) == [Deed.PRESS, Deed.PUSH_DOWN, Deed.RELEASE]
+    assert set(DIRECTIONS) == set(Deed) - {Deed.PRESS, Deed.RELEASE}
+
+
+def test_a_hand_that_is_taken_stays_where_the_handle_was(hand: Hand) -> None:
+    assert np.linalg.norm(hand.update(5.0, [1.0, 2.0, -1.0], UPRIGHT, STILL)) > 100.0  # the script pulls
+    hand.take()
+    for t in (5.0, 5.5, 60.0):
+        np.testing.assert_allclose(hand.update(t, [1.0, 2.0, -1.0], UPRIGHT, STILL), 0.0, atol=1e-12)
+    away = hand.update(60.0, [1.0, 2.0, -1.01], UPRIGHT, STILL)
+    np.testing.assert_allclose(away[:3], [0.0, 0.0, 9.0], atol=1e-9)
+    hand.take()  # once is enough
+    np.testing.assert_allclose(hand.update(61.0, [1.0, 2.0, -1.01], UPRIGHT, STILL), away)
+
+
+@pytest.mark.parametrize("deed", list(DIRECTIONS))
+def test_a_push_pulls_gently_and_in_its_direction(hand: Hand, deed: Deed) -> None:
+    hand.push(DIRECTIONS[deed])  # nothing before it is taken
+    hand.take()
+    at = [1.0, 2.0, -1.0]
+    pulls = []
+    for _ in range(10):
+        hand.push(DIRECTIONS[deed])
+        pulls.append(hand.update(6.0, at, UPRIGHT, STILL)[:3].copy())
+    sizes = [float(np.linalg.norm(pull)) for pull in pulls]
+    assert sizes == pytest.approx([PUSH_N * min(k, MOST_PUSH_N / PUSH_N) for k in range(1, 11)])
+    np.testing.assert_allclose(pulls[-1] / sizes[-1], DIRECTIONS[deed], atol=1e-9)
+
+
+def test_a_point_hand_does_the_same() -> None:
+    course = Path([0.0, 1.0], np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]]))
+    hand = PointHand(course, 3000.0, 25.0, 40.0)
+    hand.take()
+    assert hand.force(5.0, [0.0, 0.0, 0.0], [0.0] * 3) == [0.0, 0.0, 0.0]
+    for _ in range(10):
+        hand.push(DIRECTIONS[Deed.PUSH_BACK])
+    assert hand.force(5.0, [0.0, 0.0, 0.0], [0.0] * 3) == pytest.approx([0.0, -MOST_PUSH_N, 0.0])
