@@ -163,18 +163,21 @@ AXES = {"x": "1 0 0", "y": "0 1 0", "z": "0 0 1"}
 
 def arm(n: int) -> Robot:
     """A chain of n joints with links of 0.25 m, and a handle at its end."""
+    still = 'rpy="0 0 0"'
+    inertia = '<inertia ixx="0.01" ixy="0" ixz="0" iyy="0.01" iyz="0" izz="0.01"/>'
     links = "".join(
-        f'<link name="link_{i}"><inertial><mass value="1"/><inertia ixx="0.01" ixy="0" ixz="0" iyy="0.01"'
-        ' iyz="0" izz="0.01"/></inertial></link>'
-        f'<joint name="joint_{i}" type="revolute"><parent link="link_{i - 1}"/><child link="link_{i}"/>'
-        f'<origin xyz="0 0 {0.25 if i > 1 else 0}"/><axis xyz="{AXES["zyyxyzy"[i - 1]]}"/>'
+        f'<link name="link_{i}"><inertial><origin xyz="0 0 0.12" {still}/><mass value="1"/>{inertia}'
+        f'</inertial></link><joint name="joint_{i}" type="revolute"><parent link="link_{i - 1}"/>'
+        f'<child link="link_{i}"/><origin xyz="0 0 {0.25 if i > 1 else 0}" {still}/>'
+        f'<axis xyz="{AXES["zyyxyzy"[i - 1]]}"/><dynamics damping="0.1"/>'
         '<limit lower="-3" upper="3" effort="100" velocity="3"/></joint>'
         for i in range(1, n + 1)
     )
     tip = (
-        f'<link name="handle"/><joint name="tip" type="fixed"><parent link="link_{n}"/><child link="handle"/>'
+        f'<link name="handle"/><joint name="tip" type="fixed"><parent link="link_{n}"/>'
+        f'<child link="handle"/><origin xyz="0.05 0 0.2" {still}/></joint>'
     )
-    text = f'<robot name="arm"><link name="link_0"/>{links}{tip}<origin xyz="0.05 0 0.2"/></joint></robot>'
+    text = f'<robot name="arm"><link name="link_0"/>{links}{tip}</robot>'
     return Robot.from_urdf(text, "arm.urdf")
 
 

@@ -58,7 +58,7 @@ def test_bad_usage_exits_with_2(arguments: list[str]) -> None:
         (["bench", "nasty", "--count", "9" * 30], "is no whole number from 1 to"),
         (["bench", "nasty", "--count", "-1"], "'-1' is no whole number"),
         (["bench", "solve", "--plot", "x.xyz"], "should end with one of .svg, .png, .pdf"),
-        (["bench", "solve", "--plot", "/nonexist/x.svg"], "cannot write '/nonexist/x.svg'"),
+        (["bench", "solve", "--plot", "/proc/nonexist/x.svg"], "cannot write '/proc/nonexist/x.svg'"),
         (["bench", "jitter", "--plot", "/proc/x.svg"], "cannot write '/proc/x.svg'"),
         (["experiment", "rhi_fig6", "--out", "/proc/x"], "cannot write '/proc/x'"),
     ],
@@ -275,7 +275,7 @@ def test_lockstep_prints_the_summary_and_writes_the_log(
     assert main([*again, str(log.parent)]) == 2
     assert "is a folder" in capsys.readouterr().out
     assert main([*again, str(log / "c.mcap")]) == 2
-    assert f"{log} exists already" in capsys.readouterr().out
+    assert f"{log} is no folder" in capsys.readouterr().out
     assert main([*again, str(log)]) == 2  # a recording is never overwritten
     assert msgspec.json.decode(capsys.readouterr().out)["error"] == "log-path"
     assert log.read_bytes() == recorded
