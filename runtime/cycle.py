@@ -112,6 +112,7 @@ class Memory:
         foreign: tick of the last frame of a second master; intruders: such frames during bring-up.
         recorded: whether somebody writes the log.
         asked: what the safety PLC is asked for; unconfirmed: ticks of an STO that it does not confirm.
+        gap: ticks that were skipped before the last SYNC.
         counter: of the last SYNC; commanded: tick of the last commands.
         gain: how far the operator's wrench has faded in.
         trust: how far the measured wrench is believed.
@@ -138,6 +139,7 @@ class Memory:
         self.dropped = [False] * len(machine.axes)
         self.proven = False
         self.counter = 0
+        self.gap = 0
         self.commanded = -1
         self.permission = Permission(config.arming.by == "command", round(PERMISSION_S * rate))
         self.fade = 1.0 / (config.arming.fade * rate)
@@ -198,7 +200,7 @@ def cycle(inputs: Inputs, memory: Memory, outputs: Outputs) -> None:
         _bring_up(inputs, m, outputs)
     else:
         _run(inputs, m, outputs)
-    m.counter = inputs.tick
+    m.counter, m.gap = inputs.tick, inputs.skipped
     if m.mode is not Mode.FAILED:
         # a device whose watchdog acted wants one SYNC without valid outputs before it may run again
         operational = m.mode is not Mode.BRINGUP and m.resetting != m.reset_limit - 1
@@ -242,7 +244,9 @@ def _first_look(tick: int, m: Memory, outputs: Outputs) -> None:
 
 
 def _run(inputs: Inputs, m: Memory, outputs: Outputs) -> None:
-    m.machine.plausibility.accept(1 + inputs.skipped, m.mode.powered and m.mode is not Mode.ENABLING)
+    # what is measured now was sampled at the last SYNC, before which other ticks may have been skipped
+    elapsed = 1 + max(inputs.skipped, m.gap)
+    m.machine.plausibility.accept(elapsed, m.mode.powered and m.mode is not Mode.ENABLING)
     m.machine.estimate()
     m.mark(Stage.ESTIMATE)
     seen = _observe(inputs, m)

@@ -269,3 +269,15 @@ def test_measurements_are_checked_while_nothing_has_power_too(machine: str) -> N
     bench.run(5)
     assert bench.mode is Mode.STOPPED and bench.safe
     assert bench.events[-1].startswith("not started: a stop is latched; reset it first")
+
+
+@pytest.mark.parametrize("skipped", [1, 3, 6, 15])
+def test_what_moves_on_while_ticks_are_skipped_has_not_jumped(skipped: int) -> None:
+    bench = Bench(machine="giant")
+    bench.until(Mode.ACTIVE, limit=4000)
+    bench.run(1800)
+    assert max(map(abs, bench.plant.ppu.velocity)) > 0.4
+    bench.run(1, skipped=skipped)
+    bench.run(30)
+    assert bench.mode is Mode.ACTIVE
+    assert bench.reason == ""
