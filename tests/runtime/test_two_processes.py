@@ -63,6 +63,8 @@ def machine_file(write_config: Callable[..., Path]) -> Path:
         pytest.skip("no multicast on this host")
     bus = f'kind = "python-can"\ninterface = "udp_multicast"\nchannel = "{GROUP}"\n'
     return write_config(
+        ('force = "150 N"', 'force = "5 N"'),  # who pulls hard at the handle cannot start
+        ('torque = "12 N m"', 'torque = "0.5 N m"'),
         ('rate = "1 kHz"', f'rate = "{RATE_HZ} Hz"\nbest_effort = true'),
         ("substeps = 3", "substeps = 12"),
         ('on_overrun = "record"', 'on_overrun = "stop"'),
