@@ -1,15 +1,16 @@
 # Everything from a fresh clone: each target sets up what it needs and then does its work.
 .DEFAULT_GOAL := help
-.PHONY: help run test vm-test lint types bench nasty fuzz mutants fidelity format clean
+.PHONY: help run test conformance vm-test lint types bench nasty fuzz mutants fidelity hqp-dist install-c format clean
 export PYTHON CC
 BIN := .venv/bin
-PACKAGES := bench configs control devices experiments hqp models runtime safety sim
-C_SOURCES := $(wildcard csrc/*.c csrc/*.h tests/hqp/*.c)
+PACKAGES := bench binding configs control devices experiments hqp machines models runtime safety sim testing
+C_SOURCES := $(wildcard csrc/*.c csrc/*.h csrc/*.hpp tests/hqp/*.c docs/examples/*.c docs/examples/*.cpp)
 C_FLAGS := -std=c11 -D_GNU_SOURCE -Icsrc -O2 -Wall -Wextra -Wconversion -Wshadow -Wvla -Werror
 
 help:
 	@echo "make run      set up, run the simulated giant with a scripted hand for 30 s, print a summary"
-	@echo "make test     set up and run the tests"
+	@echo "make test     set up and run the tests; ARGS='-m \"not slow\"' leaves out the long ones"
+	@echo "make conformance  every stop, arming, reset, replay, frame and limit test over each built-in machine"
 	@echo "make vm-test  boot a PREEMPT_RT kernel in QEMU and test SocketCAN, FIFO, mlock and the doctor there"
 	@echo "make lint     ruff, mypy, import-linter, C warnings as errors, clang-format"
 	@echo "make bench    time solver, loop and tick beside their peers"
@@ -17,6 +18,8 @@ help:
 	@echo "make fuzz     feed the solver's C interface with any bytes for a minute (needs clang)"
 	@echo "make mutants  try 2000 damaged copies of each built-in model and configuration, another set each time"
 	@echo "make fidelity run every figure and table of the papers; fills docs/fidelity.md and docs/figures"
+	@echo "make hqp-dist build wheel and sdist of the solver alone, hapticd-hqp, into dist"
+	@echo "make install-c install the solver's C library, headers and pkg-config file (PREFIX=/usr/local)"
 	@echo "make format   rewrite Python and C sources in the project's style"
 
 run:
@@ -25,7 +28,11 @@ run:
 
 test:
 	@./setup.sh test
-	@$(BIN)/python -m pytest $(ARGS)
+	@$(BIN)/python -m pytest -n auto $(ARGS)
+
+conformance:
+	@./setup.sh test
+	@$(BIN)/python -m pytest -n auto --hapticd-machine giant --hapticd-machine rhi --hapticd-machine panda $(ARGS)
 
 vm-test:
 	@./setup.sh test
@@ -66,6 +73,30 @@ fuzz:
 mutants:
 	@./setup.sh test
 	@HAPTICD_MUTANTS=2000 HAPTICD_MUTANT_SEED=$${SEED:-$$(date +%s)} $(BIN)/python -m pytest tests/hostile $(ARGS)
+
+hqp-dist:  # the wheel is built out of the sdist
+	@./setup.sh dist
+	@rm -rf build/hqp-dist
+	@$(BIN)/python csrc/stage_hqp.py build/hqp-dist
+	@$(BIN)/python -m build --outdir dist build/hqp-dist
+
+# Needs a C compiler alone. DESTDIR is put before every path, for those who package.
+PREFIX ?= /usr/local
+SOLVER := $(sort $(wildcard csrc/hqp*.c))
+SOLVER_VERSION = $(shell sed -n 's/^\#define HQP_VERSION "\(.*\)"/\1/p' csrc/hqp.h)
+SONAME = libhapticd-hqp.so.$(firstword $(subst ., ,$(SOLVER_VERSION)))
+
+install-c:
+	@mkdir -p build
+	$${CC:-cc} -std=c11 -O3 -ffp-contract=off -fPIC -shared -Icsrc -Wl,-soname,$(SONAME) \
+	    -Wl,--version-script,csrc/hqp.map $(SOLVER) -lm -o build/$(SONAME)
+	install -d $(DESTDIR)$(PREFIX)/lib/pkgconfig $(DESTDIR)$(PREFIX)/include/hapticd
+	install -m 755 build/$(SONAME) $(DESTDIR)$(PREFIX)/lib/$(SONAME)
+	ln -sf $(SONAME) $(DESTDIR)$(PREFIX)/lib/libhapticd-hqp.so
+	install -m 644 csrc/hqp.h csrc/hqp.hpp $(DESTDIR)$(PREFIX)/include/hapticd
+	printf '%s\n' 'prefix=$(PREFIX)' 'Name: hapticd-hqp' 'Version: $(SOLVER_VERSION)' \
+	    'Description: hierarchical least squares with inequalities' 'Libs: -L$${prefix}/lib -lhapticd-hqp' \
+	    'Cflags: -I$${prefix}/include/hapticd' >$(DESTDIR)$(PREFIX)/lib/pkgconfig/hapticd-hqp.pc
 
 format:
 	@./setup.sh lint

@@ -7,7 +7,6 @@ setup(
         "csrc/build.py:bench",
         "csrc/build.py:control",
         "csrc/build.py:devices",
-        "csrc/build.py:hqp",
         "csrc/build.py:plant",
         "csrc/build.py:runtime",
         "csrc/build.py:safety",

@@ -6,6 +6,7 @@ cd "$(dirname "$0")"
 want=$1
 stamp=.venv/.ready-$want
 sources="setup.sh setup.py pyproject.toml csrc"
+solver=build/hapticd-hqp
 
 fail() { printf 'setup: %s\n' "$@" >&2; exit 2; }
 
@@ -23,7 +24,7 @@ fi
 [ "$(uname -s)" = Linux ] || fail "hapticd needs Linux (timerfd, SocketCAN); this is $(uname -s)."
 
 python=
-for candidate in "${PYTHON:-}" python3 python3.13 python3.12 python3.11; do
+for candidate in "${PYTHON:-}" python3 python3.14 python3.13 python3.12 python3.11; do
     [ -n "$candidate" ] && command -v "$candidate" >/dev/null 2>&1 || continue
     if "$candidate" -c 'import sys; sys.exit(sys.version_info < (3, 11))'; then python=$candidate; break; fi
 done
@@ -53,7 +54,9 @@ case $want in
     *) target=".[$want]" ;;
 esac
 echo "setup: installing hapticd ($want) into .venv; the first time takes a minute or two"
-.venv/bin/python -m pip install --quiet --disable-pip-version-check --editable "$target" ||
+# the solver is a distribution of its own: from this checkout, whatever a registry has
+.venv/bin/python csrc/stage_hqp.py --link "$solver"
+.venv/bin/python -m pip install --quiet --disable-pip-version-check --editable "$solver" --editable "$target" ||
     fail "pip could not install hapticd; the lines above say why."
 touch "$stamp"
 # the extension modules were rebuilt for every target that shares this environment

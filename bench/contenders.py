@@ -9,6 +9,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from ..binding import pointer
 from ..hqp import Level, Solver
 from ..hqp.certificate import activity
 from ._floor import ffi, lib
@@ -61,18 +62,18 @@ class Floor:
         most = max(len(target) for _, _, target in self.problems)
         self.work = ffi.new("double[]", lib.floor_work(self.n, most))
         self.x = np.zeros(self.n)
-        self._x = ffi.from_buffer("double[]", self.x)
+        self._x = pointer(self.x, "double", self.n)
 
     def solve(self, tick: int, levels: Sequence[Level]) -> Answer:
         """Solve one tick; an iteration is a factorisation."""
-        counts, rows, target = (ffi.from_buffer(array) for array in self.problems[tick])
-        counts, rows, target = (
-            ffi.cast("int *", counts),
-            ffi.cast("double *", rows),
-            ffi.cast("double *", target),
+        counts, rows, target = self.problems[tick]
+        problem = (
+            pointer(counts, "const int", len(levels)),
+            pointer(rows, "const double", len(target), self.n),
+            pointer(target, "const double", None),
         )
         start = time.perf_counter_ns()
-        lib.floor_solve(self.n, len(levels), counts, rows, target, self.work, self._x)
+        lib.floor_solve(self.n, len(levels), *problem, self.work, self._x)
         us = 1e-3 * (time.perf_counter_ns() - start)
         return Answer(us, self.x.copy(), 1, True)
 

@@ -19,16 +19,16 @@ from statistics import median
 
 import msgspec
 
-from ..runtime.children import run_tied
-from ..runtime.histogram import Histogram, nanosleep_loop
-from ..runtime.loop import FixedRate, now_ns
-from ..runtime.realtime import DAEMON_PRIORITY, SPIN_NS, become_realtime, settle_memory, stay_awake
-from ..runtime.watch import WatchedLoop
+from ..runtime.live.children import run_tied
+from ..runtime.timing.histogram import Histogram, nanosleep_loop
+from ..runtime.timing.loop import FixedRate, now_ns
+from ..runtime.timing.realtime import DAEMON_PRIORITY, SPIN_NS, become_realtime, settle_memory, stay_awake
+from ..runtime.timing.watch import WatchedLoop
 from .picture import pyplot, save
 
 DELAY_NS = 20_000_000
 LONGEST_US = 100_000
-"""Of cyclictest's histogram."""
+"""Longest latency in cyclictest's histogram."""
 QUANTILES = {"p50_us": 0.5, "p99_us": 0.99, "p999_us": 0.999}
 LABELS = {
     "cyclictest": "cyclictest",

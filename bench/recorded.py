@@ -1,14 +1,15 @@
 """Recorded problems of the giant: closed-loop ticks with their unique optimum (bench/data/*.npz)."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from zipfile import BadZipFile
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..hqp import Level
+from ..hqp import Level, Solver
+from ..hqp.certificate import slack_norms
 from ..runtime.errors import HapticdError
 
 DATA = Path(__file__).with_name("data")
@@ -61,6 +62,33 @@ class Recording:
     def follows(self, tick: int) -> bool:
         """Whether the tick comes 1 ms after the one before it."""
         return tick > 0 and bool(self.group[tick] == self.group[tick - 1])
+
+
+def normalised(recording: Recording) -> Recording:
+    """The recording with every row scaled to length 1, which is another problem where rows are missed.
+
+    Solvers that scale rows by themselves, as DAQP does, are compared on this one. The answers are those of
+    our solver, cold; figures.count_wrong asks their certificate where another answer differs.
+    """
+    parts = [_unit(part) for part in recording.parts]
+    same = Recording(
+        f"{recording.name}, rows normalised", recording.group, recording.x, recording.norms, parts
+    )
+    solver = Solver(recording.x.shape[1], [level.rows for level in same.levels(0)])
+    x, norms = np.empty_like(recording.x), np.empty_like(recording.norms)
+    for tick, levels in same.replay():
+        solver.reset()
+        x[tick] = solver.solve(levels).x
+        norms[tick] = slack_norms(levels, x[tick])
+    return replace(same, x=x, norms=norms)
+
+
+def _unit(part: tuple[NDArray[np.float64], ...]) -> tuple[NDArray[np.float64], ...]:
+    """A, b, C, lb and ub of a level, ticks first, with rows of length 1; rows of zeros stay."""
+    A, b, C, lb, ub = part
+    of_a, of_c = np.linalg.norm(A, axis=2), np.linalg.norm(C, axis=2)
+    of_a[of_a == 0.0], of_c[of_c == 0.0] = 1.0, 1.0
+    return A / of_a[:, :, None], b / of_a, C / of_c[:, :, None], lb / of_c, ub / of_c
 
 
 def shipped() -> list[Path]:

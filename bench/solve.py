@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -13,8 +13,9 @@ from .cascades import QPS, Cascade
 from .contenders import Answer, Contender, DaqpHierarchical, Floor, Ours
 from .figures import Figures, count_wrong, progress, summary, table
 from .growth import growth, lines_of_growth, plot
+from .humanoid import humanoid
 from .picture import pyplot
-from .recorded import Recording, load, shipped
+from .recorded import Recording, load, normalised, shipped
 
 PEER = "DAQP hierarchical"
 PACKAGES = {PEER: "daqp", **{name: qp.package for name, qp in QPS.items()}}
@@ -22,13 +23,25 @@ CONTENDERS: dict[str, Callable[[Recording], Contender]] = {
     "hapticd cold": lambda recording: Ours(recording, warm=False),
     "hapticd warm": lambda recording: Ours(recording, warm=True),
     "floor": Floor,
+}
+NORMALISED: dict[str, Callable[[Recording], Contender]] = {
+    "hapticd cold": CONTENDERS["hapticd cold"],
+    "hapticd warm": CONTENDERS["hapticd warm"],
     PEER: DaqpHierarchical,
 }
+"""Those that are compared with DAQP, on rows of length 1: it scales them anyway."""
 
 Round = Mapping[int, Answer | None]  # by tick; None where the solver gave up
 
 
-def run(data: Sequence[Path] | None, rounds: int, every: int, picture: Path | None, as_json: bool) -> None:
+def run(
+    data: Sequence[Path] | None,
+    rounds: int,
+    every: int,
+    picture: Path | None,
+    as_json: bool,
+    simulated: tuple[int, int] | None = None,
+) -> None:
     """Run the benchmark and print a table, or one JSON object {data set: {solver: {figure: number}}}.
 
     Args:
@@ -37,14 +50,23 @@ def run(data: Sequence[Path] | None, rounds: int, every: int, picture: Path | No
         every: cascades, which are slow, solve every so many ticks.
         picture: file for a plot of the growth, which is then measured with any data.
         as_json: print JSON.
+        simulated: ticks and seed of a simulated humanoid, in the place of the recordings.
 
     Raises:
         BenchError: a file that is no recording, or a plot without matplotlib.
     """
-    recordings = [load(path) for path in (shipped() if data is None else data)]
+    if simulated:
+        recordings, data = [humanoid(*simulated)], data or []
+    else:
+        recordings = [load(path) for path in (shipped() if data is None else data)]
     if picture:
         pyplot()  # missing: better said now than after the measurement
-    figures = {recording.name: _solvers(recording, rounds, every) for recording in recordings}
+    figures = {
+        recording.name: _solvers(recording, rounds, every, CONTENDERS, QPS) for recording in recordings
+    }
+    if _installed(PEER):
+        for same in map(normalised, recordings):
+            figures[same.name] = _solvers(same, rounds, every, NORMALISED, ())
     grown = growth(rounds) if data is None or picture else {}
     if picture:
         plot(grown, picture)
@@ -55,11 +77,17 @@ def run(data: Sequence[Path] | None, rounds: int, every: int, picture: Path | No
     print(*table(figures), *_ratios(figures), *lines_of_growth(grown), sep="\n")
 
 
-def _solvers(recording: Recording, rounds: int, every: int) -> dict[str, Figures]:
-    """Figures of every solver that is installed."""
+def _solvers(
+    recording: Recording,
+    rounds: int,
+    every: int,
+    made: Mapping[str, Callable[[Recording], Contender]],
+    cascaded: Iterable[str],
+) -> dict[str, Figures]:
+    """Figures of these contenders and of the cascades that are installed."""
     print(f"{recording.name}: {len(recording)} ticks, n = {recording.x.shape[1]}", file=sys.stderr)
-    contenders = {name: make(recording) for name, make in CONTENDERS.items() if _installed(name)}
-    cascades = {name: Cascade(name) for name in QPS if _installed(name)}
+    contenders = {name: make(recording) for name, make in made.items()}
+    cascades = {name: Cascade(name) for name in cascaded if _installed(name)}
     taken: dict[str, list[Round]] = {name: [] for name in (*contenders, *cascades)}
     for _ in progress("rounds", range(rounds), rounds):
         for name, contender in contenders.items():
@@ -81,11 +109,12 @@ def _installed(name: str) -> bool:
 
 
 def _figures(recording: Recording, rounds: Sequence[Round]) -> Figures:
-    points = {tick: answer.x for tick, answer in rounds[-1].items() if answer}
+    ended = [tick for tick, answer in rounds[-1].items() if answer]
+    points = {tick: answer.x for tick, answer in rounds[-1].items() if answer and answer.solved}
     return {
-        **summary([[answer for tick in points if (answer := taken[tick])] for taken in rounds]),
+        **summary([[answer for tick in ended if (answer := taken[tick])] for taken in rounds]),
         **count_wrong(recording, points),
-        "failed": float(len(rounds[-1]) - len(points)),
+        "failed": float(len(rounds[-1]) - len(ended)),
         "ticks": float(len(rounds[-1])),
     }
 
@@ -93,8 +122,10 @@ def _figures(recording: Recording, rounds: Sequence[Round]) -> Figures:
 def _ratios(figures: dict[str, dict[str, Figures]]) -> Iterator[str]:
     """How the warm median compares with the floor and with DAQP."""
     for dataset, solvers in figures.items():
-        warm, floor = solvers["hapticd warm"]["median_us"], solvers["floor"]["median_us"]
-        line = f"{dataset}: hapticd warm takes {warm / floor:.2f} times the floor"
+        warm = solvers["hapticd warm"]
+        if "floor" in solvers:
+            floor = warm["median_us"] / solvers["floor"]["median_us"]
+            yield f"{dataset}: hapticd warm takes {floor:.2f} times the floor"
         if PEER in solvers:
-            line += f"; {PEER} takes {solvers[PEER]['median_us'] / warm:.2f} times hapticd warm"
-        yield line
+            median, p99 = (solvers[PEER][key] / warm[key] for key in ("median_us", "p99_us"))
+            yield f"{dataset}: {PEER} takes {median:.2f} times hapticd warm, at p99 {p99:.2f} times"

@@ -17,12 +17,12 @@ from pathlib import Path
 from statistics import median
 from typing import Any
 
-from ..runtime import config
-from ..runtime.children import run_tied
-from ..runtime.config import Loaded
+from ..runtime.configuration import config
+from ..runtime.configuration.config import Loaded
+from ..runtime.configuration.session import build
 from ..runtime.errors import ConfigError
-from ..runtime.interrupts import held
-from ..runtime.session import build
+from ..runtime.live.children import run_tied
+from ..runtime.live.interrupts import held
 from .jitter import Round, in_process
 from .recorded import BenchError
 

@@ -1,4 +1,4 @@
-"""Built-in machines: TOML configurations, URDF models and the EDS files of their devices."""
+"""Built-in machines: TOML, URDF models and the EDS files of their devices; what any such file may hold."""
 
 from __future__ import annotations
 

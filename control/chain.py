@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..binding import bind, pointer
 from ..hqp import Level
 from ..models import Array
 from ._kernels import ffi, lib
@@ -133,16 +134,16 @@ class ChainLevels:
         """The inputs are those of ``input_shapes``, each a C-contiguous float64 array.
 
         Raises:
-            ValueError: for inputs or limits of another shape, or for constraint torques on a manipulator
-                whose coupling cannot be inverted.
+            BindError: for inputs or limits of another shape.
+            ValueError: for constraint torques on a manipulator whose coupling cannot be inverted.
         """
         m, n = self.m, self.n = manipulator.n, twin.n
         _check(m, n, sums, rule, directions)
         limits = n + m + len(sums) + 3 * len(points)
         torques = limits if rule == "torques" else 0
         self.dim = m + n + torques
-        self._keep: list[object] = []
         c = self._c = ffi.new("chain *")
+        self._sizes = {"dim": self.dim}
         c.m, c.n, c.torques, c.dt = m, n, torques, dt
         c.rows = len(directions)
         for i, direction in enumerate(directions):
@@ -151,14 +152,13 @@ class ChainLevels:
         for i in range(3):
             c.k_p[i], c.k_p[3 + i] = gains.p_translation, gains.p_rotation
             c.k_d[i], c.k_d[3 + i] = gains.d_translation, gains.d_rotation
-        c.manipulator, c.twin = self._limits(manipulator), self._limits(twin)
-        for name, shape in input_shapes(m, n).items():
-            self._bind(c, name, inputs[name], shape)
+        bind(lib, c, manipulator=_rows(manipulator), twin=_rows(twin))
+        bind(lib, c, **{name: inputs[name] for name in input_shapes(m, n)})
         self._bind_sums(sums)
         self._bind_points(points)
         self.error = self._array("error", 6)
         self.active: NDArray[np.uint8] = np.zeros(limits, np.uint8)
-        self._active = ffi.cast("unsigned char *", self.active.ctypes.data)
+        self._active = pointer(self.active, "unsigned char", limits)
         self._x: Array | None = None
         self._x_pointer = ffi.NULL
         self._write = lib.chain_dynamics if torques else lib.chain_gauss
@@ -179,30 +179,13 @@ class ChainLevels:
     def detect(self, x: Array) -> int:
         """Add the limits that x, (dim,), reaches to ``active``; how many were new."""
         if x is not self._x:  # bound once: the solver always answers in the same array
-            self._x, self._x_pointer = x, ffi.cast("double *", x.ctypes.data)
+            self._x, self._x_pointer = x, pointer(x, "const double", self.dim, name="x")
         return int(lib.chain_detect(self._c, self._x_pointer, REACHED, self._active))
 
     def _array(self, name: str, *shape: int) -> Array:
         array = np.zeros(shape)
-        self._bind(self._c, name, array, shape)
+        bind(lib, self._c, self._sizes, **{name: array})
         return array
-
-    def _bind(self, struct: Any, name: str, array: Array, shape: tuple[int, ...]) -> None:
-        if array.shape != shape or array.dtype != np.float64 or not array.flags.c_contiguous:
-            raise ValueError(
-                f"{name} must be a C-contiguous float64 array of shape {shape}, not {array.shape}"
-            )
-        setattr(struct, name, ffi.cast("double *", array.ctypes.data))
-        self._keep.append(array)
-
-    def _limits(self, limits: Limits) -> object:
-        rows = ffi.new("bounds_limits[]", limits.n)
-        for row, *values in zip(
-            rows, limits.lower, limits.upper, limits.velocity, limits.acceleration, strict=True
-        ):
-            row.lower, row.upper, row.velocity, row.acceleration = map(float, values)
-        self._keep.append(rows)
-        return rows
 
     def _bind_sums(self, sums: Sequence[JointSum]) -> None:
         self._c.sums = len(sums)
@@ -212,19 +195,16 @@ class ChainLevels:
             self._weight[k], lower[k], upper[k] = joint_sum.weight, joint_sum.lower, joint_sum.upper
 
     def _bind_points(self, points: Sequence[BoxedPoint]) -> None:
-        structs = ffi.new("chain_point[]", max(1, len(points)))
-        self._c.points, self._c.point = len(points), structs
-        self._keep.append(structs)
+        structs = ffi.new("chain_point[]", len(points))
+        self._c.points = len(points)
+        bind(lib, self._c, point=structs)
         self._boxes: list[tuple[Array, Array, Array]] = []
-        for struct, point in zip(structs, points, strict=False):
-            self._bind(struct, "x", point.position, (3,))
-            self._bind(struct, "J", point.J, (6, self.m))
-            self._bind(struct, "drift", point.drift, (6,))
+        for k, (struct, point) in enumerate(zip(structs, points, strict=True)):
             struct.lower, struct.upper = list(map(float, point.lower)), list(map(float, point.upper))
-            rows = (np.zeros((3, self.dim)), np.zeros(3), np.zeros(3))
-            for name, array in zip(("C", "lb", "ub"), rows, strict=True):
-                self._bind(struct, name, array, array.shape)
-            self._boxes.append(rows)
+            C, lb, ub = np.zeros((3, self.dim)), np.zeros(3), np.zeros(3)
+            sizes = {"m": self.m, **self._sizes}
+            bind(lib, structs, sizes, k, x=point.position, J=point.J, drift=point.drift, C=C, lb=lb, ub=ub)
+            self._boxes.append((C, lb, ub))
 
     def _levels(self) -> tuple[Level, ...]:
         m, n, dim = self.m, self.n, self.dim
@@ -255,6 +235,15 @@ class ChainLevels:
         elif m > rows:
             levels.append(Level(A=manipulator, b=self.posture))
         return tuple(levels)
+
+
+def _rows(limits: Limits) -> object:
+    rows = ffi.new("bounds_limits[]", limits.n)
+    for row, *values in zip(
+        rows, limits.lower, limits.upper, limits.velocity, limits.acceleration, strict=True
+    ):
+        row.lower, row.upper, row.velocity, row.acceleration = map(float, values)
+    return rows
 
 
 def _check(m: int, n: int, sums: Sequence[JointSum], rule: Rule, directions: Sequence[int]) -> None:

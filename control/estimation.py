@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..binding import bind, pointer
 from ..models import Array
 from ._kernels import ffi, lib
 
 BANDWIDTH = 40.0
-"""Of the PPU observer [rad/s]: above the gantry's motion, below the noise of its accelerometer."""
+"""Bandwidth of the PPU observer [rad/s]: above the gantry's motion, below the noise of its accelerometer."""
 
 
 class PpuObserver:
@@ -25,17 +26,11 @@ class PpuObserver:
         """The arrays that are read where they are: encoders (2,) [m], specific force (2,) [m/s^2]."""
         w = BANDWIDTH
         self.q, self.qd, self.qdd = np.zeros(2), np.zeros(2), np.zeros(2)
-        results = {"q_now": self.q, "v_now": self.qd, "a_now": self.qdd}
-        self._core = ffi.new(
-            "ppu_observer *",
-            {
-                "dt": dt,
-                "gain": (3.0 * w * dt, 3.0 * w * w * dt, w**3 * dt),
-                **{name: ffi.from_buffer("double[]", array) for name, array in results.items()},
-            },
-        )
+        gain = 3.0 * w * dt, 3.0 * w * w * dt, w**3 * dt
+        self._core = ffi.new("ppu_observer *", {"dt": dt, "gain": gain})
+        bind(lib, self._core, q_now=self.q, v_now=self.qd, a_now=self.qdd)
         self._position = position
-        self._measured = [ffi.from_buffer("double[]", array) for array in (position, acceleration)]
+        self._measured = [pointer(array, "const double", 2) for array in (position, acceleration)]
 
     def reset(self) -> None:
         """Start at rest at the measured position."""
@@ -80,8 +75,16 @@ class WrenchEstimator:
         """
         self.wrench = np.zeros(6)
         R, arm = T_handle_sensor[:3, :3].copy(), T_handle_sensor[:3, 3].copy()
-        arrays = (centre, R, arm, measured, specific_force, rotation, self.wrench)
-        self._arguments = (mass, *(ffi.from_buffer("double[]", array) for array in arrays))
+        self._arguments = (
+            mass,
+            pointer(centre, "const double", 3),
+            pointer(R, "const double", 3, 3),
+            pointer(arm, "const double", 3),
+            pointer(measured, "const double", 6),
+            pointer(specific_force, "const double", 3),
+            pointer(rotation, "const double", 3, 3),
+            pointer(self.wrench, "double", 6),
+        )
 
     def update(self) -> None:
         """Take the present measurement."""

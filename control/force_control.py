@@ -9,9 +9,10 @@ from typing import Literal, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from ..binding import pointer
 from ..hqp import Solution, Solver, Status
 from ..models import Array, Robot
-from ._kernels import ffi, lib
+from ._kernels import lib
 from .chain import ALL_DIRECTIONS, BoxedPoint, ChainLevels, Gains, Horizons, JointSum, Rule
 from .limits import Limits
 from .serial import Frame, SerialChain
@@ -20,7 +21,7 @@ from .twin import Twin
 MAX_REDETECTIONS = 5
 """Solves a tick under the re-detecting rule; it is monotone, and 5 were the most ever seen."""
 MAX_ITERATIONS = 64
-"""Of one solve: the bound on its time. Recorded sessions needed 49 at most."""
+"""Iterations of one solve: the bound on its time. Recorded sessions needed 49 at most."""
 
 Detection = Literal["previous", "redetect", "gauss"]
 
@@ -113,26 +114,8 @@ class ForceControl:
         base = self._base = base or FixedBase()
         self.solves = self.iterations = 0
         self._dt, self._limits = dt, limits
-        inputs = {
-            "q": self.q,
-            "qd": self.qd,
-            "J": self.handle.J,
-            "drift": self.handle.drift,
-            "x_H": self.handle.position,
-            "R_H": self.handle.rotation,
-            "q_p": base.q,
-            "qd_p": base.qd,
-            "qdd_p": base.qdd,
-            "q_a": twin.q,
-            "qd_a": twin.qd,
-            "J_a": twin.J,
-            "drift_a": twin.drift,
-            "M_a": twin.M,
-            "force_a": twin.force,
-            "x_E": twin.position,
-            "R_E": twin.rotation,
-            "v_E": twin.twist,
-        }
+        self._at = np.zeros(3)
+        inputs = _inputs((self.q, self.qd), self.handle, base, twin)
         self.arm.bind(self.q, self.qd)
         points = [
             BoxedPoint(frame.position, frame.J, frame.drift, box.lower, box.upper)
@@ -149,7 +132,7 @@ class ForceControl:
         self._posture = posture
         self._qdd_twin = np.zeros(twin.limits.n)
         self._twin_part = slice(m, m + twin.limits.n)
-        self._motion = [ffi.from_buffer("double[]", array) for array in (self.q, self.qd, self.qdd)]
+        self._motion = [pointer(array, "double", m) for array in (self.q, self.qd, self.qdd)]
 
     @property
     def active(self) -> NDArray[np.uint8]:
@@ -165,11 +148,15 @@ class ForceControl:
         """Rest at a posture (m,) [rad or m]; the twin's E is put on the handle."""
         self.q[:], self.qd[:], self.qdd[:] = q, 0.0, 0.0
         self.arm.update()
-        position = self.handle.position.copy()
-        position[:2] += self._base.q
-        self.twin.reset(position, self.handle.rotation)
+        self._place()
+        self.twin.reset(self._at, self.handle.rotation)
         self._chain.active[:] = 0
         self._solver.reset()
+
+    def _place(self) -> None:
+        """Where the base has carried the handle."""
+        self._at[:] = self.handle.position
+        self._at[:2] += self._base.q
 
     def prepare(self, wrench: Array) -> None:
         """Kinematics and dynamics of this tick.
@@ -178,6 +165,8 @@ class ForceControl:
             wrench: of the operator at the handle in B, (6,) [N, N m].
         """
         self.arm.update()
+        self._place()
+        self.twin.follow(self._at, self.handle.rotation)
         self.twin.update(wrench)
 
     def assemble(self) -> bool:
@@ -237,3 +226,28 @@ class ForceControl:
         """Integrate manipulator and twin over one tick under constant acceleration."""
         lib.serial_advance(self.arm.n, *self._motion, self._dt)
         self.twin.integrate(self._qdd_twin, self._dt)
+
+
+def _inputs(state: tuple[Array, Array], handle: Frame, base: BaseMotion, twin: Twin) -> dict[str, Array]:
+    """What the levels read each tick, by the names of ``ChainLevels``."""
+    q, qd = state
+    return {
+        "q": q,
+        "qd": qd,
+        "J": handle.J,
+        "drift": handle.drift,
+        "x_H": handle.position,
+        "R_H": handle.rotation,
+        "q_p": base.q,
+        "qd_p": base.qd,
+        "qdd_p": base.qdd,
+        "q_a": twin.q,
+        "qd_a": twin.qd,
+        "J_a": twin.J,
+        "drift_a": twin.drift,
+        "M_a": twin.M,
+        "force_a": twin.force,
+        "x_E": twin.position,
+        "R_E": twin.rotation,
+        "v_E": twin.twist,
+    }

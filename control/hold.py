@@ -22,6 +22,9 @@ class HoldGains:
 class Hold:
     """A PD controller on a reference that starts where the joints are and slows down to rest.
 
+    While it moves it does not lead a joint that something else has slowed down more, so that its motor is not
+    asked to push on.
+
     Attributes:
         reference, rate: (n,) [rad, s]; torque: of the last tick, (n,) [N m].
     """
@@ -43,9 +46,16 @@ class Hold:
     def update(self, q: Array, qd: Array) -> Array:
         """Torques (n,) [N m] for the measured state (n,); own buffer. Advances the reference by a tick."""
         g = self._gains
+        self._follow(q, qd)
         self.torque[:] = g.stiffness * (self.reference - q) + g.damping * (self.rate - qd)
         np.clip(self.torque, -g.limit, g.limit, out=self.torque)
         slower = self.rate - np.clip(self.rate, -self._step, self._step)
         self.reference += 0.5 * self._dt * (self.rate + slower)
         self.rate[:] = slower
         return self.torque
+
+    def _follow(self, q: Array, qd: Array) -> None:
+        """Bring a moving reference back to joints that it leads in place or speed."""
+        way = np.sign(self.rate)
+        np.copyto(self.reference, q, where=way * (self.reference - q) > 0.0)
+        np.copyto(self.rate, way * np.maximum(way * qd, 0.0), where=way * (self.rate - qd) > 0.0)

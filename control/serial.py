@@ -9,11 +9,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+import pinocchio as pin
 
+from ..binding import bind, pointer
 from ..models import Array, ModelError, Robot
 from ._kernels import ffi, lib
-
-AXES = {"X": (1.0, 0.0, 0.0), "Y": (0.0, 1.0, 0.0), "Z": (0.0, 0.0, 1.0)}
 
 
 class Frame:
@@ -42,21 +42,19 @@ class SerialChain:
         """Take the constants of a robot.
 
         Raises:
-            ModelError: it is no serial chain, has a skew joint axis or too many joints, or lacks a frame.
+            ModelError: it is no serial chain, has other joints or too many, or lacks a frame.
         """
         self.n = robot.nv
         self._chain = ffi.new("serial_chain *")
         self._fill(robot)
         self.frames = [Frame(self.n) for _ in frames]
         self._c_frames = ffi.new("serial_frame[]", len(frames))
-        self._keep = [
-            self._bind(robot, name, frame, c)
-            for name, frame, c in zip(frames, self.frames, self._c_frames, strict=True)
-        ]
+        for k, name in enumerate(frames):
+            self._attach(robot, name, k)
 
     def bind(self, q: Array, qd: Array) -> None:
         """Let ``update`` read the state from these arrays, (n,)."""
-        self._state = [ffi.from_buffer("double[]", array) for array in (q, qd)]
+        self._state = [pointer(array, "const double", self.n) for array in (q, qd)]
 
     def update(self) -> None:
         """Compute the frames at the bound state."""
@@ -75,7 +73,8 @@ class SerialChain:
         self, q: Array, qd: Array, qdd: Array, gravity: Array, tau: Array
     ) -> Sequence[object]:
         """Arguments of ``lib.serial_torques`` for these arrays: (n,) each, gravity (3,)."""
-        return [self._chain, *(ffi.from_buffer("double[]", array) for array in (q, qd, qdd, gravity, tau))]
+        state = [pointer(array, "const double", self.n) for array in (q, qd, qdd)]
+        return [self._chain, *state, pointer(gravity, "const double", 3), pointer(tau, "double", self.n)]
 
     def _fill(self, robot: Robot) -> None:
         model = robot.model
@@ -86,35 +85,41 @@ class SerialChain:
         self._chain.n = self.n
         for i in range(self.n):
             joint, c = model.joints[i + 1], self._chain.joint[i]
-            kind, axis = joint.shortname().removeprefix("JointModel"), joint.shortname()[-1]
-            if axis not in AXES or kind[:1] not in ("R", "P"):
-                raise ModelError(
-                    model.name,
-                    0,
-                    f"joint '{model.names[i + 1]}' is a {kind}",
-                    "turn its frame so that x, y or z moves",
-                )
+            prismatic, axis = _axis(model.name, model.names[i + 1], joint)
             if model.parents[i + 1] != i:
                 raise ModelError(
                     model.name, 0, f"'{model.names[i + 1]}' branches off", "a serial chain is needed"
                 )
             c.R, c.t = _pose(model.jointPlacements[i + 1])
-            c.axis, c.prismatic = AXES[axis], kind[:1] == "P"
+            c.axis, c.prismatic = axis, prismatic
             body = model.inertias[i + 1]
             c.mass, c.centre = body.mass, body.lever.tolist()
             c.inertia = np.asarray(body.inertia).reshape(-1).tolist()
 
-    def _bind(self, robot: Robot, name: str, frame: Frame, c: object) -> list[object]:
-        own = robot.model.frames[robot.frame(name)]
-        buffers = {
-            key: ffi.from_buffer("double[]", getattr(frame, key))
-            for key in ("position", "rotation", "J", "drift")
-        }
-        c.joint = int(own.parentJoint) - 1  # type: ignore[attr-defined]
-        c.R, c.t = _pose(own.placement)  # type: ignore[attr-defined]
-        for key, buffer in buffers.items():
-            setattr(c, key, buffer)
-        return list(buffers.values())
+    def _attach(self, robot: Robot, name: str, index: int) -> None:
+        own, frame, c = robot.model.frames[robot.frame(name)], self.frames[index], self._c_frames[index]
+        c.joint = int(own.parentJoint) - 1
+        c.R, c.t = _pose(own.placement)
+        results = {"position": frame.position, "rotation": frame.rotation, "J": frame.J, "drift": frame.drift}
+        bind(lib, self._c_frames, {"n": self.n}, index, **results)
+
+
+def _axis(robot: str, name: str, joint: pin.JointModel) -> tuple[bool, list[float]]:
+    """Whether a joint slides, and its axis in its own frame (3,)."""
+    if joint.nv != 1:
+        kind = joint.shortname().removeprefix("JointModel")
+        raise ModelError(robot, 0, f"joint '{name}' is a {kind}", "use joints that turn or slide")
+    data = joint.createData()
+    joint.calc(data, pin.neutral(_alone(joint)))
+    linear, angular = np.asarray(data.S).reshape(2, 3)
+    return bool(linear.any()), (linear if linear.any() else angular).tolist()
+
+
+def _alone(joint: pin.JointModel) -> pin.Model:
+    """A model of one joint, whose neutral configuration is the joint's."""
+    model = pin.Model()
+    model.addJoint(0, joint, pin.SE3.Identity(), "joint")
+    return model
 
 
 def _pose(placement: object) -> tuple[list[float], list[float]]:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..binding import bind
 from ..models import Array, Robot
 from ._kernels import ffi, lib
 from .serial import SerialChain
@@ -52,14 +53,21 @@ class Tracking:
         self._still = manipulator.model.gravity.linear.copy()
         self._gravity = self._still.copy()
         self._rigid, self.torque = np.zeros(n), np.zeros(n)
-        arrays = {
+        self._core = ffi.new("tracking *", {"n": n})
+        bind(
+            lib,
+            self._core,
+            friction=manipulator.damping,
+            rotor=elasticity.rotor,
+            stiffness=elasticity.stiffness,
+            p=proportional,
+            d=derivative,
+            rigid=self._rigid,
+            torque=self.torque,
+            reference=np.zeros(n),
+            rate=np.zeros(n),
             **inputs,
-            **{"friction": manipulator.damping, "rotor": elasticity.rotor, "stiffness": elasticity.stiffness},
-            **{"p": proportional, "d": derivative, "rigid": self._rigid, "torque": self.torque},
-            **{"reference": np.zeros(n), "rate": np.zeros(n)},
-        }
-        self._keep = {name: ffi.from_buffer("double[]", array) for name, array in arrays.items()}
-        self._core = ffi.new("tracking *", {"n": n, **self._keep})
+        )
         self._inverse_dynamics = chain.torque_arguments(
             inputs["q"], inputs["qd"], inputs["qdd"], self._gravity, self._rigid
         )

@@ -7,8 +7,9 @@ from typing import Protocol
 
 import numpy as np
 
+from ..binding import pointer
 from ..models import Array
-from ._kernels import ffi, lib
+from ._kernels import lib
 from .chain import ALL_DIRECTIONS
 from .limits import Limits
 
@@ -32,6 +33,9 @@ class Twin(Protocol):
 
     def reset(self, position: Array, rotation: Array) -> None:
         """Rest with E at a pose (3,) [m], (3, 3) in B."""
+
+    def follow(self, position: Array, rotation: Array) -> None:
+        """Take over the handle's pose, as for ``reset``, where E has no direction to move in."""
 
     def update(self, wrench: Array) -> None:
         """Compute J, drift, M, force, pose and twist of E under a wrench (6,) at E in B [N, N m]."""
@@ -75,16 +79,35 @@ class CartesianTwin:
         self.position, self.rotation = np.zeros(3), np.eye(3)
         self._whole = n == 6
         self.twist = self.qd if self._whole else np.zeros(6)
+        lacking = sorted(set(ALL_DIRECTIONS) - set(directions))
+        self._lacking_places = [i for i in lacking if i < 3]
+        self._lacking_turns = [i - 3 for i in lacking if i >= 3]
+        self._relative, self._vector = np.eye(3), np.zeros(3)
+        self._turn = pointer(self._relative, "double", 3, 3), pointer(self._vector, "double", 3)
         self._damping = of_each(damping, rotational_damping)
-        buffers = (self.position, self.rotation, self.twist)
-        self._state = [ffi.from_buffer("double[]", array) for array in buffers]
         self._acceleration = np.zeros(6)
-        self._acceleration_buffer = ffi.from_buffer("double[]", self._acceleration)
+        self._motion = (
+            pointer(self.position, "double", 3),
+            pointer(self.rotation, "double", 3, 3),
+            pointer(self.twist, "double", 6),
+            pointer(self._acceleration, "const double", 6),
+        )
 
     def reset(self, position: Array, rotation: Array) -> None:
         """Rest with E at a pose."""
         self.position[:], self.rotation[:] = position, rotation
         self.qd[:] = self.twist[:] = 0.0
+
+    def follow(self, position: Array, rotation: Array) -> None:
+        """E differs from the handle in its own directions only: no spring pulls at what nobody renders."""
+        if self._whole:
+            return
+        self.position[self._lacking_places] = position[self._lacking_places]
+        np.matmul(self.rotation, rotation.T, out=self._relative)
+        lib.rotation_log(*self._turn)
+        self._vector[self._lacking_turns] = 0.0
+        lib.rotation_exp(*reversed(self._turn))
+        np.matmul(self._relative, rotation, out=self.rotation)
 
     def update(self, wrench: Array) -> None:
         """Force = w - D v; everything else is constant."""
@@ -94,6 +117,6 @@ class CartesianTwin:
     def integrate(self, qdd: Array, dt: float) -> None:
         """Advance the pose under constant acceleration."""
         self._acceleration[self._directions] = qdd
-        lib.rotation_advance_body(*self._state, self._acceleration_buffer, dt)
+        lib.rotation_advance_body(*self._motion, dt)
         if not self._whole:
             self.qd[:] = self.twist[self._directions]

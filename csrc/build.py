@@ -1,24 +1,39 @@
-"""cffi build script: the C core as one extension module for each folder that uses it."""
+"""cffi build script: the C core as one extension module for each folder that uses it.
+
+Each is made when asked for: the solver's distribution has the files of its own module alone.
+"""
 
 from __future__ import annotations
 
+import re
+from functools import partial
 from pathlib import Path
 
 from cffi import FFI
 
 HERE = Path(__file__).resolve().parent
 FLAGS = ["-std=c11", "-ffp-contract=off", "-fvisibility=hidden"]
+COMMENT = re.compile(r"/\*.*?\*/", re.DOTALL)
+STRUCT = re.compile(r"typedef struct(?:\s+\w+)?\s*\{([^}]*)\}\s*(\w+)\s*;")
+ARRAY = re.compile(r"\*\s*(\w+)\s+(?:HQP_)?(SHAPE|OPTIONAL|STRIDED)\(([^)]*)\)")
+"""A field that points to an array, with what csrc/shape.h has for it."""
 
 
 def module(name: str, headers: list[str], sources: list[str], optimise: str = "-O2") -> FFI:
-    """An extension module with everything that the headers declare."""
+    """An extension module with everything that the headers declare, and ``arrays``, see below."""
     ffi = FFI()
+    rows: list[str] = []
     for header in headers:
         lines = (HERE / header).read_text(encoding="utf-8").splitlines()
-        ffi.cdef("\n".join(line for line in lines if not line.startswith("#")))
+        text = COMMENT.sub("", "\n".join(line for line in lines if not line.startswith("#")))
+        rows += arrays(text)
+        ffi.cdef(ARRAY.sub(r"*\1", text))
+    ffi.cdef("const char *arrays(void);")
+    table = "".join(f'"{row}\\n"' for row in rows) or '""'
     ffi.set_source(
         name,
-        "\n".join(f'#include "{header}"' for header in headers),
+        "\n".join(f'#include "{header}"' for header in headers)
+        + f"\nstatic const char *arrays(void) {{ return {table}; }}\n",
         sources=[f"csrc/{source}" for source in sources],
         include_dirs=["csrc"],
         depends=[f"csrc/{path.name}" for path in sorted(HERE.glob("*.h"))],
@@ -28,16 +43,36 @@ def module(name: str, headers: list[str], sources: list[str], optimise: str = "-
     return ffi
 
 
+def arrays(text: str) -> list[str]:
+    """What a header says of its structs' arrays, a line each: struct|field|flags|stride|size|size...
+
+    Flags: w: C writes there, o: may be NULL.
+    """
+    rows = []
+    for body, struct in STRUCT.findall(text):
+        for declaration in body.split(";"):
+            written = "" if declaration.lstrip().startswith("const ") else "w"
+            for field, macro, sizes in ARRAY.findall(declaration):
+                shape = [size.strip() for size in sizes.split(",")]
+                stride = shape.pop() if macro == "STRIDED" else ""
+                flags = written + "o" * (macro == "OPTIONAL")
+                rows.append("|".join([struct, field, flags, stride, *shape]))
+    return rows
+
+
 CONTROL = ("bounds", "rotation", "serial", "chain", "tracking", "ppu", "redundant", "nullspace")
 
-devices = module("hapticd.devices._wire", ["wire.h", "image.h"], ["wire.c", "image.c"])
-control = module(
+devices = partial(module, "hapticd.devices._wire", ["wire.h", "image.h"], ["wire.c", "image.c"])
+control = partial(
+    module,
     "hapticd.control._kernels",
     [f"{part}.h" for part in CONTROL],
     [f"{part}.c" for part in CONTROL],
 )
-hqp = module("hapticd.hqp._hqp", ["hqp.h"], [path.name for path in sorted(HERE.glob("hqp*.c"))], "-O3")
-runtime = module("hapticd.runtime._rt", ["rt.h", "ring.h"], ["rt.c", "ring.c"])
-safety = module("hapticd.safety._plausibility", ["plausibility.h"], ["plausibility.c"])
-plant = module("hapticd.sim._plant", ["elastic.h"], ["elastic.c"])
-bench = module("hapticd.bench._floor", ["floor.h"], ["floor.c"], "-O3")
+hqp = partial(
+    module, "hapticd.hqp._hqp", ["hqp.h"], [path.name for path in sorted(HERE.glob("hqp*.c"))], "-O3"
+)
+runtime = partial(module, "hapticd.runtime._rt", ["rt.h", "ring.h"], ["rt.c", "ring.c"])
+safety = partial(module, "hapticd.safety._plausibility", ["plausibility.h"], ["plausibility.c"])
+plant = partial(module, "hapticd.sim._plant", ["elastic.h"], ["elastic.c"])
+bench = partial(module, "hapticd.bench._floor", ["floor.h"], ["floor.c"], "-O3")

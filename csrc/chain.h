@@ -11,60 +11,63 @@
 #define HAPTICD_CHAIN_H
 
 #include "bounds.h"
+#include "shape.h"
 
 enum { CHAIN_MAX_JOINTS = 16, CHAIN_MAX_DOF = 24, CHAIN_LOWER_ACTIVE = 1, CHAIN_UPPER_ACTIVE = 2 };
 
 /* A point of the manipulator, and the box along the axes of B that it stays in: (15), (16). */
 typedef struct {
-    const double *x, *J, *drift; /* 3, 6 x m, 6: acceleration at qdd_m = 0; all without the base's motion */
+    /* without the base's motion; drift: acceleration at qdd_m = 0 */
+    const double *x SHAPE(3), *J SHAPE(6, m), *drift SHAPE(6);
     double lower[3], upper[3];
-    double *C, *lb, *ub; /* 3 x dim, 3: rows of its level */
+    double *C SHAPE(3, dim), *lb SHAPE(3), *ub SHAPE(3); /* rows of its level */
 } chain_point;
 
 typedef struct {
-    int m;                            /* joints of the manipulator, 1 .. CHAIN_MAX_JOINTS */
-    int n;                            /* degrees of freedom of the twin, 1 .. CHAIN_MAX_DOF */
-    int torques;                      /* constraint torques in x: n + m + sums + 3 points, or 0 */
-    int rows;                         /* directions in which H and E are coupled, 1 .. 6 */
-    int direction[6];                 /* those, 0 .. 5 */
-    double dt;                        /* of set A, and of the control loop */
-    double viability_horizon;         /* of set B; one dt would let the joint bounce at its limit, period 2 */
-    double point_horizon;             /* of the bounds (8) on sums and points */
-    const bounds_limits *manipulator; /* m */
-    const bounds_limits *twin;        /* n */
+    int m;                    /* joints of the manipulator, 1 .. CHAIN_MAX_JOINTS */
+    int n;                    /* degrees of freedom of the twin, 1 .. CHAIN_MAX_DOF */
+    int torques;              /* constraint torques in x: n + m + sums + 3 points, or 0 */
+    int rows;                 /* directions in which H and E are coupled, 1 .. 6 */
+    int direction[6];         /* those, 0 .. 5 */
+    double dt;                /* of set A, and of the control loop */
+    double viability_horizon; /* of set B; one dt would let the joint bounce at its limit, period 2 */
+    double point_horizon;     /* of the bounds (8) on sums and points */
+    const bounds_limits *manipulator SHAPE(m);
+    const bounds_limits *twin SHAPE(n);
 
-    int sums;                            /* (14) and the like: lower <= weight^T q <= upper */
-    const double *weight;                /* sums x m */
-    const double *sum_lower, *sum_upper; /* sums */
+    int sums; /* (14) and the like: lower <= weight^T q <= upper */
+    const double *weight SHAPE(sums, m);
+    const double *sum_lower SHAPE(sums), *sum_upper SHAPE(sums);
     int points;
-    const chain_point *point;
+    const chain_point *point SHAPE(points);
 
     double k_p[6], k_d[6]; /* synchronisation gains of (11) */
 
     /* manipulator, at its commanded state and without the base's motion */
-    const double *q, *qd;    /* m */
-    const double *J;         /* 6 x m, of handle H */
-    const double *drift;     /* 6, acceleration of H at qdd_m = 0 */
-    const double *x_H, *R_H; /* 3, 3 x 3 */
+    const double *q SHAPE(m), *qd SHAPE(m);
+    const double *J SHAPE(6, m);  /* of handle H */
+    const double *drift SHAPE(6); /* acceleration of H at qdd_m = 0 */
+    const double *x_H SHAPE(3), *R_H SHAPE(3, 3);
     /* base along x and y: position, velocity, acceleration */
-    const double *q_p, *qd_p, *qdd_p; /* 2 */
+    const double *q_p SHAPE(2), *qd_p SHAPE(2), *qdd_p SHAPE(2);
 
     /* twin */
-    const double *q_a, *qd_a;      /* n */
-    const double *J_a;             /* 6 x n */
-    const double *drift_a;         /* 6, acceleration of E at qdd_a = 0 */
-    const double *M_a;             /* n x n */
-    const double *force_a;         /* n, J_a^T (w - w_ref) - tau_dis + tau_dri - c_a */
-    const double *x_E, *R_E, *v_E; /* 3, 3 x 3, 6 */
+    const double *q_a SHAPE(n), *qd_a SHAPE(n);
+    const double *J_a SHAPE(6, n);
+    const double *drift_a SHAPE(6); /* acceleration of E at qdd_a = 0 */
+    const double *M_a SHAPE(n, n);
+    const double *force_a SHAPE(n); /* J_a^T (w - w_ref) - tau_dis + tau_dri - c_a */
+    const double *x_E SHAPE(3), *R_E SHAPE(3, 3), *v_E SHAPE(6);
 
-    double *error; /* 6, from H to E: translation, and rotation vector in B; a result */
+    double *error SHAPE(6); /* from H to E: translation, and rotation vector in B; a result */
 
-    /* rows of the levels; those not named here are constant and set by the caller */
-    double *A1, *b1;                           /* rows x dim, rows */
-    double *lb2, *ub2, *lb3, *ub3;             /* m, sums */
-    double *lb6, *ub6, *lb7, *ub7, *lb8, *ub8; /* n, m, n */
-    double *A9, *b9;                           /* n x dim, n */
-    double *lb10, *ub10;                       /* torques */
+    /* rows of the levels, dim = columns; those not named here are constant and set by the caller */
+    double *A1 SHAPE(rows, dim), *b1 SHAPE(rows);
+    double *lb2 SHAPE(m), *ub2 SHAPE(m), *lb3 SHAPE(sums), *ub3 SHAPE(sums);
+    double *lb6 SHAPE(n), *ub6 SHAPE(n), *lb7 SHAPE(m), *ub7 SHAPE(m);
+    double *lb8 SHAPE(n), *ub8 SHAPE(n);
+    double *A9 SHAPE(n, dim), *b9 SHAPE(n);
+    double *lb10 SHAPE(torques), *ub10 SHAPE(torques);
 } chain;
 
 /* Writes levels 1 to 8. */

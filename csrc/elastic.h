@@ -2,17 +2,19 @@
 #ifndef HAPTICD_ELASTIC_H
 #define HAPTICD_ELASTIC_H
 
+#include "shape.h"
+
 typedef struct {
     int n;
-    /* constants (n): spring stiffness and damping, rotor inertia, viscous friction and brake of each joint */
-    const double *stiffness, *damping, *rotor, *friction, *brake;
-    const double *torque;        /* (n) of the motors */
-    const unsigned char *braked; /* (n) */
-    const double *qdd;           /* (n) of the links */
-    double *q, *qd;              /* (n) links */
-    double *motor, *motor_rate;  /* (n) rotors, in joint units */
-    double *spring;              /* (n) torque in the springs */
-    double *load;                /* (n) spring less friction: what moves the links */
+    /* constants: spring stiffness and damping, rotor inertia, viscous friction and brake of each joint */
+    const double *stiffness SHAPE(n), *damping SHAPE(n), *rotor SHAPE(n), *friction SHAPE(n), *brake SHAPE(n);
+    const double *torque SHAPE(n); /* of the motors */
+    const unsigned char *braked SHAPE(n);
+    const double *qdd SHAPE(n);                   /* of the links */
+    double *q SHAPE(n), *qd SHAPE(n);             /* links */
+    double *motor SHAPE(n), *motor_rate SHAPE(n); /* rotors, in joint units */
+    double *spring SHAPE(n);                      /* torque in the springs */
+    double *load SHAPE(n);                        /* spring less friction: what moves the links */
 } elastic;
 
 /* Torques at the present state. */

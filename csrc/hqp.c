@@ -12,11 +12,15 @@ static const ptrdiff_t MAX_CELLS =
 
 static const double LARGEST = 1e100, SMALLEST = 1e-100; /* of a coefficient; of the norm of a row that acts */
 static const double CLOSED = 1e-9;                      /* lb > ub by less than this part of them: a point */
+static const double COARSER = 1000.0, COARSEST = 1e-3;  /* times the rank that was asked for */
 enum { ATTEMPTS = 3 };                                  /* walks of the levels that are not proven */
-enum { WANDERING = 32 }; /* iterations after n in which a sweep has settled, or will not */
 
 hqp_settings hqp_default_settings(void) {
     return (hqp_settings){.feasibility = 1e-13, .rank = 1e-9, .rounding = 5e-15, .max_iterations = 0};
+}
+
+const char *hqp_version(void) {
+    return HQP_VERSION;
 }
 
 const char *hqp_status_name(hqp_status status) {
@@ -29,6 +33,8 @@ const char *hqp_status_name(hqp_status status) {
         return "working set repeated";
     case HQP_NOT_PROVEN:
         return "not proven optimal";
+    case HQP_TIME_LIMIT:
+        return "time limit reached";
     case HQP_BAD_MATRIX:
         return "entry not finite";
     case HQP_BAD_BOUNDS:
@@ -62,10 +68,12 @@ static void lay_out_reals(hqp_solver *s, char *arena, size_t *used) {
         size_t count;
     } reals[] = {
         {&s->norm, rows},
+        {&s->scale, rows},
         {&s->lb, rows},
         {&s->ub, rows},
         {&s->value, rows},
         {&s->trial_value, rows},
+        {&s->lacking, rows},
         {&s->strength, rows},
         {&s->multiplier, most},
         {&s->rounding, most},
@@ -91,6 +99,10 @@ static void lay_out_reals(hqp_solver *s, char *arena, size_t *used) {
         {&s->cone.ub, rows},
         {&s->cone.x, ld},
         {&s->cone.target, ld},
+        {&s->bundle.triangle, (size_t)s->bundle.most * (size_t)s->bundle.most},
+        {&s->bundle.multiplier, (size_t)s->bundle.most},
+        {&s->bundle.gap, (size_t)s->bundle.most},
+        {&s->bundle.pull, (size_t)s->bundle.most},
         {&s->none, levels},
         {&s->kept, ld},
         {&s->path, ld * (levels + 1)},
@@ -112,8 +124,9 @@ static size_t lay_out(hqp_solver *s, char *arena) {
     s->reflector = slice_rows(arena, &used, n, ld);
     s->direction = slice_rows(arena, &used, n, ld);
     lay_out_reals(s, arena, &used);
-    int **const ints[] = {&s->column,     &s->done,      &s->only,       &s->work,    &s->fit,
-                          &s->work_order, &s->fit_order, &s->column_row, &s->held.id, &s->clash.id};
+    int **const ints[] = {&s->column,  &s->done,       &s->only,      &s->work,
+                          &s->fit,     &s->work_order, &s->fit_order, &s->column_row,
+                          &s->held.id, &s->clash.id,   &s->bundle.id, &s->bundle.slot};
     for (size_t i = 0; i < sizeof ints / sizeof *ints; i++)
         *ints[i] = slice(arena, &used, most * sizeof(int));
     signed char **const flags[] = {
@@ -129,6 +142,7 @@ static size_t lay_out(hqp_solver *s, char *arena) {
     s->rank_at = slice(arena, &used, (levels + 2) * sizeof(int));
     s->equalities = slice(arena, &used, levels * sizeof(int));
     s->slack = slice(arena, &used, levels);
+    s->weighted = slice(arena, &used, levels);
     return used;
 }
 
@@ -143,7 +157,7 @@ static int dims_fit(const hqp_dims *d) {
 
 static int settings_fit(const hqp_settings *t) {
     return t->feasibility > 0.0 && t->feasibility < 1.0 && t->rank > 0.0 && t->rank < 1.0 &&
-           t->rounding > 0.0 && t->rounding < 1.0 && t->max_iterations >= 0;
+           t->rounding > 0.0 && t->rounding < 1.0 && t->max_iterations >= 0 && t->time_limit >= 0.0;
 }
 
 hqp_solver *hqp_create(const hqp_dims *dims, const hqp_settings *settings) {
@@ -158,6 +172,7 @@ hqp_solver *hqp_create(const hqp_dims *dims, const hqp_settings *settings) {
         if (rows > shape.widest) shape.widest = rows;
         shape.total += rows;
     }
+    shape.bundle.most = shape.total < 2 * shape.n ? shape.total : 2 * shape.n;
     if (shape.total * shape.ld > MAX_CELLS) return NULL;
     const size_t bytes = lay_out(&shape, NULL);
     char *arena = aligned_alloc(64, bytes);
@@ -166,7 +181,11 @@ hqp_solver *hqp_create(const hqp_dims *dims, const hqp_settings *settings) {
     hqp_solver *s = (hqp_solver *)(void *)arena;
     *s = shape;
     lay_out(s, arena);
-    for (int i = 0; i < s->total; i++) s->only[i] = -1;
+    for (int i = 0; i < s->total; i++) {
+        s->only[i] = -1;
+        s->scale[i] = 1.0;
+    }
+    s->rank_asked = s->settings.rank;
     hqp_unfix(s);
     for (int p = 0; p < s->levels; p++) {
         s->equalities[p] = dims->equalities[p];
@@ -188,30 +207,68 @@ static void forget(hqp_solver *s) {
         s->guess_held_at[i] = -1;
         s->strength[i] = 0.0;
     }
-    s->warm = s->resumable = 0;
+    s->warm = s->resumable = s->started = 0;
 }
 
 void hqp_reset(hqp_solver *s) {
+    s->settings.rank = s->rank_asked;
     forget(s);
+}
+
+static int is_zero(const double *four) {
+    return four[0] == 0.0 && four[1] == 0.0 && four[2] == 0.0 && four[3] == 0.0;
+}
+
+int hqp_start(hqp_solver *s, const double *x) {
+    for (int i = 0; i < s->n; i++) {
+        if (!isfinite(x[i])) return 0;
+    }
+    forget(s);
+    memcpy(s->x, x, (size_t)s->n * sizeof(double));
+    s->started = 1;
+    return 1;
+}
+
+/* Guess the working sets from x: what is violated is fitted; what is at its bound is held, in the last level,
+ * for which a wrong guess costs least. */
+static void guess_from_x(hqp_solver *s) {
+    hqp_find_values(s);
+    for (int i = 0; i < s->total; i++) {
+        if (s->kind[i] != HQP_RANGE) continue;
+        const signed char side = hqp_touches(s, i, -1) ? -1 : hqp_touches(s, i, 1) ? 1 : 0;
+        if (!side) {
+            s->guess_side[i] = (signed char)hqp_outside(s, i, s->value[i], s->x_norm);
+        } else if (i < s->row0[s->levels - 1]) {
+            s->guess_held_at[i] = (short)(s->levels - 1);
+            s->guess_held_side[i] = side;
+        }
+    }
+    s->warm = 1;
+    s->started = 0;
 }
 
 /* Norm of a row of `given` and where its nonzeros are; 0 where an entry is not usable. */
 static int measure_row(hqp_solver *s, int id) {
     const double *row = hqp_row(s, s->given, id);
     const double sum = hqp_dot(row, row, 0, (int)s->ld);
-    int first = 0, last = s->n;
-    while (first < last && row[first] == 0.0) first++;
-    while (first < last && row[last - 1] == 0.0) last--;
+    int first = 0, last = (int)s->ld, nonzeros = 0;
+    while (first < last && is_zero(row + first)) first += 4;
+    while (first < last && is_zero(row + last - 4)) last -= 4;
     s->norm[id] = sqrt(sum);
-    s->only[id] = last - first == 1 ? first : -1;
-    s->given.first[id] = hqp_floor4(first);
-    s->given.last[id] = hqp_ceil4(last);
+    s->only[id] = -1;
+    for (int c = first; c < last && last - first == 4; c++) {
+        if (row[c] == 0.0) continue;
+        s->only[id] = nonzeros++ ? -1 : c;
+    }
+    s->given.first[id] = first;
+    s->given.last[id] = last;
     return sum <= LARGEST * LARGEST;
 }
 
 /* Copy one row; 0 where an entry is not usable. Rows that are the same in each tick are measured once. */
 static int load_row(hqp_solver *s, int id, const double *from) {
     double *to = hqp_row(s, s->given, id);
+
     const size_t size = (size_t)s->n * sizeof(double);
     s->done[id] = 0;
     s->frozen_at[id] = -1;
@@ -237,14 +294,37 @@ static int load_bounds(hqp_solver *s, int id, double lb, double ub) {
     return 1;
 }
 
+/* Square roots of the weights; 0 where one is not usable. */
+static int load_weights(hqp_solver *s, int level, const double *weights) {
+    if (!weights && !s->weighted[level]) return 1;
+    s->weighted[level] = weights != NULL;
+    for (int i = s->row0[level]; i < s->row0[level + 1]; i++) {
+        const double weight = weights ? weights[i - s->row0[level]] : 1.0;
+        if (!(weight > 0.0 && weight <= LARGEST)) return 0;
+        s->scale[i] = sqrt(weight);
+    }
+    return 1;
+}
+
+/* The coefficients of a row times the root of its weight. */
+static const double *weighted(hqp_solver *s, int id, const double *from) {
+    for (int c = 0; c < s->n; c++) s->step[c] = s->scale[id] * from[c];
+    return s->step;
+}
+
 static hqp_status load_level(hqp_solver *s, int level, const hqp_level *data) {
     const int first = s->row0[level], split = first + s->equalities[level];
+    if (!load_weights(s, level, data->weights)) return HQP_BAD_MATRIX;
     for (int i = first; i < s->row0[level + 1]; i++) {
         const ptrdiff_t r = i < split ? i - first : i - split;
-        if (!load_row(s, i, (i < split ? data->A : data->C) + r * s->n)) return HQP_BAD_MATRIX;
+        const double *row = (i < split ? data->A : data->C) + r * s->n;
+        if (!load_row(s, i, s->weighted[level] ? weighted(s, i, row) : row)) return HQP_BAD_MATRIX;
         if (i < split && !(fabs(data->b[r]) <= LARGEST)) return HQP_BAD_MATRIX;
         const double lb = i < split ? data->b[r] : data->lb[r], ub = i < split ? data->b[r] : data->ub[r];
         if (!load_bounds(s, i, lb, ub)) return HQP_BAD_BOUNDS;
+        if (!s->weighted[level]) continue;
+        s->lb[i] *= s->scale[i];
+        s->ub[i] *= s->scale[i];
     }
     return HQP_SOLVED;
 }
@@ -256,12 +336,13 @@ static signed char activity(const hqp_solver *s, int id, double value) {
 }
 
 /* slack and activity of all rows at x, whose values are known */
-static void report(const hqp_solver *s, hqp_info *info) {
+static void report(hqp_solver *s, hqp_info *info) {
     double *w = info->w, *v = info->v;
     signed char *active = info->active;
     for (int p = 0; p < s->levels; p++) {
+        for (int i = s->row0[p]; i < s->row0[p + 1] && s->weighted[p]; i++) s->lacking[i] /= s->scale[i];
         for (int i = s->row0[p]; i < s->row0[p + 1]; i++) {
-            const double value = s->value[i], slack = hqp_slack(s, i);
+            const double value = s->value[i], slack = s->lacking[i];
             if (i < s->row0[p] + s->equalities[p]) {
                 if (w) *w++ = slack;
                 continue;
@@ -336,8 +417,7 @@ static enum outcome sweep(hqp_solver *s, int first, int repair) {
 
 /* The first method: sweep, at first with fixings taken ahead of their turn. */
 static enum outcome try_sweeps(hqp_solver *s, int *first) {
-    const int left = s->settings.max_iterations - s->iterations, share = left - left / 8;
-    const int limit = share < s->n + WANDERING ? share : s->n + WANDERING;
+    const int left = s->settings.max_iterations - s->iterations, limit = left - left / 8;
     const int begin = s->iterations;
     s->iteration_limit = begin + limit / 2;
     *first = hqp_fix(s, *first);
@@ -393,19 +473,40 @@ static hqp_status try_walk(hqp_solver *s, enum outcome of_sweep, int first) {
     return status;
 }
 
-/* Only what is proven is solved: one method after the other, and both again from cold. */
+/* A sweep finds what is to be held, and not what is to be fitted: rows to fit should be known for half of x.
+ */
+static int is_worth_a_sweep(const hqp_solver *s) {
+    int known = 0;
+    for (int i = s->total - 1; i >= 0 && 2 * known < s->n; i--)
+        known += s->kind[i] == HQP_EQUALITY || (s->kind[i] == HQP_RANGE && s->guess_side[i]);
+    return 2 * known >= s->n;
+}
+
+/* Both methods, one after the other. */
+static hqp_status try_both(hqp_solver *s, int first) {
+    memcpy(s->start, s->x, (size_t)s->ld * sizeof(double));
+    s->resumable = s->levels_done = s->levels;
+    const enum outcome outcome = is_worth_a_sweep(s) ? try_sweeps(s, &first) : LOST;
+    return outcome == PROVEN ? HQP_SOLVED : try_walk(s, outcome, first);
+}
+
+/*
+ * Only what is proven is solved. Where nothing is, rows at a tiny angle may be one row but for the rounding
+ * of the data, which decides everything then: all is tried from cold with another idea of rank, and at last
+ * with the first. The one that led to a proof is kept.
+ */
 static hqp_status solve_from(hqp_solver *s, int first) {
-    hqp_status status = HQP_SOLVED;
-    for (int warm = s->warm; warm >= 0; warm--) {
-        memcpy(s->start, s->x, (size_t)s->ld * sizeof(double));
-        s->resumable = s->levels_done = s->levels;
-        const enum outcome outcome = try_sweeps(s, &first);
-        if (outcome == PROVEN) return HQP_SOLVED;
-        status = try_walk(s, outcome, first);
-        if (status == HQP_SOLVED || status == HQP_ITERATION_CAP) return status;
-        if (warm) forget(s);
-        first = 0;
+    const double rank = s->settings.rank, asked = s->rank_asked;
+    const double coarser = COARSER * asked < COARSEST ? COARSER * asked : asked / COARSER;
+    const double other = rank == asked ? coarser : asked, ranks[] = {rank, other, rank};
+    hqp_status status = HQP_NOT_PROVEN;
+    for (int attempt = 0, last = s->warm ? 2 : 1; attempt <= last; attempt++) {
+        s->settings.rank = ranks[attempt];
+        if (attempt > 0) forget(s);
+        status = try_both(s, attempt > 0 ? 0 : first);
+        if (status == HQP_SOLVED || status == HQP_ITERATION_CAP) break;
     }
+    if (status != HQP_SOLVED) s->settings.rank = rank;
     return status;
 }
 
@@ -413,12 +514,15 @@ hqp_status hqp_resolve(hqp_solver *s, const hqp_level *levels, int first, double
     if (first > s->resumable) first = s->resumable;
     if (first < 0) first = 0;
     memcpy(s->good, s->x, (size_t)s->ld * sizeof(double));
-    s->iterations = 0;
+    s->iterations = s->is_late = 0;
+    if (s->settings.time_limit > 0.0) s->began = hqp_now();
     for (int p = first; p < s->levels; p++) {
         const hqp_status status = load_level(s, p, &levels[p]);
         if (status < 0) return refuse(s, status, p, x, info);
     }
-    const hqp_status status = solve_from(s, first);
+    if (s->started) guess_from_x(s);
+    hqp_status status = solve_from(s, first);
+    if (status == HQP_ITERATION_CAP && s->is_late) status = HQP_TIME_LIMIT;
     for (int i = 0; i < s->n; i++) {
         if (!isfinite(s->x[i])) return refuse(s, HQP_OVERFLOW, -1, x, info);
     }

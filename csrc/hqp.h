@@ -8,11 +8,20 @@
  * Minimise |w_1|^2 + |v_1|^2; among the minimisers |w_2|^2 + |v_2|^2; and so on. Bounds may be infinite,
  * lb == ub makes a row an equality. w and v are unique; x is, where the levels leave no freedom.
  *
- * Matrices are row-major doubles. Nothing but hqp_create allocates; nothing does I/O, reads a clock or keeps
- * state outside the solver object. The same data and history give the same bits.
+ * Matrices are row-major doubles. Nothing but hqp_create allocates; nothing does I/O or keeps state outside
+ * the solver object; a clock is read only where a time limit is set. The same data and history give the same
+ * bits, but for where a time limit ends a solve.
  */
 #ifndef HQP_H
 #define HQP_H
+
+/* Of this interface: another major number breaks callers, another minor one adds to it. */
+#define HQP_VERSION "1.0"
+
+/* Shape of the array that a field points to, and whether it may be NULL: for those who bind arrays of other
+   languages, nothing to the compiler. */
+#define HQP_SHAPE(...)
+#define HQP_OPTIONAL(...)
 
 /* 0: solved. Positive: x is usable, with a remark. Negative: the data were refused, x is the last good one.
  */
@@ -22,16 +31,17 @@ typedef enum hqp_status {
     HQP_REPEATED_SET = 2,  /* a level could not be improved further and is not proven: best point kept */
     HQP_NOT_PROVEN =
         3, /* x may be optimal; levels before info.levels_done are, of the next no proof was found */
-    HQP_BAD_MATRIX = -1, /* NaN, infinite or absurdly large (> 1e100) entry in A, b or C */
+    HQP_TIME_LIMIT = 4,  /* as HQP_ITERATION_CAP: the time limit was reached */
+    HQP_BAD_MATRIX = -1, /* NaN, infinite or absurdly large (> 1e100) entry in A, b or C, or a bad weight */
     HQP_BAD_BOUNDS = -2, /* a bound is NaN, lb = +inf, ub = -inf, or lb > ub by more than rounding */
     HQP_OVERFLOW = -3    /* the data are finite and their solution is not */
 } hqp_status;
 
 typedef struct hqp_dims {
-    int n;                   /* variables, 1..1024 */
-    int levels;              /* 1..256 */
-    const int *equalities;   /* [levels] rows of A_p, 0..4096 */
-    const int *inequalities; /* [levels] rows of C_p, 0..4096 */
+    int n;                                     /* variables, 1..1024 */
+    int levels;                                /* 1..256 */
+    const int *equalities HQP_SHAPE(levels);   /* rows of A_p, 0..4096 */
+    const int *inequalities HQP_SHAPE(levels); /* rows of C_p, 0..4096 */
 } hqp_dims;
 
 typedef struct hqp_settings {
@@ -40,24 +50,27 @@ typedef struct hqp_settings {
     double rounding;    /* relative error of row . x: a multiplier that it could have caused counts as zero */
     int max_iterations; /* working sets tried after the first of each level, over the whole solve; 0:
                            automatic */
+    double time_limit;  /* seconds, looked at with each working set; 0: none */
 } hqp_settings;
 
 /* One level, in the caller's arrays. They are read during hqp_solve and hqp_resolve only. */
 typedef struct hqp_level {
-    const double *A;  /* equalities x n */
-    const double *b;  /* equalities */
-    const double *C;  /* inequalities x n */
-    const double *lb; /* inequalities; -inf: none */
-    const double *ub; /* inequalities; +inf: none */
+    const double *A HQP_SHAPE(equalities, n);
+    const double *b HQP_SHAPE(equalities);
+    const double *C HQP_SHAPE(inequalities, n);
+    const double *lb HQP_SHAPE(inequalities);    /* -inf: none */
+    const double *ub HQP_SHAPE(inequalities);    /* +inf: none */
+    const double *weights HQP_OPTIONAL(weights); /* of the squared slack of each row of A, then of C, in
+                                                    (0, 1e100]; NULL: all 1 */
 } hqp_level;
 
 /* What is known about the last solve. The three arrays are the caller's, all levels one after the other;
  * NULL where not wanted. After a negative status w and v are NaN and active is 0. */
 typedef struct hqp_info {
-    double *w; /* b - A x */
-    double *v; /* what C x lacks to lie in [lb, ub] */
-    signed char
-        *active; /* -1: at or below lb, 1: at or above ub, 0: between; lb == ub counts as 1 if C x >= ub */
+    double *w HQP_OPTIONAL(equalities);             /* b - A x */
+    double *v HQP_OPTIONAL(inequalities);           /* what C x lacks to lie in [lb, ub] */
+    signed char *active HQP_OPTIONAL(inequalities); /* -1: at or below lb, 1: at or above ub, 0: between; lb
+                                                       == ub counts as 1 if C x >= ub */
     hqp_status status;
     int iterations;  /* as counted by max_iterations */
     int levels_done; /* levels proven optimal, counted from the first */
@@ -67,7 +80,10 @@ typedef struct hqp_info {
 
 typedef struct hqp_solver hqp_solver;
 
-/* feasibility 1e-13, rank 1e-9, rounding 5e-15, max_iterations 0: 16 n, at least 128. */
+/* HQP_VERSION of the library. */
+const char *hqp_version(void);
+
+/* feasibility 1e-13, rank 1e-9, rounding 5e-15, max_iterations 0: 16 n, at least 128; no time limit. */
 hqp_settings hqp_default_settings(void);
 
 /* The only function that allocates. settings may be NULL. NULL: dimension or setting out of range, more than
@@ -84,6 +100,10 @@ hqp_status hqp_resolve(hqp_solver *s, const hqp_level *levels, int first_changed
 
 /* Forget the last solution and its working sets. */
 void hqp_reset(hqp_solver *s);
+
+/* The next solve starts from x [n], and from what is violated or at its bound there. Returns 0, and changes
+ * nothing, where an entry is not finite. */
+int hqp_start(hqp_solver *s, const double *x);
 
 void hqp_destroy(hqp_solver *s);
 

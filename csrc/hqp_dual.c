@@ -11,6 +11,8 @@
 
 #include <string.h>
 
+enum { FEW = 16 };
+
 static int freedom(const hqp_solver *s) {
     return s->width - s->rank;
 }
@@ -95,6 +97,15 @@ static void measure_by_level(hqp_solver *s) {
     }
 }
 
+/* row . direction^T */
+static void in_directions(const hqp_solver *s, int id, double *row) {
+    if (freedom(s) == s->n) {
+        memcpy(row, hqp_row(s, s->given, id), (size_t)s->n * sizeof(double));
+        return;
+    }
+    for (int j = 0; j < freedom(s); j++) row[j] = hqp_value(s, id, hqp_row(s, s->direction, j));
+}
+
 /* trial = x*, the minimiser of the fitted rows that minds no hard row. Returns 0 where it is not unique. */
 static int free_minimiser(hqp_solver *s, int level) {
     hqp_free_directions(s);
@@ -106,7 +117,7 @@ static int free_minimiser(hqp_solver *s, int level) {
         if (!s->side[i]) continue;
         double *row = hqp_row(s, s->fit_rows, s->fit_count);
         memset(row, 0, (size_t)hqp_ceil4(freedom(s)) * sizeof(double));
-        for (int j = 0; j < freedom(s); j++) row[j] = hqp_value(s, i, hqp_row(s, s->direction, j));
+        in_directions(s, i, row);
         s->rhs[s->fit_count] = hqp_bound(s, i, s->side[i]) - hqp_value(s, i, s->x);
         s->fit[s->fit_count++] = i;
     }
@@ -181,10 +192,46 @@ static int append(hqp_solver *s) {
     return 1;
 }
 
-/* Release held row number `drop` and orthogonalise those after it again. */
+/* Rotate basis vectors k and k + 1 so that row k, which had a share in both, has one in the first alone. */
+static void rotate(const hqp_solver *s, int k, int count) {
+    double *first = line(s, s->held.basis, k), *second = line(s, s->held.basis, k + 1);
+    const double *row = line(s, s->held.triangle, k);
+    const double length = hypot(row[k], row[k + 1]), cosine = row[k] / length, sine = row[k + 1] / length;
+    for (int j = 0; j < freedom(s); j++) {
+        const double a = first[j], b = second[j];
+        first[j] = cosine * a + sine * b;
+        second[j] = cosine * b - sine * a;
+    }
+    for (int i = k; i < count; i++) {
+        double *triangle = line(s, s->held.triangle, i);
+        const double a = triangle[k], b = triangle[k + 1];
+        triangle[k] = cosine * a + sine * b;
+        triangle[k + 1] = cosine * b - sine * a;
+    }
+}
+
+/* Release held row number `drop` by rotations, which costs less than release where many rows follow. */
+static void rotate_out(hqp_solver *s, int drop) {
+    const int count = --s->held.count;
+    for (int i = drop; i < count; i++) {
+        memcpy(line(s, s->held.rows, i), line(s, s->held.rows, i + 1), (size_t)s->ld * sizeof(double));
+        memcpy(line(s, s->held.triangle, i), line(s, s->held.triangle, i + 1),
+               (size_t)s->ld * sizeof(double));
+        s->held.id[i] = s->held.id[i + 1];
+        s->held.gap[i] = s->held.gap[i + 1];
+        s->held.multiplier[i] = s->held.multiplier[i + 1];
+    }
+    for (int k = drop; k < count; k++) rotate(s, k, count);
+}
+
+/* Release held row number `drop`; the few after it are orthogonalised again, which also mends rounding. */
 static void release(hqp_solver *s, int drop) {
     const int count = s->held.count;
     s->side[s->held.id[drop]] = 0;
+    if (count - drop > FEW) {
+        rotate_out(s, drop);
+        return;
+    }
     s->held.count = drop;
     for (int i = drop + 1; i < count; i++) {
         const int to = s->held.count;
@@ -240,7 +287,8 @@ static void hold_guess(hqp_solver *s, int level) {
     int worst = 0;
     s->held.count = 0;
     memset(s->side, 0, (size_t)s->row0[level]);
-    for (int i = 0; i < s->row0[level]; i++) {
+    const int count = hqp_holds(s, level) ? s->row0[level] : 0;
+    for (int i = 0; i < count; i++) {
         const int side = s->guess_held_side[i], k = s->held.count;
         if (!hqp_is_hard(s, i) || s->guess_held_at[i] != level || !isfinite(hqp_bound(s, i, side))) continue;
         s->held.gap[k] = to_t_space(s, i, side, line(s, s->held.rows, k));

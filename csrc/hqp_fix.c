@@ -23,31 +23,32 @@ static void number_columns(hqp_solver *s) {
     for (int c = s->n; c <= s->ld; c++) s->place[c] = s->width;
 }
 
-/* All columns are in play. */
-void hqp_unfix(hqp_solver *s) {
+static void forget(hqp_solver *s) {
     memset(s->fixed_column, 0, (size_t)s->n);
     memset(s->fixing, 0, (size_t)s->total);
     s->fixed_through = -1;
+}
+
+/* All columns are in play. */
+void hqp_unfix(hqp_solver *s) {
+    forget(s);
     number_columns(s);
 }
 
 /* Choose the fixings, among all levels but the last; none, where that is not worthwhile. */
 static void choose(hqp_solver *s) {
     int count = 0;
-    hqp_unfix(s);
+    forget(s);
     for (int level = 0; level < s->levels - 1; level++) {
         for (int i = s->row0[level]; i < s->row0[level + 1]; i++) {
             const int c = s->only[i];
-            if (c < 0 || s->kind[i] != HQP_EQUALITY || s->fixed_column[c]) continue;
+            if (s->kind[i] != HQP_EQUALITY || c < 0 || s->fixed_column[c]) continue;
             s->fixing[i] = s->fixed_column[c] = 1;
             s->fixed_through = level;
             count++;
         }
     }
-    if (WORTHWHILE * count < s->n) {
-        hqp_unfix(s);
-        return;
-    }
+    if (WORTHWHILE * count < s->n) forget(s);
     number_columns(s);
 }
 

@@ -29,7 +29,8 @@ enum { HQP_IDLE = 0, HQP_EQUALITY = 1, HQP_RANGE = 2 };
 struct hqp_solver {
     int n, levels, total, widest; /* widest: rows of the largest level */
     ptrdiff_t ld;                 /* n rounded up to a multiple of 4 */
-    hqp_settings settings;
+    hqp_settings settings;        /* rank: the one in use */
+    double rank_asked;
     int *row0;       /* [levels + 1] */
     int *equalities; /* [levels] */
 
@@ -39,7 +40,9 @@ struct hqp_solver {
     int *done;                   /* 0: base not filled */
     int *only;                   /* column of its single nonzero, -1 where there are more or none */
     double *norm, *lb, *ub;      /* lb == ub for an equality */
+    double *scale;               /* square root of the weight, a factor of all these */
     double *value, *trial_value; /* row . x, row . trial */
+    double *lacking;         /* what the value lacks to lie in its bounds, where hqp_find_values was called */
     double *strength;        /* of a held row its multiplier times its norm, of a fitted one its violation */
     signed char *kind;       /* HQP_IDLE, HQP_EQUALITY, HQP_RANGE */
     signed char *side;       /* membership in the working set: -1 at lb, 1 at ub, 0 no member */
@@ -91,15 +94,23 @@ struct hqp_solver {
         signed char *kind;
         int entered;
     } cone;
-    double *none;       /* [levels] length of a gradient that counts as none */
-    signed char *slack; /* [levels] there is a slack to be proven minimal */
-    int is_doubtful;    /* the last proof failed on rows that were settled by too small a multiplier */
-    double *path;       /* [levels + 1][ld] x at the start of each level of a sweep */
+    struct {
+        int count, most, *id, *slot;                /* held rows; row k is work_rows[slot[k]], in t-space */
+        double *triangle, *multiplier, *gap, *pull; /* [most][most], [most] .. */
+    } bundle;                                       /* of hqp_guess.c */
+    double *none;                                   /* [levels] length of a gradient that counts as none */
+    signed char *weighted;                          /* [levels] its rows have weights of their own */
+    signed char *slack;                             /* [levels] there is a slack to be proven minimal */
+    int is_doubtful; /* the last proof failed on rows that were settled by too small a multiplier */
+    double *path;    /* [levels + 1][ld] x at the start of each level of a sweep */
     double x_norm, trial_norm;
     int iterations, iteration_limit;
     int levels_done;
     int resumable; /* levels whose end state is kept for hqp_resolve */
     int warm;      /* there are guesses from an earlier solve */
+    int started;   /* x is a guess of the caller */
+    int is_late;   /* the time limit has passed */
+    double began;  /* time at the start of the solve */
 };
 
 static inline int hqp_floor4(int i) {
@@ -172,7 +183,22 @@ static inline double hqp_value(const hqp_solver *s, int id, const double *x) {
 /* what the value of the row lacks to lie in its bounds */
 static inline double hqp_slack(const hqp_solver *s, int id) {
     const double value = s->value[id];
-    return value < s->lb[id] ? s->lb[id] - value : value > s->ub[id] ? s->ub[id] - value : 0.0;
+    const double below = s->lb[id] - value, above = s->ub[id] - value;
+    return (below > 0.0 ? below : 0.0) + (above < 0.0 ? above : 0.0);
+}
+
+/* one of the first `count` rows is a member of the working set */
+static inline int hqp_any_side(const hqp_solver *s, int count) {
+    int any = 0;
+    for (int i = 0; i < count; i++) any |= s->side[i];
+    return any;
+}
+
+/* a row of an earlier level is, by guess, held in this one */
+static inline int hqp_holds(const hqp_solver *s, int level) {
+    int any = 0;
+    for (int i = 0; i < s->row0[level]; i++) any |= s->guess_held_at[i] == level;
+    return any;
 }
 
 static inline double hqp_bound(const hqp_solver *s, int id, int side) {
@@ -227,9 +253,11 @@ void hqp_hold_fitted(hqp_solver *s);
 void hqp_close_level(hqp_solver *s, int level);
 void hqp_rewind(hqp_solver *s, int first);
 int hqp_out_of_iterations(hqp_solver *s);
+double hqp_now(void);
 
 /* hqp_proof.c: is x optimal?; hqp_cone.c: the way down where it is not */
 double hqp_descent(hqp_solver *s, int level);
+void hqp_find_slacks(hqp_solver *s, int from, int to);
 void hqp_find_values(hqp_solver *s);
 int hqp_has_slack(hqp_solver *s, int level);
 void hqp_gradient(const hqp_solver *s, int level, double *g);
@@ -237,6 +265,9 @@ int hqp_touches(const hqp_solver *s, int id, int side);
 int hqp_prove(hqp_solver *s, int count);
 int hqp_prove_by_descent(hqp_solver *s, int count);
 int hqp_is_minimal(hqp_solver *s, int level);
+
+/* hqp_guess.c: a working set for a level that the walk starts with */
+int hqp_guess(hqp_solver *s, int level);
 
 /* The two methods: all levels with guessed working sets (hqp_sweep.c), and one level with certainty
  * (hqp_walk.c) */

@@ -14,23 +14,30 @@
 #include <string.h>
 
 /* times norm of row (1 + slack): a gradient that counts as none; and times rounding of row . x: the same */
-static const double PROVEN = 1e-9, ROUNDINGS = 20.0;
+static const double PROVEN = 1e-9, ROUNDINGS = 1.0;
 /* times that: a smaller multiplier settles no row, or lower levels could lean on it a million times over */
 static const double SETTLED = 1e3;
-/* times (1 + |bound|), plus rounding: a row this close is at its bound */
-static const double TOUCHING = 1e-9;
+/* times (1 + |bound|), plus that many times rounding of row . x: a row this close is at its bound */
+static const double TOUCHING = 1e-9, NEAR = 20.0;
 
-/* s->value = row . x */
+/* s->lacking of rows whose values are known */
+void hqp_find_slacks(hqp_solver *s, int from, int to) {
+    for (int i = from; i < to; i++) s->lacking[i] = hqp_slack(s, i);
+}
+
+/* s->value = row . x, and s->lacking */
 void hqp_find_values(hqp_solver *s) {
     s->x_norm = hqp_length(s, s->x);
     for (int i = 0; i < s->total; i++) s->value[i] = hqp_value(s, i, s->x);
+    hqp_find_slacks(s, 0, s->total);
 }
 
-/* Whether a level has a slack worth a proof; s->none[level]: the length of a gradient that counts as none. */
+/* Whether a level, whose slacks are known, has one worth a proof; s->none[level]: the length of a gradient
+ * that counts as none. */
 int hqp_has_slack(hqp_solver *s, int level) {
     double squares = 0.0, largest = 0.0, most = 0.0;
     for (int i = s->row0[level]; i < s->row0[level + 1]; i++) {
-        const double slack = hqp_slack(s, i);
+        const double slack = s->lacking[i];
         if (slack == 0.0 || s->kind[i] == HQP_IDLE) continue;
         squares += slack * slack;
         most += fabs(slack) * s->norm[i];
@@ -46,7 +53,7 @@ int hqp_has_slack(hqp_solver *s, int level) {
 void hqp_gradient(const hqp_solver *s, int level, double *g) {
     memset(g, 0, (size_t)s->ld * sizeof(double));
     for (int i = s->row0[level]; i < s->row0[level + 1]; i++) {
-        const double slack = s->kind[i] == HQP_IDLE ? 0.0 : hqp_slack(s, i);
+        const double slack = s->kind[i] == HQP_IDLE ? 0.0 : s->lacking[i];
         if (slack == 0.0) continue;
         hqp_axpy(g, -slack, hqp_row(s, s->given, i), s->given.first[i], s->given.last[i]);
     }
@@ -55,7 +62,7 @@ void hqp_gradient(const hqp_solver *s, int level, double *g) {
 /* The value of the row is, to within what a proof minds, its bound at this side. */
 int hqp_touches(const hqp_solver *s, int id, int side) {
     const double bound = hqp_bound(s, id, side);
-    const double near = ROUNDINGS * s->settings.rounding * s->norm[id] * s->x_norm;
+    const double near = NEAR * s->settings.rounding * s->norm[id] * s->x_norm;
     return isfinite(bound) && fabs(bound - s->value[id]) <= TOUCHING * (1.0 + fabs(bound)) + near;
 }
 
@@ -85,6 +92,11 @@ static int is_fulfilled(hqp_solver *s, int level) {
     return sqrt(sum) <= s->none[level];
 }
 
+/* The row is left violated by more than counts as none: by less, it is a row at its bound. */
+static int is_missed(const hqp_solver *s, int level, int id) {
+    return fabs(s->lacking[id]) * s->norm[id] > s->none[level];
+}
+
 /* The first level that settles the value of a row without being clear about its multiplier or violation. */
 static int first_doubtful(const hqp_solver *s) {
     int first = s->levels;
@@ -92,8 +104,8 @@ static int first_doubtful(const hqp_solver *s) {
         for (int i = s->row0[p]; i < s->row0[p + 1]; i++) {
             const int at = s->frozen_at[i];
             if (at < 0 || at >= first) continue;
-            const int is_clear = at == p ? hqp_outside(s, i, s->value[i], s->x_norm)
-                                         : s->clear[i] && s->strength[i] > SETTLED * s->none[at];
+            const int is_clear =
+                at == p ? is_missed(s, p, i) : s->clear[i] && s->strength[i] > SETTLED * s->none[at];
             if (!is_clear) first = at;
         }
     }
@@ -129,6 +141,9 @@ int hqp_prove_by_descent(hqp_solver *s, int count) {
         if (!hqp_is_minimal(s, p)) return p;
         memset(s->side, 0, (size_t)s->row0[p]);
         hqp_seat_violated(s, p);
+        for (int i = s->row0[p]; i < s->row0[p + 1]; i++) {
+            if (s->kind[i] == HQP_RANGE && !is_missed(s, p, i)) s->side[i] = 0;
+        }
         if (s->rank < s->width) {
             hqp_factorise(s, p);
             hqp_hold_fitted(s);

@@ -4,9 +4,13 @@
  * (`work`) and rows of the level fitted by least squares (`fit`: equalities and violated rows): the rows
  * whose `side` is not 0.
  */
+#ifndef _POSIX_C_SOURCE
+#define _POSIX_C_SOURCE 199309L /* clock_gettime */
+#endif
 #include "hqp_internal.h"
 
 #include <string.h>
+#include <time.h>
 
 static const double CLEAR = 10.0; /* times rounding: a multiplier that is certainly not zero */
 
@@ -15,7 +19,8 @@ static const double CLEAR = 10.0; /* times rounding: a multiplier that is certai
 void hqp_factorise(hqp_solver *s, int level) {
     s->top = s->rank;
     s->work_count = s->fit_count = 0;
-    for (int i = 0; i < s->row0[level]; i++) {
+    const int holds = hqp_any_side(s, s->row0[level]);
+    for (int i = 0; i < s->row0[level] && holds; i++) {
         if (hqp_is_hard(s, i) && s->side[i]) s->work[s->work_count++] = i;
     }
     for (int i = s->row0[level]; i < s->row0[level + 1]; i++) {
@@ -133,8 +138,17 @@ void hqp_move_to_trial(hqp_solver *s) {
     s->x_norm = s->trial_norm;
 }
 
+double hqp_now(void) {
+    struct timespec now;
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
+}
+
+/* Count one more working set, unless it is one too many or too late. */
 int hqp_out_of_iterations(hqp_solver *s) {
-    if (s->iterations >= s->iteration_limit) return 1;
+    const double limit = s->settings.time_limit;
+    if (limit > 0.0 && hqp_now() - s->began > limit) s->is_late = 1;
+    if (s->is_late || s->iterations >= s->iteration_limit) return 1;
     s->iterations++;
     return 0;
 }
@@ -167,7 +181,8 @@ static int release_doubtful(hqp_solver *s, int level) {
  */
 void hqp_freeze(hqp_solver *s, int level) {
     if (release_doubtful(s, level)) hqp_factorise(s, level);
-    for (int i = 0; i < s->row0[level]; i++) {
+    const int count = s->work_count || hqp_holds(s, level) ? s->row0[level] : 0;
+    for (int i = 0; i < count; i++) {
         if (!hqp_is_hard(s, i)) continue;
         if (s->side[i]) {
             s->frozen_at[i] = s->guess_held_at[i] = (short)level;
@@ -193,10 +208,11 @@ int hqp_seat_guess(hqp_solver *s, int level) {
     for (int i = s->row0[level]; i < s->row0[level + 1]; i++) {
         const int range = s->kind[i] == HQP_RANGE, equality = s->kind[i] == HQP_EQUALITY && !s->fixing[i];
         const int side = range ? s->guess_side[i] : equality;
-        s->side[i] = isfinite(hqp_bound(s, i, side)) ? (signed char)side : 0;
+        s->side[i] = side && isfinite(hqp_bound(s, i, side)) ? (signed char)side : 0;
         fitted += s->side[i] != 0;
     }
-    for (int i = 0; i < s->row0[level] && fitted; i++) {
+    if (!fitted || !hqp_holds(s, level)) return fitted;
+    for (int i = 0; i < s->row0[level]; i++) {
         if (!hqp_is_hard(s, i) || s->guess_held_at[i] != level) continue;
         if (isfinite(hqp_bound(s, i, s->guess_held_side[i]))) s->side[i] = s->guess_held_side[i];
     }
@@ -231,10 +247,8 @@ void hqp_close_level(hqp_solver *s, int level) {
 void hqp_rewind(hqp_solver *s, int first) {
     s->rank = s->rank_at[first];
     s->x_norm = hqp_length(s, s->x);
-    for (int i = 0; i < s->total; i++) {
-        if (s->done[i] > s->rank) s->done[i] = 0;
-        if (s->frozen_at[i] >= first) s->frozen_at[i] = -1;
-        s->side[i] = 0;
-    }
+    for (int i = 0; i < s->total; i++) s->done[i] = s->done[i] > s->rank ? 0 : s->done[i];
+    for (int i = 0; i < s->total; i++) s->frozen_at[i] = s->frozen_at[i] >= first ? -1 : s->frozen_at[i];
+    memset(s->side, 0, (size_t)s->total);
     for (int i = 0; i < s->row0[first]; i++) s->value[i] = hqp_value(s, i, s->x);
 }

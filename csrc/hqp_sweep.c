@@ -11,6 +11,10 @@
 
 #include <string.h>
 
+/* A sweep that goes back this often to levels that must give way, or changes the set of one level this often,
+ * wanders: for the walk a change costs less. */
+enum { RETURNS = 8, REPAIRS = 32 };
+
 static int member(const hqp_solver *s, int i) {
     return i < s->work_rank ? s->work[s->work_order[i]] : s->fit[i - s->work_rank];
 }
@@ -59,7 +63,8 @@ static int correct_set(hqp_solver *s, int one_by_one) {
 
 /* values at x of the rows of the level and of the hard rows it holds */
 static void set_values(hqp_solver *s, int level) {
-    for (int i = 0; i < s->row0[level]; i++) {
+    const int holds = hqp_any_side(s, s->row0[level]);
+    for (int i = 0; i < s->row0[level] && holds; i++) {
         if (s->side[i]) s->value[i] = hqp_value(s, i, s->x);
     }
     for (int i = s->row0[level]; i < s->row0[level + 1]; i++) s->value[i] = hqp_value(s, i, s->x);
@@ -68,7 +73,7 @@ static void set_values(hqp_solver *s, int level) {
 /* Fit the level, holding what the guess holds. Returns 0 if the guess does not settle. */
 static int fit_level(hqp_solver *s, int level, int repair, int one_by_one) {
     set_values(s, level);
-    for (;;) {
+    for (int repairs = 0;; repairs++) {
         hqp_factorise(s, level);
         if (level <= s->fixed_through && s->fit_rank < s->fit_count) return 0;
         hqp_find_step(s, 0);
@@ -77,7 +82,7 @@ static int fit_level(hqp_solver *s, int level, int repair, int one_by_one) {
         for (int i = s->row0[level]; i < s->row0[level + 1]; i++)
             s->trial_value[i] = hqp_value(s, i, s->trial);
         if (!correct_set(s, one_by_one)) break;
-        if (!repair || hqp_out_of_iterations(s)) return 0;
+        if (!repair || repairs >= REPAIRS || hqp_out_of_iterations(s)) return 0;
     }
     hqp_move_to_trial(s);
     hqp_freeze(s, level);
@@ -121,7 +126,7 @@ static int sweep_level(hqp_solver *s, int level, int repair, int one_by_one) {
  * proven optimal; otherwise x is of no use.
  */
 int hqp_sweep(hqp_solver *s, int first, int repair) {
-    int back = -1;
+    int back = -1, returns = 0;
     memset(s->forced, 0, (size_t)s->total);
     for (int level = first; level <= s->levels; level++) {
         s->rank_at[level] = s->rank;
@@ -130,7 +135,7 @@ int hqp_sweep(hqp_solver *s, int first, int repair) {
         const int result =
             level < s->levels ? sweep_level(s, level, repair, level == back) : hqp_finish(s, level);
         if (result == HQP_DONE) continue;
-        if (result < first || !repair || hqp_out_of_iterations(s)) return 0;
+        if (result < first || !repair || ++returns > RETURNS || hqp_out_of_iterations(s)) return 0;
         memcpy(s->x, s->path + result * s->ld, (size_t)s->ld * sizeof(double));
         hqp_rewind(s, result);
         back = result;

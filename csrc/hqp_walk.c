@@ -201,6 +201,7 @@ static double half_square(const hqp_solver *s, int level) {
 /* Whether the multipliers of the working set, which was factorised for this x, prove the level minimal. */
 static int is_held(hqp_solver *s, int level) {
     double *g = s->trial, *rest = s->reduced, sum = 0.0;
+    hqp_find_slacks(s, s->row0[level], s->row0[level + 1]);
     if (!hqp_has_slack(s, level)) return 1;
     hqp_find_multipliers(s, s->value, s->x_norm);
     for (int i = 0; i < s->work_rank; i++) {
@@ -256,13 +257,23 @@ static hqp_status descend(hqp_solver *s, int level) {
     return HQP_ITERATION_CAP;
 }
 
+/* Whether x moves to the level's minimum by a working set that is known, or guessed. */
+static int settle(hqp_solver *s, int level) {
+    if (s->warm) {
+        hqp_seat_guess(s, level);
+        if (settle_by_trial(s, level) && is_minimal(s, level)) return 1;
+    }
+    level_values(s, level, s->x, s->value);
+    if (!hqp_guess(s, level)) hqp_seat_violated(s, level);
+    return settle_by_trial(s, level) && is_minimal(s, level);
+}
+
 /* Solve one level from a minimiser x of the levels before. */
 hqp_status hqp_walk(hqp_solver *s, int level) {
     hqp_status status = HQP_SOLVED;
     const int violated = hqp_seat_violated(s, level);
     if (s->rank < s->width) {
-        if (violated && s->warm) hqp_seat_guess(s, level);
-        if (violated && !(settle_by_trial(s, level) && is_minimal(s, level))) status = descend(s, level);
+        if (violated && !settle(s, level)) status = descend(s, level);
         if (status != HQP_ITERATION_CAP) {
             hqp_factorise(s, level);
             hqp_freeze(s, level);

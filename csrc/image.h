@@ -16,6 +16,7 @@
 
 #include <stdint.h>
 #include "wire.h"
+#include "shape.h"
 
 enum { IMAGE_NODES = 128, IMAGE_EMERGENCIES = 16, IMAGE_HEADER = 4, IMAGE_NO_DEVICE = 255 };
 
@@ -92,20 +93,20 @@ typedef struct {
     int32_t devices;
     int32_t outputs;
     int32_t output_frames;
-    int32_t raw_outputs;        /* bytes */
-    const image_device *device; /* (devices) */
-    const image_entry *input;
-    const image_entry *output;              /* (outputs) */
-    const image_output_frame *output_frame; /* (output_frames), SYNC last */
-    double *values;
-    uint32_t *words;
-    const double *output_values;
-    const uint32_t *output_words;
-    uint8_t *output_bad; /* (outputs): 1 where the last value was not finite */
-    uint8_t *raw_in;
-    uint8_t *raw_out;
-    image_status *status; /* (devices) */
-    image_counters *counters;
+    int32_t raw_outputs; /* bytes */
+    const image_device *device SHAPE(devices);
+    const image_entry *input SHAPE(any);
+    const image_entry *output SHAPE(outputs);
+    const image_output_frame *output_frame SHAPE(output_frames); /* SYNC last */
+    double *values SHAPE(any);
+    uint32_t *words SHAPE(any);
+    const double *output_values SHAPE(any);
+    const uint32_t *output_words SHAPE(any);
+    uint8_t *output_bad SHAPE(outputs); /* 1 where the last value was not finite */
+    uint8_t *raw_in SHAPE(any);
+    uint8_t *raw_out SHAPE(raw_outputs);
+    image_status *status SHAPE(devices);
+    image_counters *counters SHAPE(1);
     int32_t working_counter; /* devices whose TPDO of this tick is fresh */
     int32_t discarded;       /* frames of this tick dropped as stale, ahead or repeated */
     int32_t intruding;       /* frames of this tick that came from a second sender or master */

@@ -12,36 +12,39 @@
 #ifndef HAPTICD_NULLSPACE_H
 #define HAPTICD_NULLSPACE_H
 
+#include "shape.h"
+
 typedef struct {
     int n, m; /* at most 16 joints, 3 directions */
-    /* inputs of a tick, as redundant_update leaves them: J (m x n), dJ (n x m x n), M (n x n), q, qd (n) */
-    const double *J, *dJ, *M, *q, *qd;
-    const double *drift, *bias; /* (m), (n), as redundant_update leaves them */
-    const double *friction;     /* viscous, of the motors (n) */
-    const double *limit;        /* largest torques (n) */
-    const double *motion;       /* u u^T of the direction of motion (m x m) */
-    const double *contact;      /* the same of the environment's force */
-    double major, minor;        /* eigenvalues of the desired ellipsoids along and across */
-    double beta, damping, cap;  /* step, K_d, largest norm of the projected pull */
-    const double *free, *stiff; /* postures that are best for free motion and for contact (n) */
-    double stiffness;           /* of the pull towards them, 0 for none */
+    /* inputs of a tick, as redundant_update leaves them */
+    const double *J SHAPE(m, n), *dJ SHAPE(n, m, n), *M SHAPE(n, n), *q SHAPE(n), *qd SHAPE(n);
+    const double *drift SHAPE(m), *bias SHAPE(n);
+    const double *friction SHAPE(n);   /* viscous, of the motors */
+    const double *limit SHAPE(n);      /* largest torques */
+    const double *motion SHAPE(m, m);  /* u u^T of the direction of motion */
+    const double *contact SHAPE(m, m); /* the same of the environment's force */
+    double major, minor;               /* eigenvalues of the desired ellipsoids along and across */
+    double beta, damping, cap;         /* step, K_d, largest norm of the projected pull */
+    /* postures that are best for free motion and for contact */
+    const double *free SHAPE(n), *stiff SHAPE(n);
+    double stiffness; /* of the pull towards them, 0 for none */
     /* results of nullspace_secondary */
-    double *gradient;  /* dv/dq (n) */
-    double *secondary; /* tau_s (n) */
-    double *null;      /* tau_N (n) */
-    double cost;       /* v */
-    double drive;      /* norm of the projected pull on the posture, uncapped */
+    double *gradient SHAPE(n);  /* dv/dq */
+    double *secondary SHAPE(n); /* tau_s */
+    double *null SHAPE(n);      /* tau_N */
+    double cost;                /* v */
+    double drive;               /* norm of the projected pull on the posture, uncapped */
     /* results of nullspace_secondary for a hierarchy of tasks, which weighs torques by |L^-1 tau|, M = L L^T
      */
-    double *inverse;  /* J#^T (m x n): the force on the hand that torques make */
-    double *root;     /* L^-1 (n x n) */
-    double *coupling; /* (m) force on the hand that cancels what the posture's motion does to it, see below */
-    double *descent;  /* row (n) d = g^T M^-1 / |L^-1 g| with g the projected pull, 0 where there is none */
+    double *inverse SHAPE(m, n); /* J#^T: the force on the hand that torques make */
+    double *root SHAPE(n, n);    /* L^-1 */
+    double *coupling SHAPE(m);   /* force on the hand that cancels what the posture's motion does to it */
+    double *descent SHAPE(n);    /* d = g^T M^-1 / |L^-1 g|, g the projected pull; 0 where there is none */
     /* results of nullspace_compose */
-    double *wanted; /* J^T F (n) */
-    double *torque; /* (n) */
-    double alpha;   /* share of the wanted torque */
-    double share;   /* share of the null-space torque */
+    double *wanted SHAPE(n); /* J^T F */
+    double *torque SHAPE(n);
+    double alpha; /* share of the wanted torque */
+    double share; /* share of the null-space torque */
 } nullspace;
 
 /* Cost, gradient, secondary and null-space torque for D = omega D_free + (1 - omega) D_stiff, (12), (13),

@@ -1,9 +1,18 @@
 #include "plausibility.h"
 
 #include <math.h>
+#include <stddef.h>
 
 static int32_t older(int32_t age, int elapsed) {
     return age < PLAUSIBILITY_NEVER - elapsed ? age + elapsed : PLAUSIBILITY_NEVER;
+}
+
+/* Whether a value is near enough to the last accepted one, or where its rate of this tick says. */
+static int near(const plausible_values *v, int i, int32_t age) {
+    const double change = v->value[i] - v->accepted[i], most = v->step[i] * age;
+    if (age >= PLAUSIBILITY_NEVER || fabs(change) <= most) return 1;
+    if (!v->rate || v->rate_age[i] != 0) return 0;
+    return fabs(change - v->rate[i] * v->dt * age) <= PLAUSIBILITY_CONFIRMED * most;
 }
 
 int plausible_accept(const plausible_values *v, int elapsed) {
@@ -12,9 +21,7 @@ int plausible_accept(const plausible_values *v, int elapsed) {
         const int32_t age = older(v->age[i], elapsed);
         const int arrived = v->fresh[v->device[i] * v->stride];
         /* comparisons that a NaN fails */
-        const int fits =
-            fabs(v->value[i]) <= v->most[i] &&
-            (age >= PLAUSIBILITY_NEVER || fabs(v->value[i] - v->accepted[i]) <= v->step[i] * age);
+        const int fits = fabs(v->value[i]) <= v->most[i] && near(v, i, age);
         v->rejected[i] = arrived && !fits;
         if (arrived && fits) {
             v->accepted[i] = v->value[i];
@@ -56,11 +63,45 @@ int plausible_move(const plausible_motion *m, int free_to_move) {
     return frozen;
 }
 
+int plausible_travel(const plausible_course *c, int elapsed) {
+    int wrong = 0;
+    double *const error = c->errors + (size_t)*c->head * (size_t)c->n;
+    double *const place = c->places + (size_t)*c->head * (size_t)c->n;
+    for (int i = 0; i < c->n; i++) {
+        const double x = c->position[i], v = c->velocity[i];
+        c->gap[i] = older(c->gap[i], elapsed);
+        if (c->position_age[i] == 0 && c->velocity_age[i] == 0) {
+            if (c->gap[i] == 1)
+                c->error[i] += x - c->last_position[i] - 0.5 * c->dt * (v + c->last_velocity[i]);
+            if (c->gap[i] >= PLAUSIBILITY_NEVER)
+                for (int k = 0; k < c->window; k++) c->places[k * c->n + i] = x;
+            c->last_position[i] = x;
+            c->last_velocity[i] = v;
+            c->gap[i] = 0;
+        }
+        const int apart = !(fabs(c->error[i] - error[i]) <= c->tolerance[i]);
+        c->apart[i] = apart ? older(c->apart[i], 1) : 0;
+        c->wrong[i] = c->apart[i] >= c->limit;
+        wrong += c->wrong[i];
+        c->speed[i] = fmax(fabs(v), fabs(x - place[i]) / (c->window * c->dt));
+        error[i] = c->error[i];
+        place[i] = x;
+    }
+    *c->head = (*c->head + 1) % c->window;
+    return wrong;
+}
+
 int plausible_agree(const plausible_pairs *p) {
     int mismatched = 0;
     for (int i = 0; i < p->n; i++) {
-        const double apart = p->motor[i] - p->link[i] - p->compliance[i] * p->load[i];
-        p->mismatched[i] = !(fabs(apart) <= p->tolerance[i]);
+        const double deflection = p->motor[i] - p->link[i];
+        if (!(fabs(p->load[i] - p->load_stood[i]) <= p->quantum[i])) {
+            p->load_stood[i] = p->load[i];
+            p->deflection_stood[i] = deflection;
+        }
+        const double apart = deflection - p->compliance[i] * p->load[i];
+        const int stuck = !(fabs(deflection - p->deflection_stood[i]) <= p->reach[i]);
+        p->mismatched[i] = stuck || !(fabs(apart) <= p->tolerance[i]);
         mismatched += p->mismatched[i];
     }
     return mismatched;

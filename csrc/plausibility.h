@@ -1,30 +1,35 @@
 /*
  * Plausibility of what was measured, before anything integrates, differentiates or feeds it forward.
  *
- * All arrays belong to the caller and have n entries unless they say otherwise; nothing here allocates. NULL
- * where an array is optional. Times count in ticks.
+ * All arrays belong to the caller; nothing here allocates. Times count in ticks.
  */
 #ifndef HAPTICD_PLAUSIBILITY_H
 #define HAPTICD_PLAUSIBILITY_H
 
 #include <stdint.h>
+#include "shape.h"
 
 enum { PLAUSIBILITY_NEVER = 1 << 30, PLAUSIBILITY_EXTRAPOLATED = 3 };
+
+/* A change beyond the largest is motion all the same where the measured rate confirms it to this part of the
+   largest, which a spring between both allows for: it is fast, not wrong. */
+#define PLAUSIBILITY_CONFIRMED 0.5
 
 /* Values of one kind, as decoded. */
 typedef struct {
     int n;
-    double *value;        /* what is rejected is replaced by what was accepted last, extrapolated */
-    const double *rate;   /* optional: measured rate of each, checked before [1/s] */
-    const int *device;    /* which device sends it */
-    const uint8_t *fresh; /* (devices) 1 where its frame arrived in this tick, `stride` bytes apart */
+    double *value SHAPE(n);         /* what is rejected is replaced by what was accepted last, extrapolated */
+    const double *rate OPTIONAL(n); /* measured rate of each, checked before [1/s] */
+    const int32_t *rate_age OPTIONAL(n);       /* with it: ticks since each rate was accepted */
+    const int *device SHAPE(n);                /* which device sends it */
+    const uint8_t *fresh STRIDED(any, stride); /* of each device, 1 where its frame arrived in this tick */
     int stride;
-    double dt;          /* of a tick [s] */
-    const double *most; /* largest magnitude */
-    const double *step; /* largest change in a tick */
-    double *accepted;   /* last accepted value */
-    int32_t *age;       /* ticks since that; PLAUSIBILITY_NEVER before the first */
-    uint8_t *rejected;  /* 1 where this tick's value was not accepted */
+    double dt;                   /* of a tick [s] */
+    const double *most SHAPE(n); /* largest magnitude */
+    const double *step SHAPE(n); /* largest change in a tick */
+    double *accepted SHAPE(n);   /* last accepted value */
+    int32_t *age SHAPE(n);       /* ticks since that; PLAUSIBILITY_NEVER before the first */
+    uint8_t *rejected SHAPE(n);  /* 1 where this tick's value was not accepted */
 } plausible_values;
 
 /* Takes a tick; `elapsed` ticks after the last. Returns how many values are not of this tick, for whatever
@@ -34,34 +39,63 @@ int plausible_accept(const plausible_values *v, int elapsed);
 /* Encoders of one kind: does one stand still although its axis must move? */
 typedef struct {
     int n;
-    int limit;              /* ticks of standstill that are enough */
-    double dt;              /* [s] */
-    const double *position; /* by the encoder */
-    const double *velocity; /* measured, of the axis */
-    const double *command;  /* what the drive was told: torque or velocity */
-    const double *opposing; /* optional: measured torque that balances the command */
-    const double *acting;   /* command less opposing torque beyond which the axis must move */
-    const double *quantum;  /* less is no motion */
-    const double *reach;    /* travel by the measured velocity beyond which the encoder must have moved */
-    double *anchor;         /* where it stands */
-    double *travel;         /* by the measured velocity since then */
-    int32_t *still;         /* ticks since then */
-    int32_t *pushed;        /* ticks of them that the command acts in one direction, negative: backwards */
-    uint8_t *frozen;        /* 1 where it stands still although the axis must move */
+    int limit;                          /* ticks of standstill that are enough */
+    double dt;                          /* [s] */
+    const double *position SHAPE(n);    /* by the encoder */
+    const double *velocity SHAPE(n);    /* measured, of the axis */
+    const double *command SHAPE(n);     /* what the drive was told: torque or velocity */
+    const double *opposing OPTIONAL(n); /* measured torque that balances the command */
+    const double *acting SHAPE(n);      /* command less opposing torque beyond which the axis must move */
+    const double *quantum SHAPE(n);     /* less is no motion */
+    const double *reach SHAPE(n);       /* travel by the measured velocity that an encoder must see */
+    double *anchor SHAPE(n);            /* where it stands */
+    double *travel SHAPE(n);            /* by the measured velocity since then */
+    int32_t *still SHAPE(n);            /* ticks since then */
+    int32_t *pushed SHAPE(n); /* ticks of them that the command acts in one direction, negative: backwards */
+    uint8_t *frozen SHAPE(n); /* 1 where it stands still although the axis must move */
 } plausible_motion;
 
 /* Takes a tick; `free_to_move`: whether commands may move the axes. Returns how many encoders are frozen.
  * Ticks that were skipped do not count: nobody saw what the axes did meanwhile. */
 int plausible_move(const plausible_motion *m, int free_to_move);
 
+/* Position and velocity of axes, compared over a window of ticks. */
+typedef struct {
+    int n;
+    int window;                                          /* ticks */
+    int limit;                                           /* ticks of contradiction in a row that are enough */
+    double dt;                                           /* [s] */
+    const double *position SHAPE(n), *velocity SHAPE(n); /* accepted */
+    const int32_t *position_age SHAPE(n), *velocity_age SHAPE(n); /* ticks since they were */
+    const double *tolerance SHAPE(n);                        /* largest contradiction within the window */
+    double *errors SHAPE(window, n);                         /* contradictions so far */
+    double *places SHAPE(window, n);                         /* positions */
+    int *head SHAPE(1);                                      /* oldest row of them */
+    double *error SHAPE(n);                                  /* position less the integral of the velocity */
+    double *last_position SHAPE(n), *last_velocity SHAPE(n); /* last accepted ones */
+    int32_t *gap SHAPE(n);   /* ticks since them; PLAUSIBILITY_NEVER before the first */
+    int32_t *apart SHAPE(n); /* ticks in a row that both contradict each other */
+    uint8_t *wrong SHAPE(n); /* 1 where that is enough */
+    double *speed SHAPE(n);  /* by the velocity or by the way within the window: the larger magnitude */
+} plausible_course;
+
+/* Takes a tick; `elapsed` ticks after the last. Returns how many axes contradict themselves. Only
+   samples of neighbouring ticks are compared: whether a plant that lost its host's processor, too, moved on
+   in a gap is not known here, and nor is what the velocity did meanwhile. */
+int plausible_travel(const plausible_course *c, int elapsed);
+
 /* Pairs of encoders on both sides of a spring, or of nothing that yields. */
 typedef struct {
     int n;
-    const double *motor, *link; /* positions */
-    const double *load;         /* measured torque through the spring */
-    const double *compliance;   /* of the spring, 0 where there is none */
-    const double *tolerance;    /* largest contradiction */
-    uint8_t *mismatched;        /* 1 where they contradict each other */
+    const double *motor SHAPE(n), *link SHAPE(n); /* positions */
+    const double *load SHAPE(n);                  /* measured torque through the spring */
+    const double *compliance SHAPE(n);            /* of the spring, 0 where there is none */
+    const double *tolerance SHAPE(n);             /* largest contradiction */
+    const double *quantum SHAPE(n);               /* change of the load torque that is less is none */
+    const double *reach SHAPE(n); /* change of motor less link that does not come without the load torque's */
+    double *load_stood SHAPE(n);  /* where the load torque stands */
+    double *deflection_stood SHAPE(n); /* motor less link when it got there */
+    uint8_t *mismatched SHAPE(n);      /* 1 where they contradict each other */
 } plausible_pairs;
 
 /* Returns how many pairs contradict each other. */

@@ -3,11 +3,13 @@
 #ifndef HAPTICD_PPU_H
 #define HAPTICD_PPU_H
 
+#include "shape.h"
+
 typedef struct {
     double dt;
-    double gain[3];                /* of the correction of position, velocity and bias, times dt */
-    double q[2], v[2], bias[2];    /* state: at the measurement, accelerometer bias */
-    double *q_now, *v_now, *a_now; /* (2) each: estimate for the present tick */
+    double gain[3];             /* of the correction of position, velocity and bias, times dt */
+    double q[2], v[2], bias[2]; /* state: at the measurement, accelerometer bias */
+    double *q_now SHAPE(2), *v_now SHAPE(2), *a_now SHAPE(2); /* estimate for the present tick */
 } ppu_observer;
 
 /* One tick: encoders (2) [m] and horizontal specific force (2) [m/s^2], both one tick old. */
@@ -21,7 +23,7 @@ typedef struct {
     double braking;                /* acceleration that braking in front of a limit counts on */
     double time_constant;          /* lag of the velocity loop */
     double gain, dt;
-    double *command; /* (2) velocities; state and result */
+    double *command SHAPE(2); /* velocities; state and result */
 } ppu_positioning;
 
 /* (30): PPU position (2) that would put joints 2 and 3 at their best angles with the handle at rest.

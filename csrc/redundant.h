@@ -7,24 +7,25 @@
 #define HAPTICD_REDUNDANT_H
 
 #include "serial.h"
+#include "shape.h"
 
 enum { REDUNDANT_MAX_TASK = 3 };
 
 typedef struct {
     const serial_chain *chain;
-    serial_frame frame;         /* the hand's, its buffers 3, 9, 6 x n, 6 */
-    int m;                      /* directions of the task, at most REDUNDANT_MAX_TASK */
-    int row[3];                 /* which of x, y, z they are */
-    const double *transmission; /* T (n x n) */
-    const double *rotor;        /* inertia of the motors (n) */
-    const double *q, *qd;       /* of the motors (n) */
-    double *position;           /* m */
-    double *velocity;           /* m */
-    double *J;                  /* m x n */
-    double *dJ;                 /* n x m x n, derivative of J by each q_k */
-    double *M;                  /* n x n */
-    double *drift;              /* m, acceleration of the hand at qdd = 0 */
-    double *bias;               /* n, torques of the present velocities: Coriolis, centrifugal */
+    serial_frame frame;                     /* the hand's, its buffers 3, 9, 6 x n, 6 */
+    int m;                                  /* directions of the task, at most REDUNDANT_MAX_TASK */
+    int row[3];                             /* which of x, y, z they are */
+    const double *transmission SHAPE(n, n); /* T */
+    const double *rotor SHAPE(n);           /* inertia of the motors */
+    const double *q SHAPE(n), *qd SHAPE(n); /* of the motors */
+    double *position SHAPE(m);
+    double *velocity SHAPE(m);
+    double *J SHAPE(m, n);
+    double *dJ SHAPE(n, m, n); /* derivative of J by each q_k */
+    double *M SHAPE(n, n);
+    double *drift SHAPE(m); /* acceleration of the hand at qdd = 0 */
+    double *bias SHAPE(n);  /* torques of the present velocities: Coriolis, centrifugal */
 } redundant;
 
 /* Everything at the state q, qd. */

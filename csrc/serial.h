@@ -5,6 +5,8 @@
 #ifndef HAPTICD_SERIAL_H
 #define HAPTICD_SERIAL_H
 
+#include "shape.h"
+
 enum { SERIAL_MAX_JOINTS = 16 };
 
 typedef struct {
@@ -23,10 +25,10 @@ typedef struct {
 typedef struct {
     int joint;         /* the one that carries it */
     double R[9], t[3]; /* its pose in that joint's frame */
-    double *position;  /* 3 */
-    double *rotation;  /* 3 x 3 */
-    double *J;         /* 6 x n */
-    double *drift;     /* 6, acceleration at qdd = 0 */
+    double *position SHAPE(3);
+    double *rotation SHAPE(3, 3);
+    double *J SHAPE(6, n);
+    double *drift SHAPE(6); /* acceleration at qdd = 0 */
 } serial_frame;
 
 /* Poses, Jacobians and drift accelerations of some frames at a state (n). */

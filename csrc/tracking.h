@@ -2,17 +2,20 @@
 #ifndef HAPTICD_TRACKING_H
 #define HAPTICD_TRACKING_H
 
+#include "shape.h"
+
 enum { TRACKING_MAX_JOINTS = 24 };
 
 typedef struct {
     int n; /* joints, at most TRACKING_MAX_JOINTS */
-    /* constants, (n): viscous friction, rotor inertia, spring stiffness, motor-side gains */
-    const double *friction, *rotor, *stiffness, *p, *d;
-    /* inputs of a tick: commanded state (n), rigid-body torque of it (n), handle Jacobian (6 x n), wrench on
-     * the handle (6), measured motor state (n) */
-    const double *q, *qd, *qdd, *rigid, *J, *wrench, *motor, *motor_rate;
-    double *reference, *rate; /* (n) motor-side reference of the last tick; updated */
-    double *torque;           /* (n) result */
+    /* constants: viscous friction, rotor inertia, spring stiffness, motor-side gains */
+    const double *friction SHAPE(n), *rotor SHAPE(n), *stiffness SHAPE(n), *p SHAPE(n), *d SHAPE(n);
+    /* inputs of a tick: commanded state, rigid-body torque of it, handle Jacobian, wrench on the handle,
+     * measured motor state */
+    const double *q SHAPE(n), *qd SHAPE(n), *qdd SHAPE(n), *rigid SHAPE(n);
+    const double *J SHAPE(6, n), *wrench SHAPE(6), *motor SHAPE(n), *motor_rate SHAPE(n);
+    double *reference SHAPE(n), *rate SHAPE(n); /* motor-side reference of the last tick; updated */
+    double *torque SHAPE(n);                    /* result */
 } tracking;
 
 /* `fresh`: there was no last tick. */

@@ -9,6 +9,7 @@
 #define HAPTICD_WIRE_H
 
 #include <stdint.h>
+#include "shape.h"
 
 enum {
     WIRE_DATA = 64,       /* payload of the longest frame, bytes */
@@ -30,8 +31,8 @@ typedef struct {
 
 typedef struct {
     int32_t capacity;
-    int32_t count;     /* frames in use */
-    wire_frame *frame; /* (capacity) */
+    int32_t count; /* frames in use */
+    wire_frame *frame SHAPE(capacity);
 } wire_frames;
 
 typedef struct {

@@ -53,8 +53,27 @@ STATUS: Final[dict[State, tuple[int, int]]] = {
 STATUS_MASK: Final = 0x6F
 VOLTAGE_ENABLED: Final = 0x0010
 
+# Objects of a drive
+ERROR_CODE: Final[Address] = (0x603F, 0)
+CONTROLWORD: Final[Address] = (0x6040, 0)
+STATUSWORD: Final[Address] = (0x6041, 0)
 MODE: Final[Address] = (0x6060, 0)
 """Mode of operation."""
+MODE_DISPLAY: Final[Address] = (0x6061, 0)
+POSITION: Final[Address] = (0x6064, 0)
+VELOCITY: Final[Address] = (0x606C, 0)
+TARGET_TORQUE: Final[Address] = (0x6071, 0)
+RATED_TORQUE: Final[Address] = (0x6076, 0)
+TORQUE: Final[Address] = (0x6077, 0)
+ENCODER_INCREMENTS: Final[Address] = (0x608F, 1)
+ENCODER_TURNS: Final[Address] = (0x608F, 2)
+GEAR_MOTOR_TURNS: Final[Address] = (0x6091, 1)
+GEAR_SHAFT_TURNS: Final[Address] = (0x6091, 2)
+TARGET_VELOCITY: Final[Address] = (0x60FF, 0)
+
+# Modes of operation
+CYCLIC_SYNCHRONOUS_VELOCITY: Final = 9
+CYCLIC_SYNCHRONOUS_TORQUE: Final = 10
 
 # Commands in the controlword (6040h)
 DISABLE_VOLTAGE: Final = 0x0000

@@ -6,8 +6,9 @@ import configparser
 from dataclasses import dataclass, field
 from functools import cache
 from importlib import resources
+from io import StringIO
 from pathlib import Path
-from typing import cast
+from typing import Final, cast
 
 from canopen import ObjectDictionary, ObjectDictionaryError, import_od
 from canopen.objectdictionary import ODArray, ODRecord, ODVariable, datatypes
@@ -40,6 +41,25 @@ WIRE_TYPES: dict[int, tuple[int, str, int]] = {
 }
 
 Value = int | float | str
+
+MAX_BYTES: Final = 1_000_000
+"""Largest EDS file, so that a recording can keep it."""
+
+
+class KeptEds(str):
+    """Name of an EDS file whose text is at hand, as a recording keeps it: the file itself is not read.
+
+    Attributes:
+        text: of the file.
+    """
+
+    text: str
+
+    def __new__(cls, name: str, text: str) -> KeptEds:
+        """A name with its text."""
+        self = super().__new__(cls, name)
+        self.text = text
+        return self
 
 
 @dataclass(frozen=True, slots=True)
@@ -139,17 +159,57 @@ class Dictionary:
             return data
 
 
-@cache
 def load(eds: str, node: int) -> Dictionary:
     """Reads an EDS file: a path, or the name of a built-in one such as "joint_drive.eds".
 
     Raises:
         EdsError: the file cannot be read, or lacks what the wire needs.
     """
-    path = eds if Path(eds).name != eds else str(resources.files(configs) / eds)
+    return _parse(_path(eds), text_of(eds), node)
+
+
+def text_of(eds: str) -> str:
+    """Text of an EDS file, named as for ``load``.
+
+    Raises:
+        EdsError: the file cannot be read, or is larger than 1 MB.
+    """
+    return eds.text if isinstance(eds, KeptEds) else _read(_path(eds))
+
+
+def built_in(eds: str) -> bool:
+    """Whether a name is that of a file that comes with this program."""
+    return Path(eds).name == eds
+
+
+@cache
+def _path(eds: str) -> str:
+    return str(resources.files(configs) / eds) if built_in(eds) else str(eds)
+
+
+@cache
+def _read(path: str) -> str:
     try:
-        objects = import_od(path, node)
-    except (OSError, ValueError, KeyError, AttributeError, configparser.Error) as error:
+        with open(path, "rb") as file:
+            content = file.read(MAX_BYTES + 1)
+        text = content.decode()
+    except (OSError, ValueError) as error:
+        raise EdsError(path, f"cannot be read as a CANopen EDS: {error}") from error
+    if len(content) > MAX_BYTES:
+        raise EdsError(path, f"is larger than {MAX_BYTES} bytes")
+    return text
+
+
+@cache
+def _parse(path: str, text: str, node: int) -> Dictionary:
+    for number, line in enumerate(text.splitlines(), 1):
+        if not line.replace("\t", " ").isprintable():  # names of objects are shown on terminals
+            raise EdsError(path, f"line {number} holds a control character")
+    source = StringIO(text, newline=None)
+    source.name = path  # its ending says what it is
+    try:
+        objects = import_od(source, node)
+    except (ValueError, KeyError, AttributeError, TypeError, configparser.Error) as error:
         reason = str(error) or type(error).__name__
         raise EdsError(path, f"cannot be read as a CANopen EDS: {reason}") from error
     tpdo = _mapping(objects, path, TPDO_MAPPING)
@@ -175,13 +235,20 @@ def _variable(objects: ObjectDictionary, path: str, address: Address) -> ODVaria
     return entry
 
 
+def _number(objects: ObjectDictionary, path: str, address: Address) -> int:
+    """The default value of an object of a mapping record, 0 where it has none."""
+    value = _variable(objects, path, address).default or 0
+    if not isinstance(value, int):
+        raise EdsError(path, f"object {object_name(*address)} needs a whole number as its DefaultValue")
+    return value
+
+
 def _mapping(objects: ObjectDictionary, path: str, index: int) -> tuple[Mapped, ...]:
     """What a mapping record says, checked against the mapped objects."""
     mapped: list[Mapped] = []
     offset = 0
-    count = _variable(objects, path, (index, 0)).default or 0
-    for subindex in range(1, count + 1):
-        entry = _variable(objects, path, (index, subindex)).default or 0
+    for subindex in range(1, _number(objects, path, (index, 0)) + 1):
+        entry = _number(objects, path, (index, subindex))
         address = (entry >> 16, entry >> 8 & 0xFF)
         target = _variable(objects, path, address)
         if target.data_type not in WIRE_TYPES:

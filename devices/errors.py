@@ -59,6 +59,10 @@ class AdapterError(DeviceError):
         self.remedy = remedy
 
 
+class NoSocketCanError(AdapterError):
+    """The kernel has no SocketCAN at all."""
+
+
 def object_name(index: int, subindex: int) -> str:
     """An object as CiA 301 writes it: 1018h:01."""
     return f"{index:04X}h:{subindex:02X}"

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from enum import IntFlag
 from operator import le
 
-import numpy as np
-from numpy.typing import NDArray
-
+from ..configs.quantities import Force, Torque
 from .cia301 import Address
 from .device import Device, Field, Quantity, Word
+from .group import Group, Quantities, Words
 from .image import ProcessImage
 
 
@@ -23,16 +21,15 @@ class SensorStatus(IntFlag):
     FAULT = 0x04
 
 
-@dataclass(frozen=True, kw_only=True)
-class ForceTorque(Device):
+class ForceTorque(Device, frozen=True, kw_only=True, tag="force_torque"):
     """Reports the wrench in its own frame, in SI units; what it cannot measure it reports as NaN.
 
     Attributes:
         force, torque: full scale of each component [N, N m].
     """
 
-    force: float
-    torque: float
+    force: Force
+    torque: Torque
     group: str = "force_torque"
     eds: str = "force_torque.eds"
 
@@ -44,7 +41,7 @@ class ForceTorque(Device):
         }
 
 
-class ForceTorques:
+class ForceTorques(Group):
     """The force-torque sensors of a group.
 
     Attributes:
@@ -53,11 +50,13 @@ class ForceTorques:
         scales: full scale of every component of each [N, N m].
     """
 
-    def __init__(self, image: ProcessImage, group: str = "force_torque") -> None:
-        self.wrench: NDArray[np.float64] = image[f"{group}.wrench"]
-        self.status: NDArray[np.uint32] = image.word(f"{group}.status")
-        devices = [image.network.devices[i] for i in image.network.groups[group]]
-        self.scales = [[d.force] * 3 + [d.torque] * 3 for d in devices if isinstance(d, ForceTorque)]
+    kind = ForceTorque
+    wrench: Quantities
+    status: Words
+
+    def __init__(self, image: ProcessImage, group: str = "") -> None:
+        super().__init__(image, group)
+        self.scales = [[d.force] * 3 + [d.torque] * 3 for d in self._devices if isinstance(d, ForceTorque)]
 
     def valid(self, i: int) -> bool:
         """Whether a sensor is ready and every component lies within its full scale; NaN does not."""

@@ -8,6 +8,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from ..binding import bind, pointer
 from ._wire import ffi, lib
 from .cia301 import MAX_NODE, TPDO
 from .errors import FrameError
@@ -51,11 +52,10 @@ class Frames:
     def __init__(self, capacity: int = CAPACITY) -> None:
         self._array = np.zeros(capacity, FRAME)
         self._bytes = self._array.view(np.uint8).reshape(-1).data
-        self._packed = memoryview(bytearray(capacity * (_PACKED_HEADER + MAX_DATA)))
-        self._packed_pointer = ffi.from_buffer("uint8_t[]", self._packed)
-        self.pointer = ffi.new("wire_frames *")
-        self.pointer.capacity = capacity
-        self.pointer.frame = ffi.cast("wire_frame *", ffi.from_buffer(self._array))
+        packed = np.zeros(capacity * (_PACKED_HEADER + MAX_DATA), np.uint8)
+        self._packed, self._packed_pointer = packed.data, pointer(packed, "uint8_t", packed.size)
+        self.pointer = ffi.new("wire_frames *", {"capacity": capacity})
+        bind(lib, self.pointer, frame=self._array)
 
     def __len__(self) -> int:
         return int(self.pointer.count)

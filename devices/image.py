@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ..binding import bind
 from ._wire import ffi, lib
 from .device import Quantity, Word
 from .dictionary import WIRE_TYPES
@@ -28,6 +29,7 @@ _STATUS = np.dtype(
     ]
 )
 COUNTERS: tuple[str, ...] = tuple(name for name, _ in ffi.typeof("image_counters").fields)
+_TALLY = np.dtype([(name, np.int64) for name in COUNTERS])
 
 
 class Emergency(NamedTuple):
@@ -44,6 +46,11 @@ class Emergency(NamedTuple):
     code: int
     error_register: int
     vendor: bytes
+
+    @property
+    def gone(self) -> bool:
+        """Whether it says that an error is gone."""
+        return not self.code & 0xFF00
 
 
 class ProcessImage:
@@ -72,12 +79,11 @@ class ProcessImage:
         self.network = network
         self.expected = len(network.devices)
         self._core = ffi.new("image *")
-        self._keep: list[Any] = []  # what the C side points to
         self._inputs = self._arrays(network.fields.values(), output=False)
         self._outputs = self._arrays(network.fields.values(), output=True)
         self.raw: NDArray[np.uint8] = np.zeros(network.raw_size, np.uint8)
-        self.counters: NDArray[np.int64] = np.zeros(len(COUNTERS), np.int64)
-        status = np.zeros(self.expected, _STATUS)
+        tally, status = np.zeros(1, _TALLY), np.zeros(self.expected, _STATUS)
+        self.counters: NDArray[np.int64] = tally.view(np.int64)
         self.missed: NDArray[np.int32] = status["missed"]
         self.heartbeat_age: NDArray[np.int32] = status["heartbeat_age"]
         self.emcy: NDArray[np.uint16] = status["emcy"]
@@ -85,8 +91,8 @@ class ProcessImage:
         self.al_state: NDArray[np.uint8] = status["al_state"]
         self.nmt_state: NDArray[np.uint8] = status["nmt_state"]
         self.lost: NDArray[np.bool_] = status["lost"]
-        self._bad = np.zeros(max(1, len(network.outputs)), np.uint8)
-        self._bind(status)
+        self._bad = np.zeros(len(network.outputs), np.uint8)
+        self._bind(status, tally)
         self._latch = lib.image_latch
         self._compose = lib.image_compose
         self.reset()
@@ -130,6 +136,8 @@ class ProcessImage:
     @property
     def emergencies(self) -> list[Emergency]:
         """The EMCY messages of this tick, at most 16."""
+        if not self._core.emergencies:  # nearly every tick
+            return []
         events = self._core.emergency[0 : self._core.emergencies]
         return [Emergency(e.device, e.code, e.error_register, bytes(e.vendor)) for e in events]
 
@@ -193,25 +201,25 @@ class ProcessImage:
             Word: np.zeros(max(1, size[Word]), np.uint32),
         }
 
-    def _pointer(self, ctype: str, array: NDArray[Any]) -> Any:
-        buffer = ffi.from_buffer(f"{ctype}[]", array)
-        self._keep += [array, buffer]
-        return buffer
-
-    def _bind(self, status: NDArray[np.void]) -> None:
+    def _bind(self, status: NDArray[np.void], tally: NDArray[np.void]) -> None:
         core, network = self._core, self.network
         core.devices = len(network.devices)
+        core.outputs = len(network.outputs)
         core.output_frames = len(network.output_frames)
         core.raw_outputs = network.raw_size - network.raw_inputs
-        core.values = self._pointer("double", self._inputs[Quantity])
-        core.words = self._pointer("uint32_t", self._inputs[Word])
-        core.output_values = self._pointer("double", self._outputs[Quantity])
-        core.output_words = self._pointer("uint32_t", self._outputs[Word])
-        core.output_bad = self._pointer("uint8_t", self._bad)
-        core.raw_in = self._pointer("uint8_t", self.raw)
-        core.raw_out = core.raw_in + network.raw_inputs
-        core.status = self._pointer("image_status", status)
-        core.counters = ffi.cast("image_counters *", self._pointer("int64_t", self.counters))
+        bind(
+            lib,
+            core,
+            values=self._inputs[Quantity],
+            words=self._inputs[Word],
+            output_values=self._outputs[Quantity],
+            output_words=self._outputs[Word],
+            output_bad=self._bad,
+            raw_in=self.raw[: network.raw_inputs],
+            raw_out=self.raw[network.raw_inputs :],
+            status=status,
+            counters=tally,
+        )
         self._bind_tables()
 
     def _bind_tables(self) -> None:
@@ -233,18 +241,14 @@ class ProcessImage:
             core.device_of_node[device.node] = i
         for frame in network.output_frames:
             frames.append({"id": frame.can_id, "raw": frame.raw - network.raw_inputs, "length": frame.length})
-        tables = {
-            "device": ffi.new("image_device[]", devices),
-            "output_frame": ffi.new("image_output_frame[]", frames),
-            "input": ffi.new("image_entry[]", [self._entry(p, self._tpdo_start(p)) for p in inputs] or 1),
-            "output": ffi.new(
-                "image_entry[]", [self._entry(p, network.raw_inputs) for p in network.outputs] or 1
-            ),
-        }
-        core.outputs = len(network.outputs)
-        for name, table in tables.items():
-            self._keep.append(table)
-            setattr(core, name, table)
+        bind(
+            lib,
+            core,
+            device=ffi.new("image_device[]", devices),
+            output_frame=ffi.new("image_output_frame[]", frames),
+            input=ffi.new("image_entry[]", [self._entry(p, self._tpdo_start(p)) for p in inputs]),
+            output=ffi.new("image_entry[]", [self._entry(p, network.raw_inputs) for p in network.outputs]),
+        )
 
     def _tpdo_start(self, place: Place) -> int:
         return self.network.tpdo_raw[place.device]

@@ -3,26 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
+from ..configs.quantities import AccelerationScale
 from .cia301 import Address
 from .device import Device, Field, Quantity, Word
 from .force_torque import SensorStatus
+from .group import Group, Quantities, Words
 from .image import ProcessImage
 
 
-@dataclass(frozen=True, kw_only=True)
-class Imu(Device):
+class Imu(Device, frozen=True, kw_only=True, tag="imu"):
     """Three accelerometers and three gyroscopes; the device reports SI units.
 
     Attributes:
         acceleration: full scale of each component [m/s^2].
     """
 
-    acceleration: float
+    acceleration: AccelerationScale
     group: str = "imus"
     eds: str = "imu.eds"
 
@@ -35,7 +32,7 @@ class Imu(Device):
         }
 
 
-class Imus:
+class Imus(Group):
     """The inertial units of a group.
 
     Attributes:
@@ -45,12 +42,14 @@ class Imus:
         scales: full scale of the acceleration of each [m/s^2].
     """
 
-    def __init__(self, image: ProcessImage, group: str = "imus") -> None:
-        self.acceleration: NDArray[np.float64] = image[f"{group}.acceleration"]
-        self.angular_velocity: NDArray[np.float64] = image[f"{group}.angular_velocity"]
-        self.status: NDArray[np.uint32] = image.word(f"{group}.status")
-        devices = [image.network.devices[i] for i in image.network.groups[group]]
-        self.scales = [device.acceleration for device in devices if isinstance(device, Imu)]
+    kind = Imu
+    acceleration: Quantities
+    angular_velocity: Quantities
+    status: Words
+
+    def __init__(self, image: ProcessImage, group: str = "") -> None:
+        super().__init__(image, group)
+        self.scales = [device.acceleration for device in self._devices if isinstance(device, Imu)]
 
     def valid(self, i: int) -> bool:
         """Whether a sensor is ready and its acceleration lies within its full scale; NaN does not."""

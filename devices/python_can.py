@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import difflib
 import inspect
 import re
 import secrets
@@ -16,6 +15,7 @@ from typing import Any, Final
 import can
 from can.interfaces import BACKENDS
 
+from ..configs.words import nearest
 from .errors import AdapterError, FrameError
 from .frames import Frames
 
@@ -38,6 +38,13 @@ _IDENTIFIER: Final = 0x1FFFFFFF
 _CLOCK: Final = 80_000_000  # Hz; of nearly every CAN FD controller
 _SAMPLE_POINTS: Final = (80.0, 75.0)  # % of a bit, and of a data bit
 _OWN_EXTRAS: Final = {"udp_multicast": "multicast", "slcan": "serial", "robotell": "serial"}
+_EXAMPLE_CHANNELS: Final = {
+    "udp_multicast": "239.74.163.2",
+    "pcan": "PCAN_USBBUS1",
+    "kvaser": "0",
+    "vector": "0",
+    "ixxat": "0",
+}
 _PACKAGE: Final = re.compile(r"^[A-Za-z0-9._-]+")
 _DOCUMENTED: Final = re.compile(r":param (?:[^:\n]* )?(\w+):")
 
@@ -141,12 +148,26 @@ def python_can(
         AdapterError: it cannot be opened, takes no such setting, or is not in CAN FD mode.
     """
     backend, arguments = prepare(interface, bitrate, data_bitrate, settings or {})
+    bus = backend.__new__(backend)  # at hand to be shut down where its constructor fails
     try:
-        bus = backend(channel, **arguments)
+        backend.__init__(bus, channel, **arguments)
     except Exception as error:  # drivers raise what they like, NameError where their library is missing
+        for shut_down in (backend.shutdown, can.BusABC.shutdown):  # half made: the first may not get far
+            with contextlib.suppress(Exception):
+                shut_down(bus)
         reason = f"python-can cannot open it: {error or type(error).__name__}"
         raise AdapterError(f"{interface}:{channel}", reason, _remedy(interface)) from error
     return PythonCanAdapter(bus)
+
+
+def knows(interface: str) -> bool:
+    """Whether python-can has an interface of that name besides SocketCAN, which needs no python-can."""
+    return interface in BACKENDS and interface != "socketcan"
+
+
+def example_channel(interface: str) -> str:
+    """A channel as this interface names them, "" where only its documentation says."""
+    return _EXAMPLE_CHANNELS.get(interface, "")
 
 
 def prepare(
@@ -189,8 +210,8 @@ def _installed(package: str) -> bool:
 
 def _backend(interface: str) -> type[can.BusABC]:
     if interface not in BACKENDS:
-        near = difflib.get_close_matches(interface, BACKENDS, 1)
-        guess = f'Did you mean "{near[0]}"? ' if near else ""
+        near = nearest(interface, BACKENDS)
+        guess = f'Did you mean "{near}"? ' if near else ""
         raise AdapterError(
             interface,
             "python-can has no such interface",
@@ -219,6 +240,8 @@ def _remedy(interface: str) -> str:
     missing = missing_packages(interface)
     if missing:
         return f"It needs {', '.join(missing)}: type {install_command(interface)}"
+    if interface == "udp_multicast":
+        return f"Its channel is an address of a multicast group, e.g. {example_channel(interface)}"
     return (
         "Install the driver of its maker, where it has one; python-can's documentation of that interface "
         "lists its channel names and settings"
@@ -260,8 +283,8 @@ def _checked(name: str, known: set[str], settings: Mapping[str, Any]) -> Mapping
     own = known - {*RESERVED, "can_filters"}
     for key in settings:
         if key not in own:
-            near = difflib.get_close_matches(key, own, 1)
-            guess = f'Did you mean "{near[0]}"? ' if near else ""
+            near = nearest(key, own)
+            guess = f'Did you mean "{near}"? ' if near else ""
             raise AdapterError(
                 name, f"this interface has no setting {key!r}", f"{guess}It has: {', '.join(sorted(own))}"
             )

@@ -6,7 +6,6 @@ Every bit is 1 when it is safe to move, so that a silent or broken device reads 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from enum import IntFlag
 from typing import Final, NamedTuple
 
@@ -45,8 +44,7 @@ TORQUE_PERMITTED: Final = (SafetyInput.TORQUE_PERMITTED_A | SafetyInput.TORQUE_P
 ALL: Final = DEAD_MAN | EMERGENCY_STOP | SCANNER_CLEAR | TORQUE_PERMITTED
 
 
-@dataclass(frozen=True, kw_only=True)
-class SafetyPlc(Device):
+class SafetyPlc(Device, frozen=True, kw_only=True, tag="safety_plc"):
     """A safety controller that reads the switches and drives the STO lines."""
 
     group: str = "safety"

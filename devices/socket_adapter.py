@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Final
 
 from ._wire import ffi, lib
-from .errors import AdapterError
+from .errors import AdapterError, NoSocketCanError
 from .frames import Frames
 
 CANFD_MTU: Final = 72
@@ -117,18 +117,20 @@ def socketcan(interface: str, bitrate: int = BITRATE, data_bitrate: int = DATA_B
         data_bitrate: of data, in the same commands [bit/s].
 
     Raises:
-        AdapterError: the kernel has no SocketCAN, or the interface is missing, down or not CAN FD.
+        NoSocketCanError: the kernel has no SocketCAN.
+        AdapterError: the interface is missing, down or not CAN FD.
     """
     try:
         sock = socket.socket(_AF_CAN, socket.SOCK_RAW, _CAN_RAW)
     except OSError as error:
         remedy = (
             "Type: sudo modprobe can-raw. Where the kernel has no such module, use the simulated plant "
-            '([bus] kind = "simulated"), or another interface of python-can, e.g. kind = "python-can", '
-            'interface = "udp_multicast", channel = "239.74.163.2", whose other end is: '
-            "hapticd plant FILE --interface udp_multicast --channel 239.74.163.2"
+            '([bus] kind = "simulated"), or an interface of python-can, e.g. kind = "python-can", '
+            'interface = "udp_multicast", channel = "239.74.163.2"'
         )
-        raise AdapterError(interface, f"this kernel has no SocketCAN ({_reason(error)})", remedy) from error
+        raise NoSocketCanError(
+            interface, f"this kernel has no SocketCAN ({_reason(error)})", remedy
+        ) from error
     try:
         _check_interface(interface, bitrate, data_bitrate)
         standard = struct.pack("=II", 0, _CAN_EFF_FLAG | _CAN_RTR_FLAG)

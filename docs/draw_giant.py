@@ -14,7 +14,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pinocchio as pin
 from hapticd.models import Robot
-from hapticd.runtime import config
+from hapticd.runtime.configuration import config
 from hapticd.sim.hand import Path as HandPath
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 

@@ -11,7 +11,7 @@ from typing import Any
 
 import msgspec
 
-from ..runtime.arguments import meant
+from ..runtime.command_line.arguments import meant
 from ..runtime.errors import HapticdError
 from ..runtime.invocation import install
 from .outcome import Outcome, write_plot, write_rows

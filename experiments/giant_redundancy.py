@@ -10,15 +10,15 @@ from typing import Any
 
 import numpy as np
 
-from ..control.manipulability import Shape, force_ellipsoid, stein, velocity_ellipsoid
-from ..control.prepositioning import Q2_REFERENCE, Q3_REFERENCE
-from ..control.saturation import force_limit
 from ..control.serial import SerialChain
+from ..machines.giant.config import GiantConfig
+from ..machines.giant.kinematics import Branch, UnreachableError, inverse_kinematics
+from ..machines.giant.names import JOINTS, PPU_JOINTS
+from ..machines.giant.prepositioning import Q2_REFERENCE, Q3_REFERENCE
+from ..machines.rhi.manipulability import Shape, force_ellipsoid, stein, velocity_ellipsoid
+from ..machines.rhi.saturation import force_limit
 from ..models import Array, Robot
-from ..models.giant import Branch, UnreachableError, inverse_kinematics
-from ..runtime import config
-from ..runtime.giant.config import GiantConfig
-from ..runtime.giant.names import JOINTS, PPU_JOINTS
+from ..runtime.configuration import config
 from .outcome import Outcome, Progress, Row
 
 TITLE = "the giant's redundancy by the criterion of the redundant interface"
@@ -51,7 +51,7 @@ class Giant:
         self._chain.bind(self._q, self._qd)
 
     def jacobian(self, q: Array) -> Array:
-        """Of the handle's horizontal motion, (2, 6)."""
+        """Jacobian of the handle's horizontal motion, (2, 6)."""
         self._q[:] = q
         self._chain.update()
         J: Array = self._chain.frames[0].J[:2].copy()

@@ -15,7 +15,7 @@ reproduced from its text, the note says why.
 """
 COLUMNS = "| quantity | paper | here | note |\n|---|---|---|---|\n"
 COLOURS, LINES = ("tab:blue", "tab:orange", "tab:green", "tab:red"), ("-", "--", "-.", ":")
-"""Of the lines of a plot: told apart without colour, too."""
+"""Styles of the lines of a plot: told apart without colour, too."""
 Progress = Callable[[str], None]
 Draw = Callable[[Any], None]
 """Draws on an empty matplotlib figure."""

@@ -10,21 +10,21 @@ from typing import Any
 import msgspec
 import numpy as np
 
-from ..control.contact_aware import ContactAware
-from ..control.environment import Wall
-from ..control.manipulability import Shape, force_ellipsoid
-from ..control.self_motion import Ellipsoid, best_posture
+from ..machines.rhi.config import RhiConfig
+from ..machines.rhi.contact_aware import ContactAware
+from ..machines.rhi.environment import Wall
+from ..machines.rhi.machine import contact_aware, redundant_arm
+from ..machines.rhi.manipulability import Shape, force_ellipsoid
+from ..machines.rhi.self_motion import Ellipsoid, best_posture
 from ..models import Array, Robot
-from ..runtime import config
-from ..runtime.rhi.config import RhiConfig
-from ..runtime.rhi.machine import contact_aware, redundant_arm
+from ..runtime.configuration import config
 from ..sim.hand import PointHand
 from ..sim.rigid import RigidArm
 
 RATE = 1000.0
 SUBSTEPS = 2
 HAND = (5000.0, 30.0, 60.0)
-"""Of the finger: stiffness [N/m], damping [N s/m], strength [N]; so stiff that it sets the depth."""
+"""Stiffness [N/m], damping [N s/m] and strength [N] of the finger; so stiff that it sets the depth."""
 
 
 @dataclass(frozen=True, slots=True)

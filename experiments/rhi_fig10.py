@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..control.manipulability import velocity_ellipsoid
-from ..control.polytope import Polytope, cone, worst_force
-from ..control.saturation import force_limit
-from ..control.self_motion import CLOSED, Objective, close, descend
+from ..machines.rhi.manipulability import velocity_ellipsoid
+from ..machines.rhi.polytope import Polytope, cone, worst_force
+from ..machines.rhi.saturation import force_limit
+from ..machines.rhi.self_motion import CLOSED, Objective, close, descend
 from ..models import Array
 from .outcome import Outcome, Progress, Row
 from .palpation import Device

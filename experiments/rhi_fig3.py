@@ -6,11 +6,12 @@ from typing import Any
 
 import numpy as np
 
-from ..control.manipulability import Shape, force_ellipsoid
-from ..control.redundant import RedundantArm
-from ..control.saturation import force_limit, force_share
-from ..control.self_motion import Ellipsoid, descend
-from ..models import Array, Robot, planar
+from ..machines.rhi import planar
+from ..machines.rhi.manipulability import Shape, force_ellipsoid
+from ..machines.rhi.redundant import RedundantArm
+from ..machines.rhi.saturation import force_limit, force_share
+from ..machines.rhi.self_motion import Ellipsoid, descend
+from ..models import Array, Robot
 from .outcome import Outcome, Progress, Row
 
 TITLE = "3-DoF example, torques and force in three postures (figs 3 and 4)"

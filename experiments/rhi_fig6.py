@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ..control.saturation import reserve
+from ..machines.rhi.saturation import reserve
 from .outcome import Outcome, Progress, Row
 
 TITLE = "actuator saturation observer (fig. 6)"

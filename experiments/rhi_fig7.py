@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ..control.transition import Transition
+from ..machines.rhi.transition import Transition
 from .outcome import Outcome, Progress, Row
 from .palpation import RATE, Device
 

@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from ..control.polytope import Polytope
-from ..control.saturation import force_limit
-from ..control.self_motion import descend, scan
+from ..machines.rhi.polytope import Polytope
+from ..machines.rhi.saturation import force_limit
+from ..machines.rhi.self_motion import descend, scan
 from ..models import Array
 from .outcome import Outcome, Progress, Row
 from .palpation import Device, Trace

@@ -18,7 +18,7 @@ START, POINT = 0.05, 0.1
 WINDOW = 0.01
 """Samples this close to the point take part [m]."""
 CUT_OFF = 40.0
-"""Of the Butterworth filter [Hz]; the paper gives its order only."""
+"""Cut-off of the Butterworth filter [Hz]; the paper gives its order only."""
 PAPER = {"free": (0.036, 0.2953), "stiff": (0.125, 0.6325)}
 SIDE = (2000.0, 20.0)
 """A guide keeps the hand on the line along u [N/m, N s/m]; the model (22) has one direction."""

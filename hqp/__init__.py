@@ -4,7 +4,23 @@ Level p asks for A x + w = b and lb <= C x + v <= ub, with |w|^2 + |v|^2 least a
 levels before it.
 """
 
+from .multipliers import Conflict, Multipliers, conflicts, multipliers
 from .problem import HqpError, Level
+from .qp import QpSolution, UnboundedError, solve_qp
 from .solver import Solution, Solver, Status, solve
 
-__all__ = ["HqpError", "Level", "Solution", "Solver", "Status", "solve"]
+__all__ = [
+    "Conflict",
+    "HqpError",
+    "Level",
+    "Multipliers",
+    "QpSolution",
+    "Solution",
+    "Solver",
+    "Status",
+    "UnboundedError",
+    "conflicts",
+    "multipliers",
+    "solve",
+    "solve_qp",
+]

@@ -10,9 +10,8 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import nnls
 
-from .problem import Array, Level
+from .problem import Array, HqpError, Level
 
 Mask = NDArray[np.bool_]
 
@@ -27,9 +26,26 @@ def slacks(level: Level, x: Array) -> tuple[Array, Array]:
     return level.b - level.A @ x, np.clip(value, level.lb, level.ub) - value
 
 
+def weighted_slacks(level: Level, x: Array) -> tuple[Array, Array]:
+    """As slacks, each times the weight of its row: minus the derivatives of half of the level's square."""
+    w, v = slacks(level, x)
+    if not len(level.weights):
+        return w, v
+    of_w, of_v = np.split(level.weights, [len(level.A)])
+    return of_w * w, of_v * v
+
+
+def gradient(level: Level, x: Array) -> Array:
+    """Gradient of half of the level's square, of the weighted |w|^2 + |v|^2, at x, (n,)."""
+    w, v = weighted_slacks(level, x)
+    return np.asarray(-(level.A.T @ w + level.C.T @ v))
+
+
 def slack_norms(levels: Sequence[Level], x: Array) -> Array:
-    """Length of (w, v) of each level at x, (levels,)."""
-    return np.array([np.linalg.norm(np.concatenate(slacks(level, x))) for level in levels])
+    """Square root of what each level minimises, the weighted |w|^2 + |v|^2, at x, (levels,)."""
+    both = ((slacks(level, x), weighted_slacks(level, x)) for level in levels)
+    squares = [float(np.concatenate(plain) @ np.concatenate(weighted)) for plain, weighted in both]
+    return np.asarray(np.sqrt(squares))
 
 
 def certificate(levels: Sequence[Level], x: Array, tolerance: float = 1e-9) -> Array:
@@ -46,15 +62,18 @@ def certificate(levels: Sequence[Level], x: Array, tolerance: float = 1e-9) -> A
 
     Returns:
         (levels,), 0 where the level is proven minimal.
+
+    Raises:
+        HqpError: scipy is not installed.
     """
     n = x.shape[0]
     free, cone = np.zeros((0, n)), np.zeros((0, n))
     distances = np.zeros(len(levels))
     for p, level in enumerate(levels):
-        w, v = slacks(level, x)
-        row_norm = np.linalg.norm(np.vstack([level.A, level.C]), axis=1).max(initial=1e-300)
-        scale = row_norm * (1.0 + np.linalg.norm(np.concatenate([w, v])))
-        distances[p] = _distance((level.A.T @ w + level.C.T @ v) / -scale, free, cone)
+        roots = np.sqrt(level.weights) if len(level.weights) else 1.0
+        row_norm = (roots * np.linalg.norm(np.vstack([level.A, level.C]), axis=1)).max(initial=1e-300)
+        scale = row_norm * (1.0 + slack_norms([level], x)[0])
+        distances[p] = _distance(gradient(level, x) / scale, free, cone)
         held, lower, upper = _held_and_active(level, x, tolerance)
         free = np.vstack([free, _unit(level.A), _unit(level.C[held])])
         cone = np.vstack([cone, _unit(level.C[lower]), -_unit(level.C[upper])])
@@ -107,6 +126,11 @@ def _distance(gradient: Array, free: Array, cone: Array) -> float:
     norms = np.linalg.norm(cone, axis=1)
     cone = cone[norms > 1e-9] / norms[norms > 1e-9, None]
     if len(cone):
+        try:
+            from scipy.optimize import nnls
+        except ImportError as error:
+            mend = "install hapticd-hqp[certificate]"
+            raise HqpError("certificate", "needs scipy, which is not installed", mend) from error
         z, _ = nnls(cone.T, gradient, maxiter=100 * len(cone))
         gradient = gradient - cone.T @ z
     return float(np.linalg.norm(gradient))

@@ -22,6 +22,10 @@ class HqpError(Exception):
         self.what, self.why, self.mend = what, why, mend
 
 
+PARTS = {"A": 2, "b": 1, "C": 2, "lb": 1, "ub": 1, "weights": 1}
+"""The arrays of a level and their numbers of dimensions."""
+
+
 def _absent() -> Array:
     return np.empty((0, 0))
 
@@ -29,6 +33,8 @@ def _absent() -> Array:
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Level:
     """One level: A x + w = b and lb <= C x + v <= ub, |w|^2 + |v|^2 to be least. Either part may be absent.
+
+    Bounds without C are bounds on x itself.
 
     The arrays are kept, not copied: write new numbers into them between solves. Of a subclass of ndarray its
     memory is kept; masked arrays are refused, as the mask would be lost.
@@ -39,6 +45,7 @@ class Level:
         C: (inequalities, n).
         lb: (inequalities,), -inf where there is no bound.
         ub: (inequalities,), +inf where there is no bound.
+        weights: (equalities + inequalities,) of the squares in |w|^2 and then |v|^2, positive; absent: all 1.
 
     Raises:
         HqpError: an array of another type, shape, byte order, alignment or memory order.
@@ -49,9 +56,12 @@ class Level:
     C: Array = field(default_factory=_absent)
     lb: Array = field(default_factory=_absent)
     ub: Array = field(default_factory=_absent)
+    weights: Array = field(default_factory=_absent)
 
     def __post_init__(self) -> None:
-        for name, ndim in (("A", 2), ("b", 1), ("C", 2), ("lb", 1), ("ub", 1)):
+        if np.shape(self.C) == (0, 0) and np.ndim(self.lb) == 1:
+            object.__setattr__(self, "C", np.eye(len(self.lb)))
+        for name, ndim in PARTS.items():
             value = getattr(self, name)
             if isinstance(value, np.ndarray) and value.shape == (0, 0):  # absent: as wide as the other part
                 n = max(np.shape(self.A)[-1:] + np.shape(self.C)[-1:], default=0)
@@ -66,7 +76,7 @@ class Level:
         Raises:
             HqpError: an array is not, or no longer, of a shape and type that fits the others.
         """
-        for name, ndim in (("A", 2), ("b", 1), ("C", 2), ("lb", 1), ("ub", 1)):
+        for name, ndim in PARTS.items():
             _check(name, getattr(self, name), ndim)
         if self.A.shape[1] != self.C.shape[1]:
             raise HqpError(
@@ -82,6 +92,13 @@ class Level:
                 raise HqpError(
                     vector, f"has {entries} entries and {matrix} has {rows} rows", "give one per row"
                 )
+
+        if len(self.weights) not in (0, sum(self.rows)):
+            raise HqpError(
+                "weights",
+                f"has {len(self.weights)} entries and the level has {sum(self.rows)} rows",
+                "give one for each row of A, then of C, or none",
+            )
 
     @property
     def n(self) -> int:

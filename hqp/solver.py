@@ -2,7 +2,6 @@
 
 import operator
 import threading
-import weakref
 from collections.abc import Iterable, Sequence
 from enum import IntEnum
 from itertools import islice
@@ -11,15 +10,15 @@ from typing import Any, NoReturn, SupportsIndex
 import numpy as np
 from numpy.typing import NDArray
 
+from ..binding import bind, hold, pointer
 from ._hqp import ffi, lib
-from .problem import Array, HqpError, Level
+from .problem import PARTS, Array, HqpError, Level
 
 MOST_LEVELS = 256
 SIZES = (
     "take n in 1..1024, 1..256 levels, 0..4096 rows of each kind, rows times n up to 2^26,"
-    " tolerances in (0, 1), max_iterations from 0 on"
+    " tolerances in (0, 1), max_iterations and time_limit from 0 on"
 )
-PARTS = ("A", "b", "C", "lb", "ub")
 
 
 class Status(IntEnum):
@@ -29,6 +28,7 @@ class Status(IntEnum):
     ITERATION_CAP = lib.HQP_ITERATION_CAP
     REPEATED_SET = lib.HQP_REPEATED_SET
     NOT_PROVEN = lib.HQP_NOT_PROVEN
+    TIME_LIMIT = lib.HQP_TIME_LIMIT
     BAD_MATRIX = lib.HQP_BAD_MATRIX
     BAD_BOUNDS = lib.HQP_BAD_BOUNDS
     OVERFLOW = lib.HQP_OVERFLOW
@@ -49,7 +49,7 @@ class Solution:
             as 0.
     """
 
-    __slots__ = ("_buffers", "_info", "_x", "active", "v", "w", "x")
+    __slots__ = ("_held", "_info", "_x", "active", "v", "w", "x")
 
     x: Array
     w: tuple[Array, ...]
@@ -69,13 +69,13 @@ class Solution:
             "v": tuple(np.split(v, inequalities[1:-1])),
             "active": tuple(np.split(active, inequalities[1:-1])),
             "_info": info,
-            "_x": ffi.from_buffer("double[]", x),
-            "_buffers": tuple(map(_hold, (x, w, v, active))),
+            "_x": pointer(x, "double", n, name="x"),
+            "_held": hold(x),
         }
         for name, value in own.items():
             object.__setattr__(self, name, value)
-        info.w, info.v = ffi.from_buffer("double[]", w), ffi.from_buffer("double[]", v)
-        info.active = ffi.from_buffer("signed char[]", active)
+        sizes = {"equalities": len(w), "inequalities": len(v)}
+        bind(lib, info, sizes, w=w, v=v, active=active)
 
     def __setattr__(self, name: str, value: object) -> NoReturn:
         raise AttributeError(f"{name} of a Solution is the solver's; take a copy to change it")
@@ -125,6 +125,8 @@ class Solver:
         rounding: relative error of row . x; a multiplier that it could have caused counts as zero.
         max_iterations: working sets that may be tried after the first of each level, over the whole solve;
             0: 16 n, at least 128.
+        time_limit: seconds after which a solve ends, looked at with each working set; 0: none. Where it ends
+            a solve the answer depends on the machine.
 
     Raises:
         HqpError: a size or a setting that is out of range.
@@ -139,15 +141,16 @@ class Solver:
         rank: float = 1e-9,
         rounding: float = 5e-15,
         max_iterations: int = 0,
+        time_limit: float = 0.0,
     ) -> None:
         try:
             counts = [
                 (operator.index(eq), operator.index(ineq)) for eq, ineq in islice(rows, MOST_LEVELS + 1)
             ]
-            equalities = ffi.new("int[]", [eq for eq, _ in counts])
-            inequalities = ffi.new("int[]", [ineq for _, ineq in counts])
-            dims = ffi.new("hqp_dims *", (operator.index(n), len(counts), equalities, inequalities))
-            settings = (feasibility, rank, rounding, operator.index(max_iterations))
+            dims = ffi.new("hqp_dims *", {"n": operator.index(n), "levels": len(counts)})
+            equalities, inequalities = np.array(counts, np.intc).reshape(-1, 2).T.copy()
+            bind(lib, dims, equalities=equalities, inequalities=inequalities)
+            settings = (feasibility, rank, rounding, operator.index(max_iterations), time_limit)
             solver = lib.hqp_create(dims, ffi.new("hqp_settings *", settings))
         except (TypeError, ValueError, OverflowError) as error:
             raise HqpError("Solver", f"cannot be made of this: {error}", SIZES) from error
@@ -159,7 +162,6 @@ class Solver:
         self._levels = ffi.new("hqp_level[]", len(counts))
         self._solution = Solution(self._n, self._rows, self._info)
         self._bound: tuple[Level, ...] = ()
-        self._held: list[Any] = []
         self._lock = threading.Lock()
         self._thread: int | None = None
 
@@ -215,6 +217,31 @@ class Solver:
             )
         return self._solve_from(first, levels)
 
+    def start(self, x: Array) -> None:
+        """Let the next solve start from x, and from the rows that are violated or at their bound there.
+
+        What is remembered of the last solve is forgotten. A wrong guess costs time, not accuracy.
+
+        Args:
+            x: (n,), finite.
+
+        Raises:
+            HqpError: another shape, an entry that is not finite, or a solver that another thread uses.
+        """
+        try:
+            guess = np.ascontiguousarray(x, dtype=np.float64)
+        except (TypeError, ValueError) as error:
+            raise HqpError("x", f"is not numbers: {error}", f"give an array of shape ({self._n},)") from error
+        if guess.shape != (self._n,):
+            raise HqpError("x", f"has shape {guess.shape}", f"give an array of shape ({self._n},)")
+        self._take()
+        try:
+            if not lib.hqp_start(self._solver, pointer(guess, "const double", self._n)):
+                raise HqpError("x", "has an entry that is not finite", "start from finite numbers")
+            self._thread = None
+        finally:
+            self._lock.release()
+
     def reset(self) -> None:
         """Forget the last solution and its working sets: the next solve starts cold, from x = 0.
 
@@ -261,11 +288,12 @@ class Solver:
         if len(new) == len(self._bound) == count and all(map(operator.is_, new, self._bound)):
             return count
         self._check(new)
-        arrays = [[getattr(level, name) for name in PARTS] for level in new]
-        for bound, parts in zip(self._levels, arrays, strict=True):
-            for name, array in zip(PARTS, parts, strict=True):
-                setattr(bound, name, ffi.from_buffer("double[]", array))
-        self._held = [_hold(array) for parts in arrays for array in parts]
+        for p, (level, (equalities, inequalities)) in enumerate(zip(new, self._rows, strict=True)):
+            parts = {name: getattr(level, name) for name in PARTS}
+            parts["weights"] = level.weights if level.weights.size else None
+            sizes = {"n": self._n, "equalities": equalities, "inequalities": inequalities}
+            sizes["weights"] = equalities + inequalities
+            bind(lib, self._levels, sizes, p, **parts)
         before, self._bound = self._bound, new
         same = map(operator.is_, new, before)
         return next((p for p, is_same in enumerate(same) if not is_same), 0)
@@ -299,14 +327,6 @@ def _check_types(levels: tuple[Level, ...]) -> None:
     for p, level in enumerate(levels):
         if not isinstance(level, Level):
             raise HqpError(f"level {p}", f"is of type {type(level).__name__}", "give a list of Level")
-
-
-def _hold(array: NDArray[Any]) -> list[Any]:
-    """What keeps the memory of an array in its place: numpy resizes none that is weakly referred to."""
-    owners: list[Any] = [array]
-    while isinstance(owners[-1].base, np.ndarray):
-        owners.append(owners[-1].base)
-    return owners + [weakref.ref(owner) for owner in owners]
 
 
 def solve(levels: Iterable[Level], **settings: Any) -> Solution:

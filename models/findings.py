@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Iterable
 from typing import NoReturn
 
+from ..configs.printable import beginning
+from ..configs.words import nearest
 from .errors import ModelError
-from .printable import beginning
 from .xml_tree import SHOWN, Element
 
 LISTED = 20
@@ -28,9 +28,9 @@ def called(element: Element) -> str:
 def near(word: str, known: Iterable[str]) -> str:
     """What a word that is not known may have been meant for."""
     names = list(known)
-    found = difflib.get_close_matches(word[:SHOWN], names, 1)
+    found = nearest(word[:SHOWN], names)
     if found:
-        return f"did you mean {shown(found[0])}?"
+        return f"did you mean {shown(found)}?"
     return f"known here: {', '.join(map(shown, names[:LISTED])) or 'none'}"
 
 

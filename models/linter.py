@@ -14,9 +14,9 @@ from math import hypot
 
 import numpy as np
 
+from ..configs.ranges import RANGES
 from .findings import near, refuse, shown
 from .grammar import CONTINUOUS, FIXED, ROBOT
-from .ranges import RANGES
 from .reader import read
 from .xml_tree import Element, parse
 

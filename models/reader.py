@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+from ..configs.numerals import number
+from ..configs.ranges import RANGES
 from .findings import called, near, refuse, shown
 from .grammar import JOINTS, Numbers, Rule, Text
-from .numerals import number
-from .ranges import RANGES
 from .xml_tree import Element
 
 MAX_NAME = 200

@@ -26,6 +26,7 @@ class Robot:
         lower, upper: position limits, infinite for continuous joints, (nv,) [rad or m].
         velocity, effort: limits, (nv,) [rad/s or m/s], [N m or N].
         damping: viscous friction, (nv,) [N m s/rad or N s/m].
+        sliding: whether a joint slides; otherwise it turns, (nv).
     """
 
     def __init__(self, model: pin.Model) -> None:
@@ -34,6 +35,7 @@ class Robot:
         self.nv: int = model.nv
         self.names = list(model.names)[1:]
         joints = list(model.joints)[1:]
+        self.sliding = [joint.shortname().startswith("JointModelP") for joint in joints]
         index = np.array([int(joint.idx_q) for joint in joints], np.int64)
         bounded = np.array([joint.nq == 1 for joint in joints], np.bool_)
         self._q = pin.neutral(model)

@@ -2,13 +2,13 @@
 
 import sys
 
-from .interrupts import end_at_once
+from .live.interrupts import end_at_once
 
 
 def main() -> int:
     """Run the command line; returns the exit status."""
     end_at_once()  # importing the rest takes a second
-    from .cli import main
+    from .command_line.cli import main
 
     return main()
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ..models.printable import printable
+from ..configs.printable import printable
 
 
 class HapticdError(Exception):

@@ -1,18 +1,21 @@
 """The layers that may only reduce energy: gate, monitor, standstill, stop latch, arming."""
 
 from .arming import DeadMan, Permission, refusals
+from .check import Trust
 from .gate import AxisLimits, Gate
-from .latch import StopLatch, Trip, describe, refusal
-from .monitor import Monitor, Trust
+from .latch import TRIP_WORDS, StopLatch, Trip, describe, refusal
+from .monitor import Monitor
 from .observation import Observation, Thresholds
-from .plausibility import Axes, Findings, Motion, Pairs, Plausibility, Values
+from .plausibility import Axes, Course, Findings, Motion, Pairs, Plausibility, Values
 from .standstill import Standstill, strayed
 from .verdict import PASS, Reaction, Verdict, strongest
 
 __all__ = [
     "PASS",
+    "TRIP_WORDS",
     "Axes",
     "AxisLimits",
+    "Course",
     "DeadMan",
     "Findings",
     "Gate",

@@ -1,14 +1,16 @@
 """The last code before bytes leave: an output goes out only if the gate admitted it.
 
-Deny by default. What may be encoded stands in ``Gate.admitted``, which the gate alone writes and from which
-the machine fills its outputs; a command that is not admitted is replaced by a weaker one.
+Deny by default. The gate holds the outputs of the drives and nobody else writes them; a command that is not
+admitted is replaced by a weaker one.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import accumulate, pairwise
 from math import ceil, isfinite
+from typing import Protocol
 
 from .tally import WINDOW, Rule, Tally
 from .verdict import PASS, Reaction, Verdict, strongest
@@ -49,17 +51,36 @@ class AxisLimits:
     upper: float
 
 
+class Output(Protocol):
+    """Commands of the drives of a group as they are encoded, one an axis."""
+
+    def __len__(self) -> int:
+        """Axes of the group."""
+
+    def __setitem__(self, axes: slice, commands: Sequence[float], /) -> None:
+        """Write commands."""
+
+
 class Gate:
-    """Admits the commands of one tick.
+    """Admits the commands of one tick, and writes them.
 
     Attributes:
-        admitted: what may be encoded, one command an axis.
+        admitted: what was written, one command an axis.
         enable: whether the drives may be enabled.
         clamps: how many commands were ever replaced.
     """
 
-    def __init__(self, axes: Sequence[AxisLimits], rate: float) -> None:
-        """The rate in ticks a second."""
+    def __init__(self, axes: Sequence[AxisLimits], rate: float, outputs: Sequence[Output]) -> None:
+        """Take over the outputs.
+
+        Args:
+            axes: what each may be commanded.
+            rate: ticks a second.
+            outputs: where the commands are encoded from; together one entry an axis, in their order.
+
+        Raises:
+            ValueError: the outputs are not as many as the axes.
+        """
         self._axes = tuple(axes)
         hold = max(CLAMPS_BEFORE_HOLD, ceil(CLAMPED_HOLD_S * rate))
         ramp, off = round(CLAMPED_RAMP_S * rate), round(CLAMPED_OFF_S * rate)
@@ -75,6 +96,10 @@ class Gate:
             Rule(Reaction.RAMP, LOST_BEFORE_OFF, WINDOW),
         )
         self.admitted = [0.0] * len(self._axes)
+        ends = list(accumulate(map(len, outputs), initial=0))
+        if ends[-1] != len(self._axes):
+            raise ValueError(f"{ends[-1]} outputs for {len(self._axes)} axes")
+        self._outputs = [(output, slice(*part)) for output, part in zip(outputs, pairwise(ends), strict=True)]
         self.enable = False
         self.clamps = 0
 
@@ -83,6 +108,7 @@ class Gate:
         for i in range(len(self.admitted)):
             self.admitted[i] = 0.0
         self.enable = False
+        self._write()
 
     def admit(
         self,
@@ -94,7 +120,7 @@ class Gate:
         tick: int,
         dropped: Sequence[bool],
     ) -> Verdict:
-        """Check one command an axis against the measured state; never raises for any numbers.
+        """Check one command an axis against the measured state and write it; never raises for any numbers.
 
         Args:
             commands: one an axis.
@@ -131,7 +157,12 @@ class Gate:
                 self.admitted[i] = safe
                 if why:
                     verdict = strongest(verdict, _sanitised(axis, why))
+        self._write()
         return self._judge(verdict, lost)
+
+    def _write(self) -> None:
+        for output, part in self._outputs:
+            output[:] = self.admitted[part]
 
     def _judge(self, verdict: Verdict, lost: Reaction) -> Verdict:
         clamped = self._clamped.push(verdict is not PASS)

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from .verdict import PASS, Reaction, Verdict
+from .verdict import Reaction, Verdict
+
+TRIP_WORDS = "{reaction} {reason} at tick {tick}: {detail}"
+"""A latched stop in one line for people, of its values."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -13,6 +16,17 @@ class Trip:
 
     verdict: Verdict
     tick: int
+
+    @property
+    def values(self) -> dict[str, str | int]:
+        """Values for ``TRIP_WORDS``."""
+        verdict = self.verdict
+        return {
+            "reaction": verdict.reaction.code,
+            "reason": verdict.reason,
+            "tick": self.tick,
+            "detail": verdict.detail,
+        }
 
 
 class StopLatch:
@@ -30,12 +44,12 @@ class StopLatch:
         """The reaction that stands."""
         return self.trip.verdict.reaction if self.trip else Reaction.PASS
 
-    def take(self, verdict: Verdict, tick: int) -> bool:
-        """Latch a stop that is stronger than the one that stands; whether it was."""
+    def take(self, verdict: Verdict, tick: int) -> Trip | None:
+        """Latch a stop that is stronger than the one that stands; None where it is not."""
         if not verdict.reaction.stops or verdict.reaction <= self.reaction:
-            return False
+            return None
         self.trip = Trip(verdict, tick)
-        return True
+        return self.trip
 
     def reset(self, present: Verdict, dead_man: bool, at_rest: bool) -> str:
         """Try to clear the latch; returns why not, '' where it is clear.
@@ -64,7 +78,4 @@ def refusal(present: Verdict, dead_man: bool, at_rest: bool) -> str:
 
 def describe(trip: Trip | None) -> str:
     """One line for people."""
-    verdict = trip.verdict if trip else PASS
-    if trip is None:
-        return "no stop"
-    return f"{verdict.reaction.code} {verdict.reason} at tick {trip.tick}: {verdict.detail}"
+    return TRIP_WORDS.format_map(trip.values) if trip else "no stop"

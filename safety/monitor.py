@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from math import isfinite
 from operator import le, not_
 
+from .check import Check, Maker, Trust
 from .observation import Observation, Thresholds
 from .tally import WINDOW, Rule, Tallies, Tally
 from .verdict import PASS, Reaction, Verdict, strongest
@@ -36,24 +36,6 @@ MISMATCHES = 10
 """Ticks within a window in which two encoders contradict each other before the machine stops (row 11)."""
 
 SPORADIC_HOLD = Rule(Reaction.HOLD, SPORADIC + 1, WINDOW)
-
-
-@dataclass(slots=True)
-class Trust:
-    """How far measurements may be used.
-
-    Attributes:
-        wrench: 1 with a valid wrench, fading to 0 within FADE_S without, and back (row 12).
-        axes: per axis, whether a stop may steer by what it measures: neither too old nor contradicted.
-    """
-
-    wrench: float
-    axes: list[bool]
-
-
-Check = Callable[[Observation], Verdict]
-Maker = Callable[[Thresholds, Trust], Check]
-"""Makes a check with counters of its own; it may lower the trust in what it finds wanting."""
 
 
 class Monitor:
@@ -157,6 +139,18 @@ def _frozen(t: Thresholds, trust: Trust) -> Check:
         still = [i for i, frozen in enumerate(seen.frozen) if frozen]
         _distrust(trust, still)
         return Verdict(Reaction.RAMP, "encoder_frozen", f"an encoder of {t.axes[still[0]]} stands still")
+
+    return check
+
+
+def _contradicted(t: Thresholds, trust: Trust) -> Check:
+    def check(seen: Observation) -> Verdict:
+        if True not in seen.contradicted:
+            return PASS
+        wrong = [i for i, contradicted in enumerate(seen.contradicted) if contradicted]
+        _distrust(trust, wrong)
+        detail = f"position and velocity of {t.axes[wrong[0]]} contradict each other"
+        return Verdict(Reaction.RAMP, "velocity_mismatch", detail)
 
     return check
 
@@ -294,6 +288,7 @@ CHECKS: dict[str, Maker] = {
     "4": _discarded,
     "6": _masters,
     "9": _frozen,
+    "9, velocity": _contradicted,
     "10": _jumps,
     "11": _mismatches,
     "25": _limits,

@@ -46,6 +46,7 @@ class Observation:
         rejected: per axis, whether a measurement of this tick was not plausible.
         mismatched: per axis, whether its two encoders contradict each other.
         frozen: per axis, whether an encoder stands still although the axis must move.
+        contradicted: per axis, whether its position and its velocity contradict each other.
         stale: per axis, whether its last accepted measurement is too old to brake on.
         position, velocity: measured, one an axis.
         armed: whether the drives are meant to run.
@@ -66,6 +67,7 @@ class Observation:
     rejected: Sequence[bool] = ()
     mismatched: Sequence[bool] = ()
     frozen: Sequence[bool] = ()
+    contradicted: Sequence[bool] = ()
     stale: Sequence[bool] = ()
     position: Sequence[float] = ()
     velocity: Sequence[float] = ()

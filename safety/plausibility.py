@@ -1,6 +1,7 @@
 """Range, rate, standstill and agreement of measurements, before anything is computed from them.
 
-A value is taken where it lies in its range and is as near to the last one as the fastest motion allows. What
+A value is taken where it lies in its range and is as near to the last one as the fastest motion allows, or
+where its measured rate says that it would be: what is faster than it may be, and says so, is motion. What
 is not taken is overwritten, in place, by the last accepted one, extrapolated by its measured rate: whoever
 reads it afterwards sees accepted values only.
 """
@@ -13,12 +14,16 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from ..binding import bind, pointer
 from ._plausibility import ffi, lib
 
 FRESH_TICKS = 3
 """A stop steers by measurements that are at most so old."""
 FROZEN_TICKS = 20
 """An encoder that stands still for so long while its axis must move is frozen (row 9)."""
+
+CONTRADICTED_TICKS = 3
+"""Position and velocity that contradict each other for so long: one wrong sample does for one (row 9)."""
 
 Array = NDArray[np.float64]
 
@@ -27,6 +32,7 @@ class Values:
     """Measured values of one kind, (n,).
 
     Attributes:
+        value: accepted ones, (n,).
         age: ticks since each was accepted, (n,).
         rejected: whether this tick's was not plausible, (n,).
         current: whether all of them are of this tick.
@@ -39,7 +45,7 @@ class Values:
         fresh: NDArray[np.bool_],
         most: Sequence[float],
         step: Sequence[float],
-        rate: Array | None = None,
+        rate: Values | None = None,
         dt: float = 0.0,
     ) -> None:
         """Bind to the arrays of others that are read where they are.
@@ -50,29 +56,32 @@ class Values:
             fresh: which devices answered in this tick.
             most: largest magnitudes, (n,).
             step: largest changes in a tick, (n,).
-            rate: their measured rates, (n,), accepted before them [1/s].
+            rate: their measured rates, (n,), to be accepted before them [1/s].
             dt: of a tick [s].
+
+        Raises:
+            BindError: an array of another kind, of which C would see a copy, or nothing.
         """
         n = values.size
+        pointer(values, "double", *values.shape, name="values")  # else flattening it would copy it
+        self.value = values.reshape(-1)
         self.age = np.full(n, lib.PLAUSIBILITY_NEVER, np.int32)
         self.rejected = np.zeros(n, np.bool_)
         self.current = False
-        self._keep = (
-            fresh,
-            _doubles(values.reshape(-1), most, step, np.zeros(n)),
-            ffi.NULL if rate is None else ffi.from_buffer("double[]", rate),
-            ffi.new("int[]", list(devices)),
-        )
-        value, most_, step_, accepted = self._keep[1]
-        self._core = ffi.new(
-            "plausible_values *",
-            {
-                **{"n": n, "dt": dt, "value": value, "rate": self._keep[2], "device": self._keep[3]},
-                **{"fresh": ffi.cast("uint8_t *", fresh.ctypes.data), "stride": fresh.strides[0]},
-                **{"most": most_, "step": step_, "accepted": accepted},
-                "age": ffi.from_buffer("int32_t[]", self.age),
-                "rejected": ffi.from_buffer("uint8_t[]", self.rejected),
-            },
+        self._core = ffi.new("plausible_values *", {"n": n, "dt": dt, "stride": fresh.strides[0]})
+        bind(
+            lib,
+            self._core,
+            value=self.value,
+            rate=None if rate is None else rate.value,
+            rate_age=None if rate is None else rate.age,
+            device=np.array(devices, np.intc),
+            fresh=fresh,
+            most=np.array(most, float),
+            step=np.array(step, float),
+            accepted=np.zeros(n),
+            age=self.age,
+            rejected=self.rejected,
         )
 
     def accept(self, elapsed: int) -> bool:
@@ -113,25 +122,77 @@ class Motion:
         """
         n = position.size
         self.frozen = np.zeros(n, np.bool_)
-        self._keep = _doubles(
-            position, velocity, command, acting, quantum, reach, np.full(n, np.inf), np.zeros(n)
-        )
-        names = ("position", "velocity", "command", "acting", "quantum", "reach", "anchor", "travel")
-        self._counters = ffi.new("int32_t[]", n), ffi.new("int32_t[]", n)
-        self._opposing = ffi.NULL if opposing is None else ffi.from_buffer("double[]", opposing)
-        self._core = ffi.new(
-            "plausible_motion *",
-            {
-                **{"n": n, "limit": FROZEN_TICKS, "dt": dt, "opposing": self._opposing},
-                **dict(zip(names, self._keep, strict=True)),
-                **dict(zip(("still", "pushed"), self._counters, strict=True)),
-                "frozen": ffi.from_buffer("uint8_t[]", self.frozen),
-            },
+        self._core = ffi.new("plausible_motion *", {"n": n, "limit": FROZEN_TICKS, "dt": dt})
+        bind(
+            lib,
+            self._core,
+            position=position,
+            velocity=velocity,
+            command=command,
+            opposing=opposing,
+            acting=np.array(acting, float),
+            quantum=np.array(quantum, float),
+            reach=np.array(reach, float),
+            anchor=np.full(n, np.inf),
+            travel=np.zeros(n),
+            still=np.zeros(n, np.int32),
+            pushed=np.zeros(n, np.int32),
+            frozen=self.frozen,
         )
 
     def fine(self, free: bool) -> bool:
         """Take a tick; ``free`` says whether commands may move the axes. Whether none is frozen."""
         return int(lib.plausible_move(self._core, free)) == 0
+
+
+class Course:
+    """Position and velocity of axes, (n,), compared over a window of ticks.
+
+    Attributes:
+        wrong: whether both contradict each other, (n,).
+        speed: by the velocity, or by the way within the window, whichever is larger, (n,) [1/s].
+    """
+
+    def __init__(
+        self, position: Values, velocity: Values, tolerance: Sequence[float], window: int, dt: float
+    ) -> None:
+        """Bind to measurements that are accepted before.
+
+        Args:
+            position: by the encoders.
+            velocity: of the same axes.
+            tolerance: by how much they may contradict each other within the window, (n,).
+            window: ticks.
+            dt: of a tick [s].
+        """
+        n = position.value.size
+        self.wrong, self.speed = np.zeros(n, np.bool_), np.zeros(n)
+        self._core = ffi.new(
+            "plausible_course *", {"n": n, "window": window, "limit": CONTRADICTED_TICKS, "dt": dt}
+        )
+        bind(
+            lib,
+            self._core,
+            position=position.value,
+            velocity=velocity.value,
+            position_age=position.age,
+            velocity_age=velocity.age,
+            tolerance=np.array(tolerance, float),
+            errors=np.zeros((window, n)),
+            places=np.zeros((window, n)),
+            head=np.zeros(1, np.intc),
+            error=np.zeros(n),
+            last_position=np.zeros(n),
+            last_velocity=np.zeros(n),
+            gap=np.full(n, lib.PLAUSIBILITY_NEVER, np.int32),
+            apart=np.zeros(n, np.int32),
+            wrong=self.wrong,
+            speed=self.speed,
+        )
+
+    def fine(self, elapsed: int) -> bool:
+        """Take a tick, so many ticks after the last one; whether no axis contradicts itself."""
+        return int(lib.plausible_travel(self._core, elapsed)) == 0
 
 
 class Pairs:
@@ -148,6 +209,7 @@ class Pairs:
         load: Array,
         compliance: Sequence[float],
         tolerance: Sequence[float],
+        frozen: tuple[Sequence[float], Sequence[float]] | None = None,
     ) -> None:
         """Bind to the arrays of others that are read where they are, (n,) each.
 
@@ -157,17 +219,26 @@ class Pairs:
             load: measured torques in the springs.
             compliance: of the springs, 0 where nothing yields.
             tolerance: largest difference that is no contradiction.
+            frozen: changes of the torque that are none, and of the difference that do not come without;
+                None where the torque does not act on it.
         """
-        self.mismatched = np.zeros(motor.size, np.bool_)
-        self._keep = _doubles(motor, link, load, compliance, tolerance)
-        names = ("motor", "link", "load", "compliance", "tolerance")
-        self._core = ffi.new(
-            "plausible_pairs *",
-            {
-                "n": motor.size,
-                **dict(zip(names, self._keep, strict=True)),
-                "mismatched": ffi.from_buffer("uint8_t[]", self.mismatched),
-            },
+        n = motor.size
+        self.mismatched = np.zeros(n, np.bool_)
+        quantum, reach = frozen or ([np.inf] * n, [np.inf] * n)
+        self._core = ffi.new("plausible_pairs *", {"n": n})
+        bind(
+            lib,
+            self._core,
+            motor=motor,
+            link=link,
+            load=load,
+            compliance=np.array(compliance, float),
+            tolerance=np.array(tolerance, float),
+            quantum=np.array(quantum, float),
+            reach=np.array(reach, float),
+            load_stood=np.full(n, np.nan),
+            deflection_stood=np.zeros(n),
+            mismatched=self.mismatched,
         )
 
     def fine(self) -> bool:
@@ -182,11 +253,13 @@ class Axes:
     Attributes:
         values: of the group, rates first; each has one value an axis.
         motions: its encoders.
+        courses: of them; the last tells how fast the axes are.
         pairs: of them.
     """
 
     values: Sequence[Values]
     motions: Sequence[Motion]
+    courses: Sequence[Course]
     pairs: Sequence[Pairs] = ()
 
 
@@ -197,6 +270,7 @@ class Findings:
     rejected: list[bool] = field(default_factory=list)
     mismatched: list[bool] = field(default_factory=list)
     frozen: list[bool] = field(default_factory=list)
+    contradicted: list[bool] = field(default_factory=list)
     stale: list[bool] = field(default_factory=list)
 
 
@@ -211,7 +285,12 @@ class Plausibility:
         """The groups of axes, and what else is measured."""
         self._groups, self._sensors = groups, sensors
         none = [False] * sum(group.values[0].age.size for group in groups)
-        self._calm = self.findings = Findings(none, none, none, none)
+        self._calm = self.findings = Findings(none, none, none, none, none)
+
+    @property
+    def speed(self) -> list[float]:
+        """Speed of each axis by the encoder nearest to the person: the larger of two, see ``Course``."""
+        return [v for group in self._groups for v in group.courses[-1].speed.tolist()]
 
     def accept(self, elapsed: int, free: bool) -> None:
         """Take a tick, before anything else reads its measurements.
@@ -228,6 +307,8 @@ class Plausibility:
                 fine &= values.accept(elapsed)
             for motion in group.motions:
                 fine &= motion.fine(free)
+            for course in group.courses:
+                fine &= course.fine(elapsed)
             for pair in group.pairs:
                 fine &= pair.fine()
         self.findings = self._calm if fine else self._find()
@@ -238,6 +319,7 @@ class Plausibility:
             found.rejected += _any([values.rejected for values in group.values])
             found.stale += _any([values.age > FRESH_TICKS for values in group.values])
             found.frozen += _any([motion.frozen for motion in group.motions])
+            found.contradicted += _any([course.wrong for course in group.courses])
             nothing = [np.zeros(group.values[0].age.size, np.bool_)]
             found.mismatched += _any([pair.mismatched for pair in group.pairs] or nothing)
         return found
@@ -245,8 +327,3 @@ class Plausibility:
 
 def _any(marks: Sequence[NDArray[np.bool_]]) -> list[bool]:
     return [bool(mark) for mark in np.logical_or.reduce(marks)]
-
-
-def _doubles(*arrays: Array | Sequence[float]) -> list[object]:
-    """Where C finds them; a sequence is copied, an array shared."""
-    return [ffi.from_buffer("double[]", np.ascontiguousarray(array, float)) for array in arrays]

@@ -1,79 +1,52 @@
-"""Dynamics of a series-elastic arm on a base whose motion is prescribed."""
+"""Dynamics of arms on a base whose motion is prescribed."""
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 
 import numpy as np
 import pinocchio as pin
 
+from ..binding import bind
 from ..models import Array, Robot
 from ._plant import ffi, lib
+from .rigid import braked_speed
 
 
-class SeriesElasticArm:
-    """Rotor, spring and link of every joint; viscous friction; a wrench on one frame.
+class HeldArm(ABC):
+    """An arm of which a frame is held: viscous friction of the model, and a wrench on that frame.
 
     The base only translates, so its acceleration is subtracted from gravity and nothing else changes.
     Integration is symplectic Euler with ``substeps`` steps a period.
 
     Attributes:
-        q, qd, qdd: link side, (n,) [rad, s].
+        q, qd, qdd: link side, (n,) [rad or m, s].
         motor, motor_rate: rotor side, in joint units, (n,).
-        spring: torque in the springs, (n,) [N m].
+        spring: torque that a sensor between rotor and link measures, (n,) [N m or N].
         position, rotation, twist, acceleration: of the frame in B without the base's motion, (3,), (3, 3),
             (6,), (6,).
     """
 
-    def __init__(
-        self,
-        robot: Robot,
-        frame: str,
-        rotor: Array,
-        stiffness: Array,
-        damping: Array,
-        brake: Array,
-        substeps: int,
-    ) -> None:
-        """Rotor inertia [kg m^2], spring [N m/rad], [N m s/rad], holding torque of the brakes [N m], (n,)."""
+    motor: Array
+    motor_rate: Array
+
+    def __init__(self, robot: Robot, frame: str, substeps: int) -> None:
+        """The frame by its name."""
         n = robot.nv
         self._robot = robot
         self._frame = robot.frame(frame)
         self._joint = robot.model.frames[self._frame].parentJoint
-        self._rotor, self._stiffness, self._substeps = rotor, stiffness, substeps
+        self._substeps = substeps
         self._gravity = robot.model.gravity.linear.copy()
         self._forces = pin.StdVec_Force()
         for _ in range(robot.model.njoints):
             self._forces.append(pin.Force.Zero())
         self._local = robot.model.frames[self._frame].placement
         self.q, self.qd, self.qdd = np.zeros(n), np.zeros(n), np.zeros(n)
-        self.motor, self.motor_rate, self.spring = np.zeros(n), np.zeros(n), np.zeros(n)
+        self.spring = np.zeros(n)
         self.position, self.rotation = np.zeros(3), np.eye(3)
         self.twist, self.acceleration = np.zeros(6), np.zeros(6)
-        self._torque, self._load, self._braked = np.zeros(n), np.zeros(n), np.zeros(n, np.uint8)
-        arrays = {
-            **{
-                "stiffness": stiffness,
-                "damping": damping,
-                "rotor": rotor,
-                "friction": robot.damping,
-                "brake": brake,
-            },
-            **{"torque": self._torque, "qdd": self.qdd, "q": self.q, "qd": self.qd, "motor": self.motor},
-            **{"motor_rate": self.motor_rate, "spring": self.spring, "load": self._load},
-        }
-        self._buffers = {name: ffi.from_buffer("double[]", array) for name, array in arrays.items()}
-        self._buffers["braked"] = ffi.from_buffer("unsigned char[]", self._braked)
-        self._core = ffi.new("elastic *", {"n": n, **self._buffers})
-
-    def reset(self, q: Array) -> None:
-        """Rest at q with the springs loaded by gravity."""
-        self.q[:], self.qd[:], self.qdd[:] = q, 0.0, 0.0
-        robot = self._robot
-        gravity = pin.computeGeneralizedGravity(robot.model, robot.data, robot.configuration(self.q))
-        self.spring[:] = gravity
-        self.motor[:], self.motor_rate[:] = q + gravity / self._stiffness, 0.0
-        self._observe()
 
     def step(
         self, torque: Array, braked: Sequence[bool], wrench: Array, base_acceleration: Array, dt: float
@@ -81,35 +54,33 @@ class SeriesElasticArm:
         """Advance by dt under constant inputs.
 
         Args:
-            torque: of the motors, (n,) [N m].
+            torque: of the motors, (n,) [N m or N].
             braked: which rotors the brakes hold, (n,).
             wrench: on the frame in B, (6,) [N, N m].
             base_acceleration: (3,) [m/s^2].
             dt: period [s].
         """
-        robot, h = self._robot, dt / self._substeps
-        model, data = robot.model, robot.data
-        model.gravity.linear = self._gravity - base_acceleration
+        self._robot.model.gravity.linear = self._gravity - base_acceleration
         self._apply(wrench)
-        self._torque[:], self._braked[:] = torque, braked
-        for _ in range(self._substeps):
-            lib.elastic_torques(self._core)
-            self.qdd[:] = pin.aba(model, data, robot.configuration(self.q), self.qd, self._load, self._forces)
-            lib.elastic_advance(self._core, h)
+        self._move(torque, braked, dt / self._substeps)
         self._observe()
 
-    def energy(self) -> float:
-        """Kinetic and potential energy of links, rotors and springs [J]."""
+    @abstractmethod
+    def _move(self, torque: Array, braked: Sequence[bool], h: float) -> None:
+        """All substeps of a period, each of h [s]."""
+
+    @abstractmethod
+    def kinetic_energy(self) -> float:
+        """Kinetic energy of links and rotors [J]."""
+
+    @abstractmethod
+    def spring_energy(self) -> float:
+        """In what yields between them [J]."""
+
+    def potential_energy(self) -> float:
+        """Potential energy of the links in the field of gravity [J]."""
         robot = self._robot
-        model, data = robot.model, robot.data
-        q = robot.configuration(self.q)
-        spring = self.motor - self.q
-        return float(
-            pin.computeKineticEnergy(model, data, q, self.qd)
-            + pin.computePotentialEnergy(model, data, q)
-            + 0.5 * self._rotor.dot(self.motor_rate**2)
-            + 0.5 * self._stiffness.dot(spring**2)
-        )
+        return float(pin.computePotentialEnergy(robot.model, robot.data, robot.configuration(self.q)))
 
     def _apply(self, wrench: Array) -> None:
         """Wrench at the frame's origin in B, as pinocchio wants it: at the joint, in its axes."""
@@ -126,6 +97,130 @@ class SeriesElasticArm:
         self.position, self.rotation = pose.translation.copy(), pose.rotation.copy()
         self.twist = pin.getFrameVelocity(model, data, self._frame, world).vector.copy()
         self.acceleration = pin.getFrameClassicalAcceleration(model, data, self._frame, world).vector.copy()
+
+
+class SeriesElasticArm(HeldArm):
+    """Rotor, spring and link of every joint."""
+
+    def __init__(
+        self,
+        robot: Robot,
+        frame: str,
+        rotor: Array,
+        stiffness: Array,
+        damping: Array,
+        brake: Array,
+        substeps: int,
+    ) -> None:
+        """Rotor inertia [kg m^2], spring [N m/rad], [N m s/rad], holding torque of the brakes [N m], (n,)."""
+        super().__init__(robot, frame, substeps)
+        n = robot.nv
+        self._rotor, self._stiffness = rotor, stiffness
+        self.motor, self.motor_rate = np.zeros(n), np.zeros(n)
+        self._torque, self._load, self._braked = np.zeros(n), np.zeros(n), np.zeros(n, np.uint8)
+        self._core = ffi.new("elastic *", {"n": n})
+        bind(
+            lib,
+            self._core,
+            stiffness=stiffness,
+            damping=damping,
+            rotor=rotor,
+            friction=robot.damping,
+            brake=brake,
+            torque=self._torque,
+            braked=self._braked,
+            qdd=self.qdd,
+            q=self.q,
+            qd=self.qd,
+            motor=self.motor,
+            motor_rate=self.motor_rate,
+            spring=self.spring,
+            load=self._load,
+        )
+
+    def reset(self, q: Array) -> None:
+        """Rest at q with the springs loaded by gravity."""
+        self.q[:], self.qd[:], self.qdd[:] = q, 0.0, 0.0
+        robot = self._robot
+        gravity = pin.computeGeneralizedGravity(robot.model, robot.data, robot.configuration(self.q))
+        self.spring[:] = gravity
+        self.motor[:], self.motor_rate[:] = q + gravity / self._stiffness, 0.0
+        self._observe()
+
+    def _move(self, torque: Array, braked: Sequence[bool], h: float) -> None:
+        robot = self._robot
+        model, data = robot.model, robot.data
+        self._torque[:], self._braked[:] = torque, braked
+        for _ in range(self._substeps):
+            lib.elastic_torques(self._core)
+            self.qdd[:] = pin.aba(model, data, robot.configuration(self.q), self.qd, self._load, self._forces)
+            lib.elastic_advance(self._core, h)
+
+    def energy(self) -> float:
+        """Kinetic and potential energy of links, rotors and springs [J]."""
+        return self.kinetic_energy() + self.potential_energy() + self.spring_energy()
+
+    def kinetic_energy(self) -> float:
+        """See ``HeldArm``."""
+        robot = self._robot
+        links = pin.computeKineticEnergy(robot.model, robot.data, robot.configuration(self.q), self.qd)
+        return float(links) + self.rotor_energy()
+
+    def rotor_energy(self) -> float:
+        """Kinetic energy of the rotors [J]."""
+        return float(0.5 * self._rotor.dot(self.motor_rate**2))
+
+    def spring_energy(self) -> float:
+        """See ``HeldArm``."""
+        return float(0.5 * self._stiffness.dot((self.motor - self.q) ** 2))
+
+
+class DirectArm(HeldArm):
+    """Joints in which nothing yields: rotor and link move as one. A closed brake holds with its torque."""
+
+    def __init__(self, robot: Robot, frame: str, rotor: Array, brake: Array, substeps: int) -> None:
+        """Rotor inertia [kg m^2 or kg], holding torque of the brakes [N m or N], (n,)."""
+        own = Robot(robot.model.copy())
+        own.damping = robot.damping
+        super().__init__(own, frame, substeps)
+        self._robot.model.armature = rotor
+        self._rotor, self._brake = rotor, brake
+        self.motor, self.motor_rate = self.q, self.qd
+
+    def reset(self, q: Array) -> None:
+        """Rest at q under gravity, which the brakes hold."""
+        self.q[:], self.qd[:], self.qdd[:] = q, 0.0, 0.0
+        robot = self._robot
+        self.spring[:] = pin.computeGeneralizedGravity(robot.model, robot.data, robot.configuration(self.q))
+        self._observe()
+
+    def _move(self, torque: Array, braked: Sequence[bool], h: float) -> None:
+        robot = self._robot
+        model, data = robot.model, robot.data
+        for _ in range(self._substeps):
+            load = torque - robot.damping * self.qd
+            q = robot.configuration(self.q)
+            qd = self.qd + h * pin.aba(model, data, q, self.qd, load, self._forces)
+            if any(braked):
+                qd = braked_speed(self._inertia(q), qd, braked, h * self._brake)
+            self.qdd[:] = (qd - self.qd) / h
+            self.qd[:] = qd
+            self.q += h * qd
+        moving = pin.rnea(model, data, robot.configuration(self.q), self.qd, self.qdd, self._forces)
+        self.spring[:] = moving + robot.damping * self.qd - self._rotor * self.qdd
+
+    def _inertia(self, q: Array) -> Array:
+        upper = np.triu(pin.crba(self._robot.model, self._robot.data, q))
+        M: Array = upper + np.triu(upper, 1).T
+        return M
+
+    def kinetic_energy(self) -> float:
+        """See ``HeldArm``."""
+        return float(0.5 * self.qd @ self._inertia(self._robot.configuration(self.q)) @ self.qd)
+
+    def spring_energy(self) -> float:
+        """Nothing yields."""
+        return 0.0
 
 
 class VelocityAxes:

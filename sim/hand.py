@@ -7,7 +7,7 @@ person pushes.
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from math import cos, hypot, sin
 from typing import Protocol
@@ -91,20 +91,22 @@ def _pushed(
     place[:] = [h + x for h, x in zip(handle, _saturated(lead, reach), strict=True)]
 
 
+Orientation = Callable[[Sequence[float], Sequence[float]], tuple[Array, tuple[float, ...]]]
+"""What three angles and their rates mean: a rotation matrix in B, and the angular velocity."""
+
+
 class Hand:
     """Wrench on the handle while it grips.
 
-    The path's coordinates are position [m] and orientation (yaw, tilt, roll) [rad]: the handle's axis points
-    down at tilt 0, is tilted towards the direction opposite to yaw, and roll turns about it. Each may turn
-    through any angle.
+    The path's coordinates are position [m] and orientation, three angles [rad] of which each may be any.
     """
 
-    def __init__(self, path: Path, grip: Grip) -> None:
-        self._path, self._grip = path, grip
+    def __init__(self, path: Path, grip: Grip, orientation: Orientation) -> None:
+        self._path, self._grip, self._orientation = path, grip, orientation
         self.gripping = True
         self.wrench = np.zeros(6)
         first = path.at(0.0)[0]
-        self._handle, self._rotation = list(first[:3]), _orientation(first[3:], [0.0] * 3)[0]
+        self._handle, self._rotation = list(first[:3]), orientation(first[3:], [0.0] * 3)[0]
         self._own: tuple[list[float], Array] | None = None
 
     def take(self) -> None:
@@ -138,7 +140,7 @@ class Hand:
             place, rotation = self._own
             return place, STILL, rotation, STILL
         value, rate = self._path.at(t)
-        return value, rate, *_orientation(value[3:], rate[3:])
+        return value, rate, *self._orientation(value[3:], rate[3:])
 
 
 class Course(Protocol):
@@ -185,8 +187,12 @@ def _saturated(vector: list[float], most: float) -> list[float]:
     return vector if size <= most else [x * most / size for x in vector]
 
 
-def _orientation(angles: Sequence[float], rates: Sequence[float]) -> tuple[Array, tuple[float, float, float]]:
-    """R = Rz(yaw) Ry(pi + tilt) Rz(roll), whose z axis points down at tilt 0, and its angular velocity."""
+def hanging(angles: Sequence[float], rates: Sequence[float]) -> tuple[Array, tuple[float, ...]]:
+    """R = Rz(yaw) Ry(pi + tilt) Rz(roll), and its angular velocity; see ``Orientation``.
+
+    The handle's axis points down at tilt 0, is tilted towards the direction opposite to yaw, and roll turns
+    about it.
+    """
     yaw, tilt, roll = angles
     cy, sy, ct, st, cr, sr = cos(yaw), sin(yaw), -cos(tilt), -sin(tilt), cos(roll), sin(roll)
     axis = (cy * st, sy * st, ct)
@@ -200,3 +206,15 @@ def _orientation(angles: Sequence[float], rates: Sequence[float]) -> tuple[Array
     d_yaw, d_tilt, d_roll = rates
     omega = (d_roll * axis[0] - sy * d_tilt, d_roll * axis[1] + cy * d_tilt, d_roll * axis[2] + d_yaw)
     return rotation, omega
+
+
+def turned(first: Array) -> Orientation:
+    """Orientations as rotation vectors in B from a first one (3, 3)."""
+
+    def orientation(angles: Sequence[float], rates: Sequence[float]) -> tuple[Array, tuple[float, ...]]:
+        vector = np.array(angles)
+        # d exp(v) / dt = (J v') x exp(v), with the right Jacobian at -v
+        omega = pin.Jexp3(-vector) @ np.array(rates)
+        return pin.exp3(vector) @ first, tuple(omega.tolist())
+
+    return orientation

@@ -55,7 +55,7 @@ class SimNode:
     """What all simulated devices have: NMT, heartbeat, SDO server, SYNC, AL state, output watchdog.
 
     The attributes named like the input fields of the device are what it reports, those named like its
-    output fields are what it was told; a subclass defines them. Values are SI.
+    output fields are what it was told, in SI units. They begin as 0 where a subclass does not say otherwise.
 
     Attributes:
         device: what it simulates.
@@ -70,6 +70,7 @@ class SimNode:
         self.silent = False
         self.tamper: Tamper | None = None
         self._outbox = outbox
+        self._begin()
         self.objects = Objects(device, self.emit, self._configure, self._now)
         dictionary = device.dictionary
         self._tpdo = struct.Struct("<" + "".join(m.code for m in dictionary.tpdo))
@@ -177,6 +178,15 @@ class SimNode:
     def watchdog_acknowledged(self) -> None:
         """Called when the master has acknowledged that; for subclasses."""
         self.emergency(0, 0)
+
+    def _begin(self) -> None:
+        """Every field that the kind of device describes, and its subclass does not define."""
+        for fields in (self.device.inputs().values(), self.device.outputs().values()):
+            names = [field.field for field in fields]
+            for field in fields:
+                if not hasattr(type(self), field.field) and field.field not in vars(self):
+                    zero, count = (0.0 if isinstance(field, Quantity) else 0), names.count(field.field)
+                    setattr(self, field.field, zero if count == 1 else (zero,) * count)
 
     def _leave_operational(self, state: NmtState) -> None:
         self.nmt_state = state

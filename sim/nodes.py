@@ -7,6 +7,7 @@ from collections import deque
 from collections.abc import Callable, Mapping
 from typing import Any, Final, TypeVar
 
+from ..configs import plugins
 from ..devices.cia301 import (
     MAX_NODE,
     MAX_OUTPUT_FRAME,
@@ -17,30 +18,35 @@ from ..devices.cia301 import (
     NmtState,
 )
 from ..devices.device import Device
-from ..devices.drive import AxisDrive, JointDrive
-from ..devices.force_torque import ForceTorque
+from ..devices.errors import NetworkError
 from ..devices.frames import CAPACITY, Frames
-from ..devices.imu import Imu
 from ..devices.network import HEADER, Network
-from ..devices.safety_plc import SafetyPlc
-from .drives import SimAxisDrive, SimDrive, SimJointDrive
+from .drive import SimDrive
 from .node import SimNode
-from .plc import SimSafetyPlc
-from .sensors import SimForceTorque, SimImu
+from .safety_plc import SimSafetyPlc
 
 Kind = Callable[[Any, deque[tuple[int, bytes]]], SimNode]
 N = TypeVar("N", bound=SimNode)
 
-KINDS: Final[Mapping[type[Device], Kind]] = {
-    JointDrive: SimJointDrive,
-    AxisDrive: SimAxisDrive,
-    ForceTorque: SimForceTorque,
-    Imu: SimImu,
-    SafetyPlc: SimSafetyPlc,
-}
 _HEADER: Final = struct.Struct("<HB")
 _VALID: Final = 0x01
 _NANOSECONDS: Final = 1e9
+
+
+def simulation(device: Device) -> Kind:
+    """What simulates a device: what its own package, or another that is installed, names for its kind.
+
+    Raises:
+        NetworkError: nothing does.
+        PluginError: what does cannot be loaded.
+    """
+    tag = str(type(device).__struct_config__.tag)
+    try:
+        found: Kind = plugins.plugin(plugins.SIMULATED_DEVICES, tag)
+    except KeyError:
+        problem = f"nothing simulates the type '{tag}'; name it under [{plugins.SIMULATED_DEVICES}]"
+        raise NetworkError(device.name, problem) from None
+    return found
 
 
 class SimNodes:
@@ -55,11 +61,13 @@ class SimNodes:
 
         Args:
             network: the devices.
-            kinds: what simulates devices of types of your own.
+            kinds: what simulates devices whose kind is not installed, or is to be simulated otherwise.
         """
-        known = {**KINDS, **(kinds or {})}
+        own = kinds or {}
         self._outbox: deque[tuple[int, bytes]] = deque(maxlen=CAPACITY)
-        self.nodes = tuple(known[type(device)](device, self._outbox) for device in network.devices)
+        self.nodes = tuple(
+            (own.get(type(device)) or simulation(device))(device, self._outbox) for device in network.devices
+        )
         self._by_name = {node.device.name: node for node in self.nodes}
         self._by_node = {node.device.node: node for node in self.nodes}
         self._frames: dict[int, bytes] = {}

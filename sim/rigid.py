@@ -10,6 +10,24 @@ import pinocchio as pin
 from ..models import Array, Robot
 
 
+def braked_speed(M: Array, qd: Array, braked: Sequence[bool], most: Array) -> Array:
+    """Speeds (n,) after closed brakes have acted, each by the impulse that would stop its axis.
+
+    Args:
+        M: inertia, (n, n).
+        qd: speeds before, (n,).
+        braked: which brakes are closed, (n,).
+        most: largest impulses, (n,) [N m s].
+    """
+    if not any(braked):
+        return qd
+    held = np.flatnonzero(braked)
+    response = np.linalg.inv(M)[:, held]
+    impulse = np.linalg.solve(response[held], -qd[held])
+    stopped: Array = qd + response @ np.clip(impulse, -most[held], most[held])
+    return stopped
+
+
 class RigidArm:
     """Rigid links in motor coordinates q, joint angles r = T q; viscous friction and brakes at the motors.
 
@@ -49,13 +67,7 @@ class RigidArm:
         """
         driven = torque - self._friction * self.qd - self._bias + self._J.T @ np.asarray(force)
         self.qdd = np.linalg.solve(self._M, driven)
-        qd = self.qd + h * self.qdd
-        if any(braked):
-            held = np.flatnonzero(braked)
-            response = np.linalg.inv(self._M)[:, held]
-            impulse = np.linalg.solve(response[held], -qd[held])
-            most = h * self._brake[held]
-            qd = qd + response @ np.clip(impulse, -most, most)
+        qd = braked_speed(self._M, self.qd + h * self.qdd, braked, h * self._brake)
         self.qd[:] = qd
         self.q += h * qd
         self._observe()

@@ -3,22 +3,71 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
 
 import pytest
+from hapticd.devices.axis_drive import AxisDrive
 from hapticd.devices.bringup import Bringup, BringupState, Deadlines
 from hapticd.devices.cia402 import PowerStage, State
 from hapticd.devices.device import Device
-from hapticd.devices.drive import AxisDrive, JointDrive
 from hapticd.devices.force_torque import ForceTorque
 from hapticd.devices.frames import Frames
 from hapticd.devices.image import COUNTERS, ProcessImage
 from hapticd.devices.imu import Imu
+from hapticd.devices.joint_drive import JointDrive
 from hapticd.devices.network import Network
 from hapticd.devices.safety_plc import SafetyPlc
 from hapticd.sim.nodes import SimNodes
 
 PERIOD = 1e-3
 Step = Callable[[], object]
+
+
+TESTS = Path(__file__).parent
+LIVE = (
+    TESTS.parent / "testing/conformance/live.py",
+    TESTS / "bench/test_jitter.py",
+    TESTS / "runtime/test_daemon.py",
+    TESTS / "runtime/test_full_disk.py",
+    TESTS / "runtime/test_loop.py",
+    TESTS / "runtime/test_notify.py",
+    TESTS / "runtime/test_plant_process.py",
+    TESTS / "runtime/test_realtime.py",
+    TESTS / "runtime/test_slack.py",
+    TESTS / "runtime/test_starvation.py",
+    TESTS / "runtime/test_terminal.py",
+    TESTS / "runtime/test_two_processes.py",
+    TESTS / "test_example.py",
+)
+"""Files of tests that depend on wall time: they would take each other's processors."""
+assert all(path.exists() for path in LIVE)
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Mark what depends on wall time."""
+    for item in items:
+        if item.path in LIVE:
+            item.add_marker(pytest.mark.live)
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
+    """What one process runs, where several of them run the tests.
+
+    Tests of one file stay together, for they share what they prepare; those that depend on wall time stay
+    together, too, and run one by one.
+    """
+    from xdist.scheduler import LoadScopeScheduling
+
+    live = {path.relative_to(config.rootpath).as_posix() for path in LIVE}
+
+    class ByFile(LoadScopeScheduling):
+        def _split_scope(self, nodeid: str) -> str:
+            file = nodeid.partition("::")[0]
+            return "live" if file in live else file
+
+    return ByFile(config, log)
 
 
 def giant_devices() -> list[Device]:

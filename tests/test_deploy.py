@@ -9,13 +9,13 @@ from configparser import ConfigParser
 from pathlib import Path
 
 import pytest
-from hapticd.runtime.children import CHILD_LIMIT_S
-from hapticd.runtime.daemon import FROZEN_S
 from hapticd.runtime.doctor import cpu, kernel
-from hapticd.runtime.doctor.host import Host
 from hapticd.runtime.doctor.line import State
-from hapticd.runtime.outcome import END_LIMIT_S
-from hapticd.runtime.realtime import DAEMON_PRIORITY
+from hapticd.runtime.live.children import CHILD_LIMIT_S
+from hapticd.runtime.live.outcome import END_LIMIT_S
+from hapticd.runtime.live.plant_link import FROZEN_S
+from hapticd.runtime.timing.host import Host
+from hapticd.runtime.timing.realtime import DAEMON_PRIORITY
 
 DEPLOY = Path(__file__).parent.parent / "deploy"
 UNITS = ("hapticd@.service", "hapticd@.socket", "hapticd-host.service")

@@ -5,12 +5,13 @@ import subprocess
 import sys
 import tomllib
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 ROOT = Path(__file__).parent.parent
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())
-NOT_PACKAGES = {"tests", "docs", "csrc", "build"}
+NOT_PACKAGES = {"tests", "docs", "csrc", "build", "examples"}
 
 
 def folders() -> set[str]:
@@ -23,12 +24,65 @@ def folders() -> set[str]:
     return found
 
 
-def test_every_folder_is_installed_under_its_name() -> None:
-    tool = PROJECT["tool"]["setuptools"]
-    assert set(tool["packages"]) == folders()
-    assert tool["package-dir"] == {
-        name: name.removeprefix("hapticd.").replace(".", "/") for name in folders()
-    }
+def test_every_folder_is_installed_under_its_name_by_one_of_two_distributions(tmp_path: Path) -> None:
+    tools = [PROJECT["tool"]["setuptools"], staged(tmp_path)["tool"]["setuptools"]]
+    assert sorted(name for tool in tools for name in tool["packages"]) == sorted(folders())
+    for tool in tools:
+        assert tool["package-dir"] == {
+            name: name.removeprefix("hapticd.").replace(".", "/") for name in tool["packages"]
+        }
+
+
+def staged(tree: Path, *options: str) -> dict[str, Any]:
+    """Stage the tree of hapticd-hqp; its pyproject.toml."""
+    command = [sys.executable, ROOT / "csrc" / "stage_hqp.py", *options, tree]
+    subprocess.run(command, check=True, timeout=60)
+    return tomllib.loads((tree / "pyproject.toml").read_text())
+
+
+def test_the_solver_is_a_distribution_that_hapticd_of_the_same_version_depends_on(tmp_path: Path) -> None:
+    project = staged(tmp_path)["project"]
+    assert f"{project['name']}=={project['version']}" in PROJECT["project"]["dependencies"]
+    assert project["version"] == PROJECT["project"]["version"]
+    assert {dependency.partition(">")[0] for dependency in project["dependencies"]} == {"cffi", "numpy"}
+
+
+def test_the_solvers_tree_has_all_it_needs_and_is_small(tmp_path: Path) -> None:
+    """Its extension module is built, and used without anything else of this checkout."""
+    staged(tmp_path)
+    size = sum(path.stat().st_size for path in tmp_path.rglob("*") if path.is_file())
+    assert size < 2**20
+    (tmp_path / "site").mkdir()
+    (tmp_path / "site" / "hapticd").symlink_to(tmp_path)
+    script = """
+import runpy, sys
+sys.path.insert(0, "site")
+runpy.run_path("csrc/build.py")["hqp"]().compile(tmpdir=".")
+import shutil, glob
+shutil.move(glob.glob("hapticd/hqp/_hqp*.so")[0], "hqp")
+"""
+    subprocess.run([sys.executable, "-I", "-c", script], cwd=tmp_path, check=True, timeout=300)
+    use = """
+import sys
+sys.path.insert(0, "site")
+sys.modules["scipy"] = None
+from hapticd import hqp
+print(hqp.__file__, hqp.solve_qp([[2.0]], [-2.0], ub=[0.5]).x[0])
+import hapticd.hqp.certificate, hapticd.hqp.generate, hapticd.hqp.multipliers
+"""
+    done = subprocess.run(
+        [sys.executable, "-I", "-c", use], cwd=tmp_path, capture_output=True, text=True, timeout=60
+    )
+    assert done.stdout.split() == [str(tmp_path / "site/hapticd/hqp/__init__.py"), "0.5"], done.stderr
+
+
+def test_a_linked_tree_follows_the_checkout_and_staging_again_leaves_it_whole(tmp_path: Path) -> None:
+    for _ in range(2):
+        staged(tmp_path / "tree", "--link")
+        assert (tmp_path / "tree" / "hqp").resolve() == ROOT / "hqp"
+    staged(tmp_path / "tree")
+    assert not (tmp_path / "tree" / "hqp").is_symlink()
+    assert (ROOT / "hqp" / "solver.py").exists()
 
 
 def test_every_package_is_typed() -> None:

@@ -9,8 +9,8 @@ import can
 from ...devices.errors import AdapterError
 from ...devices.python_can import install_command, missing_packages, prepare
 from ...devices.socket_adapter import CANFD_MTU, up_command
-from ..bus import proposed_rates, rate, restart_command, slowness, told_rate, whole, wrong_rates
-from ..sections import PythonCanBus, SocketCanBus
+from ..configuration.bus import proposed_rates, rate, restart_command, slowness, told_rate, whole, wrong_rates
+from ..core.sections import PythonCanBus, SocketCanBus
 from .line import Line, State
 
 WHY = "The daemon's frames need CAN FD; a bus that is down, passive or wrongly timed loses them."

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from ..cpu_list import format_cpus
-from .host import Host
+from ..timing.cpu_list import format_cpus
+from ..timing.host import Host
 from .line import Line, State
 
 CPUS = "/sys/devices/system/cpu"

@@ -5,10 +5,10 @@ from __future__ import annotations
 import platform
 import shlex
 
-from ..cpu_list import format_cpus
 from ..invocation import script_path
-from ..realtime import DAEMON_PRIORITY, TIMER_PRIORITY
-from .host import Host
+from ..timing.cpu_list import format_cpus
+from ..timing.host import Host
+from ..timing.realtime import DAEMON_PRIORITY, TIMER_PRIORITY
 from .line import Line, State
 
 RT_KERNEL = {"x86_64": "linux-image-rt-amd64", "aarch64": "linux-image-rt-arm64"}

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import re
 
-from ..realtime import DAEMON_PRIORITY
-from .host import Host
+from ..timing.host import Host
+from ..timing.realtime import DAEMON_PRIORITY
 from .line import Line, State
 
 CAP_IPC_LOCK, CAP_SYS_NICE = 14, 23

@@ -8,10 +8,10 @@ from collections.abc import Callable
 
 import msgspec
 
-from ..sections import Config, SimulatedBus
+from ..core.sections import Config, SimulatedBus
+from ..timing.host import Host
 from . import cpu, kernel, permissions
 from .can import can_lines
-from .host import Host
 from .libraries import library_lines
 from .line import Line, State
 

@@ -10,9 +10,9 @@ import pytest
 from hapticd.bench import jitter, tick
 from hapticd.bench.jitter import Round
 from hapticd.bench.recorded import BenchError
-from hapticd.runtime import config
-from hapticd.runtime.cli import main
-from hapticd.runtime.stages import Stage
+from hapticd.runtime.command_line.cli import main
+from hapticd.runtime.configuration import config
+from hapticd.runtime.core.stages import Stage
 
 FIGURES = {"p50_us", "p99_us", "p999_us", "max_us", "missed"}
 

@@ -268,7 +268,7 @@ def test_a_singular_manipulator_is_reported() -> None:
 def test_inputs_of_the_wrong_shape_are_refused() -> None:
     inputs = random_inputs(6, 5)
     inputs["J_a"] = np.zeros((6, 5))
-    with pytest.raises(ValueError, match=r"J_a must be .* \(6, 6\), not \(6, 5\)"):
+    with pytest.raises(ValueError, match=r"J_a has shape \(6, 5\); expected .* shape \(6, 6\)"):
         make(inputs, 6)
     with pytest.raises(ValueError, match="not below"):
         Limits(np.ones(2), np.ones(2), np.ones(2), np.ones(2))

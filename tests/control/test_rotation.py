@@ -3,18 +3,19 @@
 import numpy as np
 import pinocchio as pin
 import pytest
-from hapticd.control._kernels import ffi, lib
+from hapticd.binding import pointer
+from hapticd.control._kernels import lib
 
 
 def log(R: np.ndarray) -> np.ndarray:
     out, R = np.zeros(3), np.ascontiguousarray(R)
-    lib.rotation_log(ffi.from_buffer("double[]", R), ffi.from_buffer("double[]", out))
+    lib.rotation_log(pointer(R, "const double", 3, 3), pointer(out, "double", 3))
     return out
 
 
 def exp(vector: np.ndarray) -> np.ndarray:
     R = np.zeros((3, 3))
-    lib.rotation_exp(ffi.from_buffer("double[]", vector), ffi.from_buffer("double[]", R))
+    lib.rotation_exp(pointer(vector, "const double", 3), pointer(R, "double", 3, 3))
     return R
 
 
@@ -43,7 +44,7 @@ def test_a_half_turn_about_any_axis_has_a_logarithm_of_length_pi() -> None:
 def test_a_free_body_moves_as_under_constant_acceleration() -> None:
     p, R, v = np.zeros(3), np.eye(3), np.array([1.0, 0.0, 0.0, 0.0, 0.0, 2.0])
     a = np.array([0.0, 2.0, 0.0, 0.0, 0.0, -1.0])
-    state = [ffi.from_buffer("double[]", x) for x in (p, R, v, a)]
+    state = [pointer(x, "double", *x.shape) for x in (p, R, v, a)]
     for _ in range(500):
         lib.rotation_advance_body(*state, 1e-3)
     np.testing.assert_allclose(p, [0.5, 0.25, 0.0], atol=1e-12)

@@ -1,7 +1,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import pytest
@@ -18,6 +17,7 @@ from hapticd.devices.errors import (
     TransferError,
 )
 from hapticd.sim.node import SimNode
+from msgspec.structs import replace
 
 if TYPE_CHECKING:
     from ..conftest import Rig

@@ -19,7 +19,7 @@ from hapticd.devices.errors import (
     TransitionError,
     UnheardError,
 )
-from hapticd.sim.drives import SimDrive
+from hapticd.sim.drive import SimDrive
 
 if TYPE_CHECKING:
     from ..conftest import Rig
@@ -413,3 +413,21 @@ def test_drives_may_give_torque_from_the_controlword_that_enables_the_first(read
     assert seen == [False, False, False, True]
     ready.walk(State.SWITCH_ON_DISABLED)
     assert not ready.power.enabling
+
+
+@pytest.mark.parametrize(("index", "name"), [(0, "joint1"), (3, "joint4"), (6, "ppu_x")])
+def test_a_dropped_drive_is_switched_off_alone_and_stays_off_until_the_next_request(
+    enabled: Rig, index: int, name: str
+) -> None:
+    dropped = enabled.nodes[name]
+    assert isinstance(dropped, SimDrive)
+    others = [node for node in enabled.nodes.of(SimDrive) if node is not dropped]
+    enabled.power.drop(index)
+    for _ in range(5):
+        enabled.tick(enabled.power.step, operational=True)
+    assert dropped.state is State.SWITCH_ON_DISABLED and dropped.brake
+    assert all(node.state is State.OPERATION_ENABLED for node in others)
+    assert enabled.power.live  # the others have power: the stage is not without torque
+    enabled.walk(State.SWITCH_ON_DISABLED)
+    enabled.walk(State.OPERATION_ENABLED)
+    assert dropped.state is State.OPERATION_ENABLED

@@ -1,17 +1,18 @@
 from __future__ import annotations
 
 import struct
-from dataclasses import replace
 from math import inf, nan, pi
 
 import numpy as np
 import pytest
+from hapticd.devices.axis_drive import AxisDrive
 from hapticd.devices.device import Device
-from hapticd.devices.drive import AxisDrive, JointDrive
 from hapticd.devices.errors import FrameError, NetworkError
 from hapticd.devices.frames import Frames
 from hapticd.devices.image import COUNTERS, Emergency, ProcessImage
+from hapticd.devices.joint_drive import JointDrive
 from hapticd.devices.network import Network
+from msgspec.structs import replace
 
 COUNTER = 0x1234
 

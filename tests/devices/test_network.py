@@ -1,15 +1,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
 
 import pytest
+from hapticd.devices.axis_drive import AxisDrive
 from hapticd.devices.cia301 import Address
 from hapticd.devices.device import Device, Field, Quantity, Word
-from hapticd.devices.drive import AxisDrive, JointDrive
 from hapticd.devices.errors import NetworkError
 from hapticd.devices.imu import Imu
+from hapticd.devices.joint_drive import JointDrive
 from hapticd.devices.network import Network, OutputFrame, Slot
+from msgspec.structs import replace
 
 
 def test_slots_follow_the_header_in_the_order_of_the_devices(devices: list[Device]) -> None:
@@ -84,8 +85,7 @@ def test_a_group_holds_devices_with_the_same_fields() -> None:
         Network([joint(1), Imu(name="imu", node=2, group="joints", acceleration=40.0)])
 
 
-@dataclass(frozen=True, kw_only=True)
-class Confused(AxisDrive):
+class Confused(AxisDrive, frozen=True, kw_only=True):
     def outputs(self) -> Mapping[Address, Field]:
         return {(0x6040, 0): Word("statusword"), (0x60FF, 0): Quantity("target_velocity")}
 
@@ -95,8 +95,7 @@ def test_a_field_cannot_be_input_and_output() -> None:
         Network([Confused(name="axis", node=1, counts_per_metre=1)])
 
 
-@dataclass(frozen=True, kw_only=True)
-class Forgetful(AxisDrive):
+class Forgetful(AxisDrive, frozen=True, kw_only=True):
     def outputs(self) -> Mapping[Address, Field]:
         return {(0x6040, 0): Word("controlword")}
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import socket
 import sys
 import types
@@ -72,12 +73,33 @@ class Driverless(Recording):
         raise NameError("name 'canGetNumberOfChannels' is not defined")
 
 
+class Halfway(can.BusABC):
+    """Fails after its base was made, as udp_multicast does where the channel is no address."""
+
+    def __init__(self, channel: Any, **kwargs: Any) -> None:
+        """Fails.
+
+        :param bool fd: CAN FD.
+        """
+        super().__init__(channel, **kwargs)
+        raise OSError("Name or service not known")
+
+    def _recv_internal(self, timeout: float | None) -> tuple[can.Message | None, bool]:
+        return None, True
+
+    def send(self, msg: can.Message, timeout: float | None = None) -> None:
+        raise AssertionError
+
+    def shutdown(self) -> None:
+        raise AttributeError("what the rest of the constructor would have made")
+
+
 @pytest.fixture(autouse=True)
 def drivers(monkeypatch: pytest.MonkeyPatch) -> None:
     """Drivers of our own beside python-can's."""
     MADE.clear()
     monkeypatch.setitem(sys.modules, "drivers_of_ours", types.SimpleNamespace(**globals()))
-    for kind in (Recording, Timed, Classic, Driverless):
+    for kind in (Recording, Timed, Classic, Driverless, Halfway):
         monkeypatch.setitem(BACKENDS, kind.__name__.lower(), ("drivers_of_ours", kind.__name__))
 
 
@@ -304,3 +326,17 @@ def test_frames_that_no_bus_carries_are_counted_and_others_are_masked(pair: Pair
     assert [hex(can_id) for can_id, _ in frames] == ["0x20000040"]
     assert adapter.malformed == 1
     assert not adapter.closed
+
+
+def test_a_bus_that_fails_halfway_is_not_left_open(caplog: pytest.LogCaptureFixture) -> None:
+    with pytest.raises(AdapterError, match="Name or service not known"):
+        python_can("halfway", "nope")
+    gc.collect()
+    assert "not properly shut down" not in caplog.text
+
+
+def test_a_channel_that_is_no_address_is_told_what_one_is(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(BACKENDS, "udp_multicast", ("drivers_of_ours", "Halfway"))
+    monkeypatch.setattr(module, "missing_packages", lambda interface: [])
+    with pytest.raises(AdapterError, match=r"udp_multicast:nope: .*multicast group, e\.g\. 239\.74\.163\.2"):
+        python_can("udp_multicast", "nope")

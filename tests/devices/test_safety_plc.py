@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 from hapticd.devices.safety_plc import SafetyRequest, SafetySignals, SafetyState
-from hapticd.sim.plc import SimSafetyPlc
+from hapticd.sim.safety_plc import SimSafetyPlc
 
 if TYPE_CHECKING:
     from ..conftest import Rig

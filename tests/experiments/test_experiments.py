@@ -18,7 +18,7 @@ from hapticd.experiments import (
 from hapticd.experiments.command import NAMES
 from hapticd.experiments.outcome import Outcome, Row, write_rows
 from hapticd.experiments.palpation import Device
-from hapticd.runtime.cli import main
+from hapticd.runtime.command_line.cli import main
 
 ROOT = Path(__file__).parents[2]
 

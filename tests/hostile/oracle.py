@@ -230,7 +230,10 @@ def judge_toml(data: bytes, built_in: bytes) -> str:
     have, pattern = (dict(_leaves(_renamed(t))) for t in (tree, tomllib.loads(built_in.decode())))
     keys = {re.sub(r"\[\d+\]", "", key) for key in have}
     known = {re.sub(r"\[\d+\]", "", key) for key in pattern}
-    if lost := known - keys - OPTIONAL - {"simulation.hand.dead_man.at", "simulation.hand.dead_man.pressed"}:
+    # a promise less is a configuration, too
+    promises = {key for key in known if key.startswith("simulation.touches.")}
+    presses = {"simulation.hand.dead_man.at", "simulation.hand.dead_man.pressed"}
+    if lost := known - keys - OPTIONAL - promises - presses:
         return f"lacks {sorted(lost)[:3]}"
     if more := keys - known - OPTIONAL:
         return f"knows {sorted(more)[:3]}"
@@ -286,7 +289,7 @@ def _judge_quantity(key: str, name: str, value: str) -> str:
     unit = " ".join(words)
     unit, scale = SCALES.get(unit, (unit, 1.0))
     if unit not in RANGES or not numbers:
-        return "no quantity"
+        return "not a quantity"
     low, high = RANGES[unit]
     for number in numbers:
         if math.isinf(number):

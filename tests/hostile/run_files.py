@@ -11,10 +11,10 @@ import traceback
 
 import numpy as np
 from hapticd.models import ModelError
-from hapticd.runtime import config
+from hapticd.runtime.configuration import config
+from hapticd.runtime.configuration.session import build
 from hapticd.runtime.errors import HapticdError
-from hapticd.runtime.lockstep import Lockstep
-from hapticd.runtime.session import build
+from hapticd.runtime.live.lockstep import Lockstep
 
 LIMIT_S = 5.0
 PATIENCE_S = 60.0

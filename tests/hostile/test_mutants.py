@@ -58,6 +58,7 @@ def runner():  # type: ignore[no-untyped-def]
 
 @pytest.mark.parametrize("machine", ["giant", "rhi"])
 @pytest.mark.parametrize("kind", ["urdf", "toml"])
+@pytest.mark.slow
 def test_no_mutant_falls_hangs_or_slips_in(kind: str, machine: str, runner: Runner, tmp_path: Path) -> None:
     files = {name: read_text(f"{machine}.{name}").encode() for name in ("urdf", "toml")}
     for name, data in files.items():

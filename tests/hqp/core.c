@@ -82,7 +82,7 @@ static void fill(struct problem *p, int n, int roughness) {
             p->lb[l][i] = below(4) ? rough(roughness) : -(double)INFINITY;
             p->ub[l][i] = below(4) ? p->lb[l][i] + fabs(rough(roughness)) : (double)INFINITY;
         }
-        p->levels[l] = (hqp_level){p->A[l], p->b[l], p->C[l], p->lb[l], p->ub[l]};
+        p->levels[l] = (hqp_level){p->A[l], p->b[l], p->C[l], p->lb[l], p->ub[l], NULL};
     }
 }
 
@@ -92,7 +92,7 @@ static struct problem *copy_shifted(const struct problem *p, size_t shift) {
     struct problem *q = (struct problem *)(void *)(space + shift);
     memcpy(q, p, sizeof *q);
     for (int l = 0; l < LEVELS; l++)
-        q->levels[l] = (hqp_level){q->A[l], q->b[l], q->C[l], q->lb[l], q->ub[l]};
+        q->levels[l] = (hqp_level){q->A[l], q->b[l], q->C[l], q->lb[l], q->ub[l], NULL};
     return q;
 }
 

@@ -108,7 +108,7 @@ static void read_problem(problem *p, input *in) {
             for (int i = 0; i < size; i++) p->part[l][k][i] = value(in);
         }
         double *const *part = p->part[l];
-        p->level[l] = (hqp_level){part[0], part[1], part[2], part[3], part[4]};
+        p->level[l] = (hqp_level){part[0], part[1], part[2], part[3], part[4], NULL};
     }
 }
 

@@ -147,13 +147,21 @@ def test_no_setting_makes_a_wrong_answer_solved(kind):
             assert (solution.status is Status.SOLVED) == (done == len(levels))
 
 
-def test_what_is_not_proven_says_so():
-    statuses = set()
-    for seed in range(40):
-        levels = problem("nearly_parallel", seed, n=30, levels=4)
-        solution = solve(levels, rank=0.2)
-        statuses.add(solution.status)
-        if solution.status is not Status.SOLVED:
-            assert solution.levels_done < len(levels) and np.isfinite(solution.x).all()
-    assert Status.NOT_PROVEN in statuses
+def test_a_row_that_is_missed_by_rounding_lets_no_lower_level_suffer():
+    """Nearly parallel rows make 1e-11 of slack on level 0 look like a row that is left violated for good."""
+    seed = 9000510
+    rng, levels = np.random.default_rng(seed), problem("nearly_parallel", seed)
+    solver = solver_of(levels)
+    for _ in range(2):
+        solution = solver.solve(levels)
+        assert solution.status is Status.SOLVED and is_proven(levels, solution)
+        jump(rng, levels)
+
+
+@pytest.mark.parametrize("seed", [7000794, 7000874, 7001890])
+def test_what_is_not_proven_says_so(seed):
+    levels = problem("nearly_parallel", seed)
+    solution = solve(levels, max_iterations=100_000)
+    assert solution.status is Status.NOT_PROVEN
+    assert solution.levels_done < len(levels) and np.isfinite(solution.x).all()
     assert str(Status.NOT_PROVEN) == "not proven optimal"

@@ -8,10 +8,10 @@ from pathlib import Path
 import pinocchio as pin
 import pytest
 from hapticd.configs import read_text
+from hapticd.configs.ranges import RANGES
 from hapticd.models import ModelError, Robot, lint
 from hapticd.models.grammar import JOINTS, ROBOT
 from hapticd.models.linter import MAX_LINKS
-from hapticd.models.ranges import RANGES
 from hapticd.models.reader import MAX_NAME
 from hapticd.models.xml_tree import MAX_ATTRIBUTES, MAX_BYTES, MAX_DEPTH, MAX_ELEMENTS
 

@@ -3,24 +3,17 @@
 from __future__ import annotations
 
 import functools
-import os
-import traceback
-import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from hapticd.configs import read_text
-from hapticd.devices.cia301 import AlState
-from hapticd.devices.cia402 import State
-from hapticd.runtime import config
-from hapticd.runtime.lockstep import Lockstep
-from hapticd.runtime.modes import Command, Mode
-from hapticd.runtime.session import build
-from hapticd.sim.drives import SimDrive, SimJointDrive
-from hapticd.sim.node import SimNode
+from hapticd.runtime.configuration import config
+from hapticd.runtime.core.modes import Mode
+from hapticd.testing import bench as benches
+from hapticd.testing.terminal import HAPTICD, Terminal
 
 MACHINES = ("giant", "rhi")
 RAMP_TICKS = 150
@@ -42,124 +35,34 @@ def loaded(*changes: tuple[str, str], machine: str = "giant") -> config.Loaded:
     return config.Loaded(machine, parsed, text, f"{machine}.toml", read_text(model), model)
 
 
-class Bench:
-    """A lockstep session that remembers what happened."""
+class Bench(benches.Bench):
+    """A session of a built-in machine, changed."""
 
     def __init__(self, *changes: tuple[str, str], machine: str = "giant") -> None:
-        self.lockstep = Lockstep(build(loaded(*changes, machine=machine)))
-        self.memory = self.lockstep.session.memory
-        self.plant = self.lockstep.plant
-        self.nodes = self.plant.nodes  # type: ignore[attr-defined]
-        self.plc = self.nodes["safety_plc"]
-        self.events: list[str] = []
-
-    @property
-    def mode(self) -> Mode:
-        return self.memory.mode
-
-    @property
-    def tick_index(self) -> int:
-        return self.lockstep.inputs.tick
-
-    @property
-    def reason(self) -> str:
-        trip = self.memory.latch.trip
-        return trip.verdict.reason if trip else ""
-
-    def run(self, ticks: int, commands: Command = Command.NONE, skipped: int = 0) -> None:
-        for _ in range(ticks):
-            self.lockstep.tick(commands, skipped)
-            self.events += self.lockstep.outputs.events
-            commands, skipped = Command.NONE, 0
-
-    def until(self, *modes: Mode, limit: int = 2000) -> int:
-        """Run until one of these modes; how many ticks that took."""
-        for ticks in range(limit):
-            if self.mode in modes:
-                return ticks
-            self.run(1)
-        raise AssertionError(f"still {self.mode.name} after {limit} ticks: {self.events[-3:]}")
-
-    def press(self, pressed: bool) -> None:
-        self.plc.dead_man = (pressed, pressed)
-
-    def silence_all(self) -> None:
-        for node in self.nodes.nodes:
-            node.silent = True
-
-    def after_sensing(self, change: Callable[[], object]) -> None:
-        """Change what the devices measure, whenever they have measured."""
-        sense = self.plant._sense  # type: ignore[attr-defined]
-
-        def changed() -> None:
-            sense()
-            change()
-
-        self.plant._sense = changed  # type: ignore[attr-defined]
-
-    def break_sensor(self, node: str, field: str, value: object, samples: int = 1 << 30) -> None:
-        """A sensor reports a value instead of what it measures, for some samples."""
-        left = samples
-
-        def broken() -> None:
-            nonlocal left
-            if left > 0:
-                left -= 1
-                setattr(self.nodes[node], field, value)
-
-        self.after_sensing(broken)
-
-    @property
-    def joints(self) -> list[SimJointDrive]:
-        return self.nodes.of(SimJointDrive)
-
-    @property
-    def torques(self) -> list[float]:
-        return [joint.torque for joint in self.joints]
-
-    @property
-    def last_drive(self) -> SimDrive:
-        """An axis where the machine has axes."""
-        return self.nodes.of(SimDrive)[-1]
-
-    @property
-    def safe(self) -> bool:
-        return self.plant.safe
+        super().__init__(loaded(*changes, machine=machine))
 
 
-def fall(node: SimNode) -> None:
-    """A device falls back to SAFEOP, reports no error, and goes on answering."""
-    node._watchdog_tripped, node.al_state = True, AlState.SAFEOP
+def unchanged(machine: str) -> Bench:
+    """As it is built in."""
+    return Bench(machine=machine)
 
 
-def weld(drive: SimDrive) -> None:
-    """A drive's power stage stays on, whatever it is told; only STO takes its torque."""
-    drive.state = State.OPERATION_ENABLED
-    drive.outputs_latched = drive.outputs_invalid = lambda: None  # type: ignore[method-assign]
+@functools.cache
+def after(mode: Mode, ticks: int) -> benches.Bring:
+    """Brings a session to some ticks after it came into a mode."""
+
+    def bring(session: benches.Bench) -> None:
+        session.until(mode, limit=5000)
+        session.run(ticks)
+
+    return bring
 
 
-def in_a_copy(test: Callable[..., None]) -> Callable[..., None]:
-    """Run a test in a copy of the process: what it does to a session, no other test sees."""
-
-    @functools.wraps(test)
-    def copied(*args: Any, **kwargs: Any) -> None:
-        read, write = os.pipe()
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", DeprecationWarning)  # the copy has no use for other threads
-            child = os.fork()
-        if child == 0:
-            try:
-                test(*args, **kwargs)
-            except BaseException:
-                os.write(write, traceback.format_exc()[-4000:].encode())
-            os._exit(0)
-        os.close(write)
-        with open(read) as pipe:
-            report = pipe.read()
-        _, status = os.waitpid(child, 0)
-        assert status == 0 and not report, report
-
-    return copied
+def parked(mode: Mode, ticks: int, machine: str = "giant") -> Bench:
+    """The same session for every test that asks for it: each runs in a copy of the process."""
+    session = benches.parked(unchanged, machine, after(mode, ticks))
+    assert isinstance(session, Bench)
+    return session
 
 
 @pytest.fixture(params=MACHINES)
@@ -170,35 +73,43 @@ def machine(request: pytest.FixtureRequest) -> str:
 
 @pytest.fixture
 def bench(machine: str) -> Bench:
-    return Bench(machine=machine)
+    """A session that has not begun."""
+    return parked(Mode.BRINGUP, 0, machine=machine)
 
 
 @pytest.fixture
 def engaging(machine: str) -> Bench:
     """Drives enabled, the operator's wrench fading in."""
-    bench = Bench(machine=machine)
-    bench.until(Mode.ENGAGING)
-    bench.run(50)
-    return bench
+    return parked(Mode.ENGAGING, 50, machine=machine)
 
 
 @pytest.fixture
 def moving(machine: str) -> Bench:
     """The hand walks, and the machine follows."""
-    bench = Bench(machine=machine)
-    bench.until(Mode.ACTIVE, limit=5000)
-    bench.run(1500)
-    assert np.abs(bench.plant.arm.qd).max() > 0.2  # type: ignore[attr-defined]
+    bench = parked(Mode.ACTIVE, 1500, machine=machine)
+    assert np.abs(bench.plant.arm.qd).max() > 0.2
     return bench
 
 
-@pytest.fixture(scope="module", params=MACHINES)
-def walking(request: pytest.FixtureRequest) -> Bench:
-    """The same for tests that each run in a copy."""
-    bench = Bench(machine=str(request.param))
-    bench.until(Mode.ACTIVE, limit=5000)
-    bench.run(1500)
-    return bench
+@pytest.fixture
+def open_terminal() -> Iterator[Callable[..., Terminal]]:
+    """Programs in windows of their own, which are gone after the test."""
+    windows: list[Terminal] = []
+
+    def begin(*arguments: Any, **options: Any) -> Terminal:
+        windows.append(Terminal(*arguments, **options))
+        return windows[-1]
+
+    yield begin
+    for window in windows:
+        window.dispose()
+
+
+@pytest.fixture
+def open_hapticd(open_terminal: Callable[..., Terminal], tmp_path: Path) -> Iterator[Callable[..., Terminal]]:
+    """Runs hapticd in a window, with its messages in the file stderr.txt."""
+    with (tmp_path / "stderr.txt").open("wb") as errors:
+        yield lambda *command: open_terminal([*HAPTICD, *command], tmp_path, stderr=errors)
 
 
 @pytest.fixture

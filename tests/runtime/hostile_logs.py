@@ -21,10 +21,11 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import zstandard
-from hapticd.runtime import config, lockstep_run
+from hapticd.runtime.configuration import config
 from hapticd.runtime.errors import HapticdError
-from hapticd.runtime.log import open_log
-from hapticd.runtime.replay import replay
+from hapticd.runtime.live import lockstep_run
+from hapticd.runtime.recording.log import open_log
+from hapticd.runtime.recording.replay import replay
 
 MAGIC = b"\x89MCAP0\r\n"
 HEADER, SCHEMA, CHANNEL, MESSAGE, CHUNK, ATTACHMENT, METADATA, DATA_END = 1, 3, 4, 5, 6, 9, 12, 15

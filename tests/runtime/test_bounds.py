@@ -1,13 +1,14 @@
 """Every number of every section has finite bounds, and they have a reason."""
 
 from collections.abc import Iterator
-from math import inf, isfinite
+from math import inf
 from typing import Annotated, Any, get_args, get_origin
 
 import msgspec
 import pytest
-from hapticd.runtime.config import SYSTEM_CONFIGS
-from hapticd.runtime.units import DIMENSIONS, RANGES, Quantity, Vector
+from hapticd.configs import plugins
+from hapticd.configs.units import DIMENSIONS, RANGES, Quantity, UnitError, Vector
+from hapticd.runtime.configuration.system import find_system, system_names
 
 
 def numbers(
@@ -33,16 +34,20 @@ def numbers(
 
 FOUND = [
     pytest.param(kind, metas, id=f"{name}{path}")
-    for name, config in SYSTEM_CONFIGS.items()
-    for path, kind, metas in numbers(config)
+    for name in system_names()
+    for path, kind, metas in numbers(find_system(name).config)
+] + [
+    pytest.param(kind, metas, id=f"devices.{name}{path}")
+    for name in plugins.names(plugins.DEVICES)
+    for path, kind, metas in numbers(plugins.plugin(plugins.DEVICES, name))
 ]
 
 
 def test_the_walk_finds_the_numbers() -> None:
     names = {parameter.id for parameter in FOUND}
     assert {"rhi.rhi.wall.normal", "rhi.rhi.motors.transmission", "rhi.rhi.task.spread"} <= names
-    assert {"giant.devices.node", "giant.simulation.hand.path.at", "giant.giant.twin.mass"} <= names
-    assert {"rhi.loop.cpu", "rhi.simulation.seed", "rhi.devices.gear_ratio"} <= names
+    assert {"devices.imu.node", "giant.simulation.hand.path.at", "giant.giant.twin.mass"} <= names
+    assert {"rhi.loop.cpu", "rhi.simulation.seed", "devices.joint_drive.gear_ratio"} <= names
     assert len(names) > 100
 
 
@@ -53,7 +58,15 @@ def test_a_number_has_finite_bounds_with_a_reason(kind: type, metas: tuple[msgsp
         assert 0.0 < allowed.lower < allowed.upper < inf and allowed.why
         assert allowed.unit in DIMENSIONS[kind.dimension]
         assert DIMENSIONS[kind.dimension][allowed.unit] == 1.0
-        assert isfinite(kind.minimum) or issubclass(kind, Vector)
+        for number in (
+            "1e300",
+            "-1e300",
+            "nan",
+            *(() if getattr(kind, "infinite", False) else ("inf", "-inf")),
+        ):
+            text = " ".join([number] * (getattr(kind, "length", None) or 1))
+            with pytest.raises(UnitError):
+                kind.read(f"{text} {allowed.unit}")
         return
     (meta,) = metas
     assert meta.ge is not None or meta.gt is not None

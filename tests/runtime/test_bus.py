@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import shlex
+import shutil
 import textwrap
 import tomllib
 from collections.abc import Callable
@@ -9,21 +11,21 @@ from pathlib import Path
 from typing import Any
 
 import can
-import msgspec
 import pytest
 from hapticd.configs import read_text
-from hapticd.devices.errors import AdapterError
+from hapticd.devices.errors import AdapterError, NoSocketCanError
 from hapticd.devices.python_can import PythonCanAdapter
 from hapticd.devices.socket_adapter import unix_pair
-from hapticd.runtime import bus as module
-from hapticd.runtime import cli, config
-from hapticd.runtime.bus import bus_warnings, open_bus
-from hapticd.runtime.config import Loaded
-from hapticd.runtime.doctor.host import Host
+from hapticd.runtime.command_line import cli
+from hapticd.runtime.configuration import bus as module
+from hapticd.runtime.configuration import config
+from hapticd.runtime.configuration.bus import bus_warnings, open_bus
+from hapticd.runtime.configuration.config import Loaded
+from hapticd.runtime.configuration.session import build
+from hapticd.runtime.core.sections import PythonCanBus, SocketCanBus
 from hapticd.runtime.errors import ConfigError
-from hapticd.runtime.giant.config import GiantConfig
-from hapticd.runtime.sections import PythonCanBus, SocketCanBus
-from hapticd.runtime.session import build
+from hapticd.runtime.invocation import script_path
+from hapticd.runtime.timing.host import Host
 
 REAL = (('on_overrun = "record"', 'on_overrun = "stop"'), ('by = "dead-man"', 'by = "command"'))
 
@@ -53,10 +55,10 @@ def test_an_interface_with_other_bit_rates_is_refused_with_the_command(
     bus = loaded_with(write_config, SOCKETCAN.format(rate)).config.bus
     assert isinstance(bus, SocketCanBus)
     if fits:
-        assert open_bus(bus, Linked()) is here
+        assert open_bus(bus, "giant", Linked()) is here
     else:
         with pytest.raises(AdapterError) as refused:
-            open_bus(bus, Linked())
+            open_bus(bus, "giant", Linked())
         assert str(refused.value) == (
             "can0: has bitrate 1 Mbit/s, not 0.5 Mbit/s as [bus] says. Type: sudo ip link set can0 down; "
             "sudo ip link set can0 up type can bitrate 500000 dbitrate 5000000 fd on"
@@ -73,7 +75,7 @@ def test_settings_of_python_can_go_from_the_file_to_the_interface(write_config: 
         'kind = "python-can"\ninterface = "virtual"\nchannel = "x"\nsettings = { rx_queue_size = 3 }\n',
     ).config.bus
     assert isinstance(bus, PythonCanBus)
-    adapter = open_bus(bus)
+    adapter = open_bus(bus, "giant")
     assert isinstance(adapter, PythonCanAdapter)
     assert adapter._bus.queue.maxsize == 3  # type: ignore[attr-defined]
     assert adapter._bus.protocol is can.CanProtocol.CAN_FD
@@ -89,8 +91,8 @@ def test_the_example_of_the_manual_is_a_machine() -> None:
             machine["bus"] = keys
         else:
             update(machine[table], keys)
-    made: GiantConfig = msgspec.convert(machine, GiantConfig, dec_hook=lambda kind, value: kind.read(value))
     giant = config.load("giant")
+    made = config.of_tree(machine, giant.text, "")
     build(Loaded("", made, giant.text, "", giant.model_text, giant.model_source))
     assert bus_warnings(made.bus, made) == []
 
@@ -127,11 +129,11 @@ def test_a_rate_that_python_can_hardly_carries_is_warned_of(
         ),
         ("{ fd = false }", r"bus\.settings\.fd: is not to be chosen: the wire is CAN FD; leave it out"),
         ("{ receive_own_messages = true }", r"receive_own_messages: is not to be chosen"),
-        ("{ port = nan }", r"bus\.settings\.port: nan is no setting; give a text, a finite number"),
-        ("{ port = -inf }", r"bus\.settings\.port: -inf is no setting"),
-        ("{ port = [1] }", r"bus\.settings\.port: \[1\] is no setting"),
-        ("{ port = { a = 1 } }", r"bus\.settings\.port: \{'a': 1\} is no setting"),
-        ("{ port = 1979-05-27 }", r"is no setting"),
+        ("{ port = nan }", r"bus\.settings\.port: nan is not a setting; give a text, a finite number"),
+        ("{ port = -inf }", r"bus\.settings\.port: -inf is not a setting"),
+        ("{ port = [1] }", r"bus\.settings\.port: \[1\] is not a setting"),
+        ("{ port = { a = 1 } }", r"bus\.settings\.port: \{'a': 1\} is not a setting"),
+        ("{ port = 1979-05-27 }", r"is not a setting"),
     ],
 )
 def test_settings_that_no_interface_may_have_are_named_with_their_line(
@@ -150,9 +152,9 @@ def test_settings_that_no_interface_may_have_are_named_with_their_line(
         ('kind = "socketcan"\ninterface = "can0"\nbitrate = 1000000\n', r"1000000 has no unit; write e\.g\."),
         (
             'kind = "socketcan"\ninterface = "can0"\nbitrate = "1 MHz"\n',
-            r"no unit of bit rate; use one of bit/s",
+            r"not a unit of bit rate; use one of bit/s",
         ),
-        ('kind = "socketcan"\ninterface = "can0"\nbitrate = "1 Gbit/s"\n', r"no unit of bit rate"),
+        ('kind = "socketcan"\ninterface = "can0"\nbitrate = "1 Gbit/s"\n', r"not a unit of bit rate"),
         ('kind = "socketcan"\ninterface = "can0"\nbitrate = "100 Mbit/s"\n', r"out of range"),
         ('kind = "socketcan"\ninterface = "can0"\nbitrate = "0 bit/s"\n', r"out of range"),
     ],
@@ -168,7 +170,7 @@ def plant(
     """Exit status, what was said, and the buses that were to be served."""
     served: list[Any] = []
     monkeypatch.setattr(
-        "hapticd.runtime.plant_process.serve_interface", lambda loaded, bus: served.append(bus) or 0
+        "hapticd.runtime.live.plant_process.serve_interface", lambda loaded, bus: served.append(bus) or 0
     )
     status = cli.main(["plant", *arguments])
     return status, capsys.readouterr().err, served
@@ -208,6 +210,12 @@ def test_the_plant_serves_another_bus_where_a_person_names_one(
         (["--channel", "x"], "need an interface; add --interface"),
         (["--bitrate", "1 Mbit/s"], "need an interface"),
         (["--interface", "can0", "--set", "port=1"], "needs a channel of python-can; add --channel"),
+        (
+            ["--interface", "udp_multicast"],
+            "--channel: is missing: udp_multicast is an interface of python-can, which has channels; "
+            "add e.g. --channel 239.74.163.2",
+        ),
+        (["--interface", "neousys"], "add --channel CH; python-can's documentation names them"),
         (["--interface", "virtual", "--channel", "x", "--set", "fd=false"], "fd: is not to be chosen"),
     ],
 )
@@ -243,3 +251,27 @@ def test_a_bus_that_cannot_be_served_says_what_works(
     said = capsys.readouterr().err
     assert "error [device]" in said
     assert any(text in said for text in says), said
+
+
+def test_an_interface_of_python_can_is_not_sought_in_the_kernel(
+    write_config: Callable[..., Path],
+) -> None:
+    bus = 'kind = "socketcan"\ninterface = "udp_multicast"\n'
+    with pytest.raises(ConfigError, match=r'bus\.interface: .*write kind = "python-can" and channel = "239'):
+        build(loaded_with(write_config, bus))
+
+
+def test_the_plant_that_is_proposed_where_there_is_no_socketcan_can_be_typed(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def none(interface: str, *_: int) -> None:
+        raise NoSocketCanError(interface, "this kernel has no SocketCAN", "Type: sudo modprobe can-raw")
+
+    monkeypatch.setattr(module, "socketcan", none)
+    with pytest.raises(AdapterError) as refused:
+        open_bus(SocketCanBus(interface="can0"), "my machine.toml")
+    command = shlex.split(str(refused.value).partition("whose other end is: ")[2])
+    assert Path(shutil.which(command[0]) or "").samefile(script_path() or "")
+    assert command[1:3] == ["plant", "my machine.toml"]
+    (bus,) = plant(monkeypatch, capsys, "giant", *command[3:])[2]
+    assert bus == PythonCanBus(interface="udp_multicast", channel="239.74.163.2")

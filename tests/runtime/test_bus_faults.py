@@ -10,7 +10,7 @@ import can
 import pytest
 from hapticd.devices.image import COUNTERS
 from hapticd.devices.python_can import PythonCanAdapter, python_can
-from hapticd.runtime.modes import Command, Mode
+from hapticd.runtime.core.modes import Command, Mode
 
 from .conftest import Bench
 
@@ -31,7 +31,7 @@ class Session:
         self.bench.lockstep._bus = self.plant  # type: ignore[assignment]
 
     def counted(self, name: str) -> int:
-        return int(self.bench.memory.image.counters[COUNTERS.index(name)])
+        return int(self.bench.cycle.image.counters[COUNTERS.index(name)])
 
     def close(self) -> None:
         for end in (self.daemon, self.plant):

@@ -7,11 +7,11 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-
-from .pseudo_terminal import ENVIRONMENT, HAPTICD, Terminal, complete, family
+from hapticd.testing.terminal import ENVIRONMENT, Terminal, complete, family
 
 PARENTS = {
     "run giant": ("run", "giant"),
@@ -20,11 +20,15 @@ PARENTS = {
     "bench jitter": ("bench", "jitter", "--rounds", "2", "--seconds", "2"),
 }
 
+Open = Callable[..., Terminal]
+
 
 @pytest.mark.parametrize("moment", [0.25, 0.7, 1.1, 1.6, 2.4, 4.5])
 @pytest.mark.parametrize("name", PARENTS)
-def test_nobody_outlives_a_killed_parent(tmp_path: Path, name: str, moment: float) -> None:
-    terminal = Terminal([*HAPTICD, *PARENTS[name]], tmp_path, tmp_path / "stderr.txt")
+def test_nobody_outlives_a_killed_parent(
+    open_hapticd: Open, tmp_path: Path, name: str, moment: float
+) -> None:
+    terminal = open_hapticd(*PARENTS[name])
     terminal.wait_until(moment)
     os.kill(terminal.pid, signal.SIGKILL)
     assert terminal.end().status == -signal.SIGKILL
@@ -36,7 +40,7 @@ def test_nobody_outlives_a_killed_parent(tmp_path: Path, name: str, moment: floa
 
 TIED = """
 import subprocess, sys, time
-from hapticd.runtime.children import tied
+from hapticd.runtime.live.children import tied
 subprocess.Popen(["sleep", "60"], preexec_fn=tied())
 print("started", flush=True)
 time.sleep(60)
@@ -59,8 +63,10 @@ def test_a_tied_child_dies_with_a_parent_that_is_killed() -> None:
 
 
 @pytest.mark.parametrize("moment", [1.0, 3.0])
-def test_an_interrupted_benchmark_brings_its_daemon_s_machine_to_rest(tmp_path: Path, moment: float) -> None:
-    terminal = Terminal([*HAPTICD, *PARENTS["bench tick"]], tmp_path, tmp_path / "stderr.txt")
+def test_an_interrupted_benchmark_brings_its_daemon_s_machine_to_rest(
+    open_hapticd: Open, tmp_path: Path, moment: float
+) -> None:
+    terminal = open_hapticd(*PARENTS["bench tick"])
     terminal.wait_until(moment)
     os.kill(terminal.pid, signal.SIGTERM)
     ended = terminal.end()

@@ -11,9 +11,10 @@ from pathlib import Path
 import msgspec
 import pytest
 from hapticd.configs import read_text
-from hapticd.runtime.cli import _parser, main
-from hapticd.runtime.log import open_log
-from hapticd.runtime.outputs import folder, picture
+from hapticd.runtime.command_line.arguments import new_configuration
+from hapticd.runtime.command_line.cli import _parser, main
+from hapticd.runtime.command_line.outputs import folder, picture
+from hapticd.runtime.recording.log import open_log
 
 
 def test_help_teaches(capsys: pytest.CaptureFixture[str]) -> None:
@@ -29,6 +30,9 @@ def test_help_teaches(capsys: pytest.CaptureFixture[str]) -> None:
         "exit status",
         "not a certified safety device",
         "Ctrl-C",
+        "130",
+        "143",
+        "129",
     ):
         assert word in text
 
@@ -43,20 +47,39 @@ def test_bad_usage_exits_with_2(arguments: list[str]) -> None:
     assert end.value.code == 2
 
 
+NAMED = (
+    ["run"],
+    ["check"],
+    ["replay"],
+    ["doctor"],
+    ["plant"],
+    ["experiment"],
+    ["bench", "tick"],
+    ["bench", "solve", "--data"],
+    ["run", "giant", "--log"],
+    ["plant", "giant", "--interface"],
+    ["plant", "giant", "--interface", "pcan", "--channel"],
+    ["experiment", "rhi_fig9", "--out"],
+)
+
+
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
         (["rnu", "giant"], "no command 'rnu'; did you mean 'run'?"),
         (["xyz"], "no command 'xyz'; known: run, replay"),
         (["run", "giant", "--duratoin", "3"], "no option '--duratoin'; did you mean '--duration'?"),
+        (["run", "giant", "--dur", "3"], "no option '--dur'; did you mean '--duration'?"),
+        (["bench", "jitter", "--sec", "3"], "no option '--sec'; did you mean '--seconds'?"),
+        *(([*words, ""], "the name is empty") for words in NAMED),
         (["replay", "--verfy=yes"], "no option '--verfy'; did you mean '--verify'?"),
         (["run", "giant", "rhi"], "'rhi' is one word too many"),
         (["bench", "slove"], "no benchmark 'slove'; did you mean 'solve'?"),
         (["--lockstep", "run", "giant"], "no option '--lockstep'"),
-        (["run", "giant", "--duration", "1e300"], "'1e300' is no number above 0 and up to 1e+07"),
-        (["bench", "jitter", "--rate", "1e9"], "'1e9' is no number above 0 and up to 100000"),
-        (["bench", "nasty", "--count", "9" * 30], "is no whole number from 1 to"),
-        (["bench", "nasty", "--count", "-1"], "'-1' is no whole number"),
+        (["run", "giant", "--duration", "1e300"], "'1e300' is not a number above 0 and up to 1e+07"),
+        (["bench", "jitter", "--rate", "1e9"], "'1e9' is not a number above 0 and up to 100000"),
+        (["bench", "nasty", "--count", "9" * 30], "is not a whole number from 1 to"),
+        (["bench", "nasty", "--count", "-1"], "'-1' is not a whole number"),
         (["bench", "solve", "--plot", "x.xyz"], "should end with one of .svg, .png, .pdf"),
         (["bench", "solve", "--plot", "/proc/nonexist/x.svg"], "cannot write '/proc/nonexist/x.svg'"),
         (["bench", "jitter", "--plot", "/proc/x.svg"], "cannot write '/proc/x.svg'"),
@@ -66,7 +89,7 @@ def test_bad_usage_exits_with_2(arguments: list[str]) -> None:
 def test_a_wrong_word_is_named_before_any_work_with_what_was_meant(
     arguments: list[str], said: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("hapticd.runtime.benchmarks.import_module", None)  # no work can begin
+    monkeypatch.setattr("hapticd.bench.command.import_module", None)  # no work can begin
     with pytest.raises(SystemExit) as end:
         main(arguments)
     assert end.value.code == 2
@@ -75,11 +98,11 @@ def test_a_wrong_word_is_named_before_any_work_with_what_was_meant(
 
 def test_every_option_of_a_folder_or_plot_is_checked_when_it_is_read() -> None:
     """A path that a command writes must not wait for the command's end to be refused."""
-    checked = {"--plot": picture, "--out": folder}
+    checked = {"--plot": {picture}, "--out": {folder, new_configuration}}
     for parser in parsers(_parser()):
         for action in parser._actions:
             for option in action.option_strings:
-                assert option not in checked or action.type is checked[option], option
+                assert option not in checked or action.type in checked[option], option
 
 
 def parsers(parser: argparse.ArgumentParser) -> Iterator[argparse.ArgumentParser]:
@@ -131,6 +154,7 @@ def test_the_replay_that_is_proposed_works_where_it_is_proposed(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     log = tmp_path / "a b" / "it's.mcap"
+    log.parent.mkdir()
     assert main(["run", "rhi", "--lockstep", "--duration", "0.2", "--log", str(log)]) == 0
     (line,) = (line for line in capsys.readouterr().out.splitlines() if line.startswith("replay: "))
     bare = {"PATH": "/usr/bin:/bin"}
@@ -236,7 +260,38 @@ def test_a_log_that_cannot_be_written_is_refused_before_anything_starts(
     assert main(["run", "giant", "--log", "/proc/none/x.mcap", "--json"]) == 2
     out = capsys.readouterr()
     assert msgspec.json.decode(out.out)["error"] == "log-path"
-    assert "--log FILE" in out.err
+    assert "there is no folder /proc/none for the log; type: mkdir -p /proc/none" in out.err
+
+
+def test_a_folder_that_a_slip_of_the_pen_names_is_not_made(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    log = tmp_path / "my logs" / "x.mcap"
+    assert main(["run", "rhi", "--lockstep", "--duration", "0.1", "--log", str(log)]) == 2
+    assert not log.parent.exists()
+    subprocess.run(capsys.readouterr().err.partition("type: ")[2], shell=True, check=True)
+    assert main(["run", "rhi", "--lockstep", "--duration", "0.1", "--log", str(log)]) == 0
+
+
+def test_check_takes_a_model_alone_and_other_commands_say_so(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    model = tmp_path / "m.urdf"
+    model.write_text(read_text("giant.urdf"))
+    assert main(["check", str(model)]) == 0
+    assert capsys.readouterr().out == f"{model}: no findings. 8 joints\n"
+    assert main(["doctor", str(model)]) == 2
+    said = capsys.readouterr().err
+    assert f"{model}:1: is XML, as models are; give the TOML file that names it" in said
+    command = shlex.split(said.partition("checked by: ")[2])
+    assert main(command[1:] if "-m" not in command else command[3:]) == 0
+    model.write_text(model.read_text().replace('<axis xyz="0 0 1" />', '<axis xyz="0 0 2" />', 1))
+    capsys.readouterr()
+    assert main(["check", str(model), "--json"]) == 2
+    (finding,) = msgspec.json.decode(capsys.readouterr().out)["findings"]
+    assert "the axis has length 2" in finding["problem"]
+    assert main(["check", str(tmp_path / "none.urdf")]) == 2
+    assert "cannot be read" in capsys.readouterr().err
 
 
 def test_replay_takes_the_newest_recording(
@@ -265,7 +320,7 @@ def test_a_configuration_that_does_not_fit_its_model_leaves_no_log(
 def test_lockstep_prints_the_summary_and_writes_the_log(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    log = tmp_path / "a" / "b.mcap"
+    log = tmp_path / "b.mcap"
     assert main(["run", "giant", "--lockstep", "--duration", "0.5", "--log", str(log)]) == 0
     out = capsys.readouterr().out
     assert "ticks at 1000 Hz" in out and "times real time" in out
@@ -275,7 +330,7 @@ def test_lockstep_prints_the_summary_and_writes_the_log(
     assert main([*again, str(log.parent)]) == 2
     assert "is a folder" in capsys.readouterr().out
     assert main([*again, str(log / "c.mcap")]) == 2
-    assert f"{log} is no folder" in capsys.readouterr().out
+    assert f"cannot write the log {log / 'c.mcap'}: Not a directory" in capsys.readouterr().out
     assert main([*again, str(log)]) == 2  # a recording is never overwritten
     assert msgspec.json.decode(capsys.readouterr().out)["error"] == "log-path"
     assert log.read_bytes() == recorded
@@ -305,7 +360,7 @@ def test_replaying_something_else_exits_with_2(tmp_path: Path, capsys: pytest.Ca
     assert main(["replay", str(tmp_path / "x.mcap"), "--json"]) == 2
     out = capsys.readouterr()
     assert msgspec.json.decode(out.out)["error"] == "log"
-    assert "is no MCAP file" in out.err
+    assert "is not an MCAP file" in out.err
 
 
 def test_a_plant_needs_an_interface_that_exists(capsys: pytest.CaptureFixture[str]) -> None:

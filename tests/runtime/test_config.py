@@ -4,16 +4,18 @@ import os
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 import pytest
 from hapticd.configs import read_text
+from hapticd.configs.units import RANGES
 from hapticd.models import ModelError
-from hapticd.runtime import config
+from hapticd.runtime.configuration import config
+from hapticd.runtime.configuration.session import build
+from hapticd.runtime.configuration.toml_reader import MAX_BYTES, MAX_DEPTH, MAX_LINE
+from hapticd.runtime.core.modes import Mode
 from hapticd.runtime.errors import ConfigError
-from hapticd.runtime.session import build
-from hapticd.runtime.toml_reader import MAX_BYTES, MAX_DEPTH, MAX_LINE
-from hapticd.runtime.units import RANGES
 
-from .conftest import changed, loaded
+from .conftest import Bench, changed, loaded
 
 LIMITS = 'upper = "inf 2.4 1.2 1.15 2.2 1.2 rad"'
 
@@ -37,12 +39,26 @@ def test_the_built_in_giant_is_right() -> None:
     assert session.config.devices["joint_1"].node == 1
 
 
+def test_zeros_of_drives_have_either_sign_and_move_no_joint() -> None:
+    """A plant whose encoders begin elsewhere stands where it stood, to half a count."""
+    zeros = (
+        ("node = 1\n", 'node = 1\nzero = "-0.3 rad"\nlink_zero = "-170 deg"\nsign = -1\n'),
+        ("node = 7\n", 'node = 7\nzero = "-412 mm"\n'),
+    )
+    own, other = Bench(), Bench(*zeros)
+    assert other.lockstep.session.config.devices["joint_1"].zero == -0.3
+    for bench in (own, other):
+        bench.until(Mode.READY, limit=5000)
+    for name in ("joints.position", "joints.link_position", "axes.position"):
+        np.testing.assert_allclose(other.cycle.image[name], own.cycle.image[name], rtol=0.0, atol=1e-5)
+
+
 @pytest.mark.parametrize(
     ("old", "new", "problem", "fix"),
     [
         ('rate = "1 kHz"', 'rat = "1 kHz"', "unknown key", 'did you mean "rate"?'),
         ('rate = "1 kHz"', "rate = 1000", "has no unit", "Hz"),
-        ('rate = "1 kHz"', 'rate = "1 khz"', "no unit of frequency", "kHz"),
+        ('rate = "1 kHz"', 'rate = "1 khz"', "not a unit of frequency", "kHz"),
         ('rate = "1 kHz"', 'rate = "nan kHz"', "NaN", ""),
         ('rate = "1 kHz"', "rate = nan", "has no unit", ""),
         ('rate = "1 kHz"', 'rate = "0 kHz"', "out of range", "> 0"),
@@ -51,10 +67,10 @@ def test_the_built_in_giant_is_right() -> None:
         ('rate = "1 kHz"', 'rate = "1 kHz"\nspin = "600 us"', "more than half a period", "60 us"),
         ('rate = "1 kHz"', 'rate = "1 kHz"\nspin = "-1 us"', "out of range", ">= 0"),
         ('rate = "1 kHz"', 'rate = "1 kHz"\ncpu = -1', ">= 0", ""),
-        ('rate = "1 kHz"', 'rate = "1 kHz"\nsync = "buss"', "Invalid enum value 'buss'", ""),
-        ('position_margin = "30 mrad"', 'position_margin = "30 rad"', "is no margin", "at most 0.2"),
-        ('position_margin = "30 mrad"', 'position_margin = "0 rad"', "is no margin", "more than 0"),
-        ('ppu_margin = "60 mm"', 'ppu_margin = "6 m"', "is no margin", "at most 0.2"),
+        ('rate = "1 kHz"', 'rate = "1 kHz"\nsync = "buss"', "Invalid enum value 'buss'", "known: free, bus"),
+        ('position_margin = "30 mrad"', 'position_margin = "30 rad"', "is not a margin", "at most 0.2"),
+        ('position_margin = "30 mrad"', 'position_margin = "0 rad"', "is not a margin", "more than 0"),
+        ('ppu_margin = "60 mm"', 'ppu_margin = "6 m"', "is not a margin", "at most 0.2"),
         ('stop_time = "500 ms"', 'stop_time = "150 s"', "150 s", "at most 1 s"),
         ('mass = "', 'mass = "1e-12 kg" #', "out of range", "at least"),
         ('force = "660 N"', 'force = "1e9 N"', "out of range", "at most 20000 N"),
@@ -69,9 +85,34 @@ def test_the_built_in_giant_is_right() -> None:
         ('fade = "3 s"', 'fade = "1 s"', "too sudden", "3 s"),
         ("node = 3", "node = 300", "<= 127", ""),
         ("node = 3", "node = 2", "node 2 is taken", ""),
-        ('rated_torque = "110 N m"', 'rated_torque = "110 N"', "no unit of torque", "N m"),
-        ('rated_torque = "110 N m"', 'rated_torqe = "110 N m"', "unknown key", ""),
-        ('type = "imu"', 'type = "imuu"', "Invalid value 'imuu'", ""),
+        ('rated_torque = "110 N m"', 'rated_torque = "110 N"', "not a unit of torque", "N m"),
+        (
+            'rated_torque = "110 N m"',
+            'rated_torqe = "110 N m"',
+            "unknown key",
+            'did you mean "rated_torque"?',
+        ),
+        (
+            'type = "imu"',
+            'type = "imuu"',
+            "no kind of device 'imuu' is installed",
+            'did you mean "imu"?',
+        ),
+        ("gear_ratio = [", "gear_ratio = [-0, 1] # [", "Expected `int` >= 1", "teeth of a gear"),
+        ('kind = "simulated"', 'kind = "simulate"', "Invalid value 'simulate'", "socketcan, python-can"),
+        (
+            'kind = "simulated"',
+            'kind = "python-can"\ninterface = "pcan"\nchanel = "1"',
+            "unknown key",
+            'did you mean "channel"?',
+        ),
+        (
+            'kind = "simulated"',
+            'kind = "simulated"\nrate = 1',
+            "unknown key",
+            "known here: kind",
+        ),
+        ('at = "0.3 s"', 'when = "0.3 s"', "unknown key", "known here: at, pressed"),
         (
             'velocity = "2.5 2.5 3 3 4 5 rad/s"',
             'velocity = "2.5 2.5 3 3 4 rad/s"',
@@ -102,7 +143,12 @@ def test_the_built_in_giant_is_right() -> None:
         ('angles = "0 60 0 deg"', 'angels = "0 60 0 deg"', "unknown key", 'did you mean "angles"?'),
         ("seed = 1", "seed = 1\nseed = 2", "not TOML", ""),
         ('model = "giant.urdf"', "model = 3", "Expected `str`", ""),
-        ('system = "giant"', 'system = "dwarf"', "Invalid value 'dwarf'", "known: giant, rhi"),
+        (
+            'system = "giant"',
+            'system = "dwarf"',
+            "no kind of machine 'dwarf' is installed",
+            "known: arm, giant, rhi",
+        ),
     ],
 )
 def test_a_mistake_is_named_with_its_line_and_a_fix(old: str, new: str, problem: str, fix: str) -> None:
@@ -131,8 +177,9 @@ def test_a_real_bus_must_not_arm_by_itself_or_ignore_overruns() -> None:
 
 
 def test_names_and_paths_that_lead_nowhere_say_what_there_is(tmp_path: Path) -> None:
-    with pytest.raises(ConfigError, match="built in: giant"):
-        config.load("gaint")
+    for name in ("gaint", "Giant"):
+        with pytest.raises(ConfigError, match=r'did you mean "giant"\? built in: giant, panda, rhi'):
+            config.load(name)
     with pytest.raises(ConfigError, match="cannot be read"):
         config.load(str(tmp_path / "none.toml"))
     (tmp_path / "binary.toml").write_bytes(b"\xff\xfe\x00")
@@ -149,8 +196,8 @@ def test_a_file_that_is_no_text_or_no_file_is_refused_with_a_reason(tmp_path: Pa
     (tmp_path / "folder.toml").mkdir()
     for name, why in (
         ("latin", "latin.toml:1: is not UTF-8"),
-        ("pipe", "no regular"),
-        ("folder", "no regular"),
+        ("pipe", "not a regular"),
+        ("folder", "not a regular"),
     ):
         with pytest.raises(ConfigError, match=why):
             config.load(str(tmp_path / f"{name}.toml"))

@@ -9,8 +9,9 @@ from typing import Any, get_args, get_origin
 
 import msgspec
 import pytest
-from hapticd.runtime.config import SYSTEM_CONFIGS
-from hapticd.runtime.units import DIMENSIONS
+from hapticd.configs import plugins
+from hapticd.configs.units import DIMENSIONS, Quantity
+from hapticd.runtime.configuration.system import find_system, system_names
 
 DOCUMENT = (Path(__file__).parents[2] / "docs" / "configuration.md").read_text()
 Sections = dict[str, dict[str, str]]
@@ -27,7 +28,11 @@ def default(field: Any) -> str:
     if field.required:
         return ""
     value = field.default if field.default is not msgspec.NODEFAULT else None
-    return {False: "false", True: "true", None: "none"}.get(value, f'"{value}"')
+    if isinstance(value, Quantity):
+        return f'"{value:g} {next(iter(DIMENSIONS[value.dimension]))}"'
+    if value is None or isinstance(value, bool | int):
+        return {None: "none"}.get(value, str(value).lower())
+    return f'"{value}"'
 
 
 def read(struct: type[msgspec.Struct], name: str, found: Sections) -> None:
@@ -51,13 +56,14 @@ def read(struct: type[msgspec.Struct], name: str, found: Sections) -> None:
 
 def of_the_program() -> Sections:
     found: Sections = {}
-    for config in SYSTEM_CONFIGS.values():
-        read(config, "top of the file", found)
+    for name in system_names():
+        read(find_system(name).config, "top of the file", found)
     found["top of the file"]["system"] = ""
-    kinds = [section for section in found if section.startswith("[devices.NAME]")]
-    found["[devices.NAME]"] = {"type": "", "node": ""}
-    for section in kinds:  # what all have is said once
-        found[section].pop("node")
+    for name in plugins.names(plugins.DEVICES):
+        read(plugins.plugin(plugins.DEVICES, name), section := f'[devices.NAME] type = "{name}"', found)
+        for key in ("name", "node", "serial"):  # what all have is said once, and the table is the name
+            found[section].pop(key)
+    found["[devices.NAME]"] = {"type": "", "node": "", "serial": "none"}
     return found
 
 

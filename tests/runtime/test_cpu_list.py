@@ -1,7 +1,7 @@
 """Lists of processors."""
 
 import pytest
-from hapticd.runtime.cpu_list import format_cpus, parse_cpus
+from hapticd.runtime.timing.cpu_list import format_cpus, parse_cpus
 
 
 @pytest.mark.parametrize(

@@ -3,11 +3,14 @@
 import msgspec
 import numpy as np
 import pytest
-from hapticd.runtime import config, lockstep_run
-from hapticd.runtime.log import Log, open_log
-from hapticd.runtime.modes import Mode
-from hapticd.runtime.replay import replay
-from hapticd.runtime.summary import Report, table
+from hapticd.runtime.configuration import config
+from hapticd.runtime.core.modes import Mode
+from hapticd.runtime.live import lockstep_run
+from hapticd.runtime.recording.log import Log, open_log
+from hapticd.runtime.recording.replay import replay
+from hapticd.runtime.recording.summary import Report, table
+
+pytestmark = pytest.mark.slow
 
 REACHED = {
     "joint 2": "upper",
@@ -27,7 +30,7 @@ EXCESS_PPU = 15e-3
 def session(tmp_path_factory: pytest.TempPathFactory) -> tuple[Report, Log]:
     path = tmp_path_factory.mktemp("log") / "giant.mcap"
     loaded = config.load("giant")
-    outcome = lockstep_run.run(loaded, path, loaded.config.loop.duration, False)
+    outcome = lockstep_run.run(loaded, path, None, False)
     assert outcome.status == 0
     assert outcome.report is not None
     return outcome.report, open_log(str(path))

@@ -4,9 +4,9 @@ import time
 
 import msgspec
 import pytest
-from hapticd.runtime.forensics import Forensics, LateTick, cause
-from hapticd.runtime.stages import Stage, Stages
-from hapticd.runtime.watch import Watch
+from hapticd.runtime.core.stages import Stage, Stages
+from hapticd.runtime.timing.forensics import Forensics, LateTick, cause
+from hapticd.runtime.timing.watch import Watch
 
 PERIOD_NS = 1_000_000
 

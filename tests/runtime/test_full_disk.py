@@ -12,10 +12,10 @@ from pathlib import Path
 
 import msgspec
 import pytest
-from hapticd.runtime import log_file
-from hapticd.runtime.log import open_log
-from hapticd.runtime.log_file import RESERVE_BYTES, LogFile, LogWriteError
-from hapticd.runtime.replay import replay
+from hapticd.runtime.recording import log_file
+from hapticd.runtime.recording.log import open_log
+from hapticd.runtime.recording.log_file import RESERVE_BYTES, LogFile, LogWriteError
+from hapticd.runtime.recording.replay import replay
 
 HAPTICD = (sys.executable, "-m", "hapticd.runtime")
 
@@ -56,10 +56,10 @@ def run(
 
 def check(done: subprocess.CompletedProcess[str], log: Path) -> None:
     """It says what happened, and the log holds what it says."""
-    assert done.returncode == 1
+    report = msgspec.json.decode(done.stdout)
+    assert done.returncode == (3 if report["stop"] else 1)  # a busy host may stop it, too
     assert "Traceback" not in done.stderr
     assert f"the disk took no more (No space left on device): the log {log} holds the first" in done.stderr
-    report = msgspec.json.decode(done.stdout)
     found = replay(open_log(str(log)))
     assert found.ticks == report["ticks"] > 500
     assert found.differing_ticks == 0
@@ -69,7 +69,9 @@ def test_on_a_full_disk_a_lockstep_session_ends_with_a_log_that_replays(
     small_disk: Path, machine: str
 ) -> None:
     log = small_disk / "a.mcap"
-    check(run(machine, "--lockstep", "--json", "--log", str(log)), log)
+    done = run(machine, "--lockstep", "--json", "--log", str(log))
+    check(done, log)
+    assert done.returncode == 1
 
 
 def test_on_a_full_disk_a_live_session_goes_on_unrecorded_and_its_log_replays(
@@ -78,7 +80,8 @@ def test_on_a_full_disk_a_live_session_goes_on_unrecorded_and_its_log_replays(
     log = small_disk / "a.mcap"
     done = run(machine, "--duration", "8", "--json", "--log", str(log))
     check(done, log)
-    assert "this session is not recorded any more" in done.stderr
+    # by then the recorder has ended, or is still completing its log
+    assert "what runs goes on, and the machine is not armed again" in done.stderr
     assert msgspec.json.decode(done.stdout)["ticks"] < 8000
 
 

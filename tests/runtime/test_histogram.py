@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hapticd.runtime.histogram import Histogram, nanosleep_loop
+from hapticd.runtime.timing.histogram import Histogram, nanosleep_loop
 
 
 @pytest.mark.parametrize("scale", [50.0, 5e3, 5e5, 5e8])

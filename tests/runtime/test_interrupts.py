@@ -8,21 +8,20 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from hapticd.runtime import interrupts
-from hapticd.runtime.log import open_log
-from hapticd.runtime.modes import Mode
-
-from .pseudo_terminal import CTRL_C, HAPTICD, Ended, Terminal, complete
+from hapticd.runtime.core.modes import Mode
+from hapticd.runtime.live import interrupts
+from hapticd.runtime.recording.log import open_log
+from hapticd.testing.terminal import CTRL_C, HAPTICD, Ended, Terminal, child, complete
 
 MOMENTS = [round(0.15 * k, 2) for k in range(1, 15)]
 """After the start [s]: from the import of the first module to the first ticks."""
 
 
-def start(folder: Path, *arguments: str) -> Terminal:
-    return Terminal([*HAPTICD, *arguments], folder, folder / "stderr.txt")
+Open = Callable[..., Terminal]
 
 
 def said(folder: Path) -> str:
@@ -47,9 +46,9 @@ def status_of(folder: Path, number: int) -> int:
 
 @pytest.mark.parametrize("moment", MOMENTS)
 def test_ctrl_c_while_it_starts_ends_it_with_a_line_and_status_130(
-    tmp_path: Path, machine: str, moment: float
+    open_hapticd: Open, tmp_path: Path, machine: str, moment: float
 ) -> None:
-    terminal = start(tmp_path, "run", machine)
+    terminal = open_hapticd("run", machine)
     terminal.wait_until(moment)
     terminal.type(CTRL_C)
     ended = terminal.end()
@@ -63,15 +62,47 @@ def test_ctrl_c_while_it_starts_ends_it_with_a_line_and_status_130(
     ("number", "word"), [(signal.SIGTERM, "terminated"), (signal.SIGHUP, "the terminal was closed")]
 )
 def test_other_signals_that_ask_for_an_end_are_told_by_their_name(
-    tmp_path: Path, number: int, word: str, moment: float
+    open_hapticd: Open, tmp_path: Path, number: int, word: str, moment: float
 ) -> None:
-    terminal = start(tmp_path, "run", "giant")
+    terminal = open_hapticd("run", "giant")
     terminal.wait_until(moment)
     os.kill(terminal.pid, number)
     ended = terminal.end()
     check_order(tmp_path, terminal, ended)
     assert ended.status == status_of(tmp_path, number)
     assert f"hapticd: {word}" in said(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("number", "word"),
+    [
+        (signal.SIGINT, "interrupted"),
+        (signal.SIGTERM, "terminated"),
+        (signal.SIGHUP, "the terminal was closed"),
+    ],
+)
+def test_a_signal_while_the_shell_is_still_busy_is_told_too(tmp_path: Path, number: int, word: str) -> None:
+    slow = tmp_path / "dirname"
+    slow.write_text('#!/bin/sh\n: > begun; sleep 0.5; exec /usr/bin/dirname "$@"\n')
+    slow.chmod(0o755)
+    environment = os.environ | {"PATH": f"{tmp_path}:{os.environ['PATH']}"}
+    process = subprocess.Popen(
+        [*HAPTICD, "run", "giant"],
+        cwd=tmp_path,
+        env=environment,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+        preexec_fn=lambda: signal.signal(number, signal.SIG_DFL),  # the tests may run in the background
+    )
+    deadline = time.monotonic() + 60.0
+    while not (tmp_path / "begun").exists():
+        assert time.monotonic() < deadline
+        time.sleep(0.01)
+    os.killpg(process.pid, number)
+    _, told = process.communicate(timeout=60.0)
+    assert told.endswith(f"hapticd: {word}\n") and told.count("hapticd: ") == 1
+    assert process.returncode == 128 + number
 
 
 def wait_until_moving(folder: Path) -> None:
@@ -87,8 +118,10 @@ def last_mode(folder: Path) -> Mode:
     return Mode(int(last.fixed["mode"]))
 
 
-def test_ctrl_c_while_the_machine_moves_brings_it_to_rest_first(tmp_path: Path, machine: str) -> None:
-    terminal = start(tmp_path, "run", machine)
+def test_ctrl_c_while_the_machine_moves_brings_it_to_rest_first(
+    open_hapticd: Open, tmp_path: Path, machine: str
+) -> None:
+    terminal = open_hapticd("run", machine)
     wait_until_moving(tmp_path)
     terminal.type(CTRL_C)
     ended = terminal.end()
@@ -99,18 +132,20 @@ def test_ctrl_c_while_the_machine_moves_brings_it_to_rest_first(tmp_path: Path, 
     assert "log:" in ended.said
 
 
-def test_a_closed_window_brings_the_machine_to_rest_and_completes_the_log(tmp_path: Path) -> None:
-    terminal = Terminal([*HAPTICD, "run", "giant"], tmp_path)
-    terminal.wait_for("ENGAGING")
-    terminal.close()
+def test_a_closed_window_brings_the_machine_to_rest_and_completes_the_log(
+    open_terminal: Open, tmp_path: Path
+) -> None:
+    terminal = open_terminal([*HAPTICD, "run", "giant"], tmp_path)
+    terminal.until_seen("ENGAGING")
+    terminal.close_window()
     ended = terminal.end()
     assert ended.status == 0
     assert terminal.survivors() == []
     assert last_mode(tmp_path) is Mode.STOPPED
 
 
-def test_ctrl_c_twice_ends_at_once_and_says_so(tmp_path: Path) -> None:
-    terminal = start(tmp_path, "run", "giant")
+def test_ctrl_c_twice_ends_at_once_and_says_so(open_hapticd: Open, tmp_path: Path) -> None:
+    terminal = open_hapticd("run", "giant")
     wait_until_moving(tmp_path)
     time.sleep(5.0)  # the hand walks; standstill takes a while
     terminal.type(CTRL_C)
@@ -125,10 +160,12 @@ def test_ctrl_c_twice_ends_at_once_and_says_so(tmp_path: Path) -> None:
     assert re.search(r"every simulated drive is safe after \d+ ms", said(tmp_path))
 
 
-def test_a_recorder_that_takes_its_time_is_waited_for_until_the_second_ctrl_c(tmp_path: Path) -> None:
-    terminal = start(tmp_path, "run", "giant", "--duration", "1")
+def test_a_recorder_that_takes_its_time_is_waited_for_until_the_second_ctrl_c(
+    open_hapticd: Open, tmp_path: Path
+) -> None:
+    terminal = open_hapticd("run", "giant", "--duration", "1")
     wait_until_moving(tmp_path)
-    recorder = child_of(terminal.pid, "recorder")
+    recorder = child(terminal.pid, "recorder")
     os.kill(recorder, signal.SIGSTOP)
     try:
         time.sleep(3.0)
@@ -149,22 +186,11 @@ def test_a_recorder_that_takes_its_time_is_waited_for_until_the_second_ctrl_c(tm
     assert "Traceback" not in said(tmp_path)
 
 
-def child_of(pid: int, module: str) -> int:
-    for entry in Path("/proc").iterdir():
-        try:
-            parent = int((entry / "stat").read_text().rsplit(")", 1)[1].split()[1])
-            if parent == pid and module in (entry / "cmdline").read_text():
-                return int(entry.name)
-        except (OSError, IndexError, ValueError):
-            continue
-    raise AssertionError(f"no {module}")
-
-
 @pytest.mark.parametrize("moment", [0.3, 0.8, 1.3, 3.0])
 def test_ctrl_c_in_lockstep_completes_the_log_or_leaves_none(
-    tmp_path: Path, machine: str, moment: float
+    open_hapticd: Open, tmp_path: Path, machine: str, moment: float
 ) -> None:
-    terminal = start(tmp_path, "run", machine, "--lockstep", "--duration", "600")
+    terminal = open_hapticd("run", machine, "--lockstep", "--duration", "600")
     terminal.wait_until(moment)
     terminal.type(CTRL_C)
     ended = terminal.end()
@@ -193,18 +219,21 @@ def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.mark.parametrize("moment", [0.6, 2.5])
 @pytest.mark.parametrize("name", COMMANDS)
 def test_ctrl_c_ends_every_command_and_whatever_it_started(
-    tmp_path: Path, recording: Path, name: str, moment: float, monkeypatch: pytest.MonkeyPatch
+    open_hapticd: Open,
+    tmp_path: Path,
+    recording: Path,
+    name: str,
+    moment: float,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     (tmp_path / "tmp").mkdir()
     monkeypatch.setenv("TMPDIR", str(tmp_path / "tmp"))
     (tmp_path / "recording.mcap").symlink_to(recording)
-    terminal = start(tmp_path, *COMMANDS[name])
+    terminal = open_hapticd(*COMMANDS[name])
     terminal.wait_until(moment)
-    try:
-        terminal.type(CTRL_C)
-    except OSError:  # it was quicker
-        terminal.end()
+    if terminal.process.poll() is not None:  # it was quicker
         return
+    terminal.type(CTRL_C)
     ended = terminal.end()
     text = said(tmp_path) + ended.said
     assert "Traceback" not in text and "Exception ignored" not in text
@@ -219,7 +248,7 @@ def test_ctrl_c_ends_every_command_and_whatever_it_started(
 def test_who_holds_the_signals_back_gets_them_afterwards(tmp_path: Path) -> None:
     program = """
 import os, signal, sys
-from hapticd.runtime.interrupts import end_at_once, held
+from hapticd.runtime.live.interrupts import end_at_once, held
 end_at_once()
 with held():
     os.kill(os.getpid(), signal.SIGTERM)

@@ -68,7 +68,18 @@ def test_packages_are_proposed_in_the_version_that_the_program_asks_for() -> Non
 
 
 def test_no_message_proposes_the_program_or_pip_as_if_they_were_on_the_path() -> None:
-    bare = re.compile(r"pip install [^{]|(?:type|try|replay|run)[:;]? (?:sudo )?hapticd [a-z]", re.IGNORECASE)
+    bare = re.compile(
+        r"pip install [^{]|(?:type|try|replay|run|is|by)[:;]? (?:sudo )?hapticd [a-z]", re.IGNORECASE
+    )
     for path in SOURCES:
         if path.name != "invocation.py":
             assert not bare.search(path.read_text()), path
+
+
+def test_what_lies_in_the_folder_one_stands_in_is_not_part_of_the_program(tmp_path: Path) -> None:
+    (tmp_path / "json.py").write_text("raise SystemExit('somebody else')\n")
+    (tmp_path / "hapticd.egg-info").mkdir()
+    (tmp_path / "hapticd.egg-info" / "PKG-INFO").write_text("Name: hapticd\nVersion: 0.0.1\n")
+    command = [str(Path(sys.executable).with_name("hapticd")), "check", "giant"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=60)
+    assert done.returncode == 0, done.stderr

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import pytest
-from hapticd.runtime.live_line import LiveLine
-from hapticd.runtime.modes import Mode
-from hapticd.runtime.orders import possible
-from hapticd.runtime.record import NO_TIMING, RecordWriter
-from hapticd.runtime.screen import fit
-from hapticd.runtime.summary import Summary, table
+from hapticd.runtime.core.modes import Mode
+from hapticd.runtime.live.live_line import LiveLine
+from hapticd.runtime.live.orders import possible
+from hapticd.runtime.live.screen import fit
+from hapticd.runtime.recording.record import NO_TIMING, RecordWriter
+from hapticd.runtime.recording.summary import Summary, table
 
-from .conftest import Bench
+from .conftest import MACHINES, Bench
 
 
 class Watched:
@@ -19,15 +19,14 @@ class Watched:
     def __init__(self, machine: str, *changes: tuple[str, str]) -> None:
         self.bench = Bench(*changes, machine=machine)
         session = self.bench.lockstep.session
-        self._writer = RecordWriter(session.memory)
+        self._writer = RecordWriter(session.cycle)
         self.summary = Summary.of(session)
         self.line = LiveLine(session, self.summary, possible(session.config), 30.0)
 
     def run(self, ticks: int) -> None:
         for _ in range(ticks):
             self.bench.run(1)
-            lockstep = self.bench.lockstep
-            self._writer.write(lockstep.inputs, lockstep.outputs, NO_TIMING)
+            self._writer.write(self.bench.lockstep.inputs, NO_TIMING)
             self.summary.add(self._writer.fixed[0])
 
     def until(self, mode: Mode) -> None:
@@ -57,7 +56,7 @@ def test_the_summary_holds_no_value_from_before_the_first_measurement(machine: s
     watched.until(Mode.READY)
     assert all(extent.low > extent.high for extent in watched.summary.extents)
     watched.run(50)
-    measured = watched.bench.memory.machine.position[:4]  # both machines name their joints first
+    measured = watched.bench.cycle.machine.position[:4]  # both machines name their joints first
     for extent, value in zip(watched.summary.extents, measured, strict=False):
         assert extent.low == pytest.approx(value, abs=0.01) and extent.high == pytest.approx(value, abs=0.01)
 
@@ -95,21 +94,24 @@ def test_where_nobody_can_type_no_key_is_named() -> None:
     assert "next: arm, press the dead-man" in watched.text and "0.1 s READY" in watched.text
 
 
-@pytest.mark.parametrize("columns", [40, 80, 200])
-def test_the_essentials_fit_any_window(machine: str, columns: int) -> None:
-    watched = Watched(machine)
+@pytest.fixture(scope="module", params=MACHINES)
+def active(request: pytest.FixtureRequest) -> Watched:
+    """A session that is rendered since 0.5 s; nothing here changes it."""
+    watched = Watched(request.param)
     watched.until(Mode.ACTIVE)
-    watched.run(200)
-    line = fit(watched.line.words(), columns - 1)
+    watched.run(500)
+    return watched
+
+
+@pytest.mark.parametrize("columns", [40, 80, 200])
+def test_the_essentials_fit_any_window(active: Watched, columns: int) -> None:
+    line = fit(active.line.words(), columns - 1)
     assert len(line) < columns
     assert "/30 s ACTIVE" in line and "dead-man pressed" in line
 
 
-def test_the_summary_fits_eighty_columns(machine: str) -> None:
-    watched = Watched(machine)
-    watched.until(Mode.ACTIVE)
-    watched.run(500)
-    text = table(watched.summary.report(12_345))
+def test_the_summary_fits_eighty_columns(active: Watched) -> None:
+    text = table(active.summary.report(12_345))
     assert max(map(len, text.splitlines())) < 80
-    for name in (spec.name for spec in watched.summary.figures.specs):
+    for name in (spec.name for spec in active.summary.figures.specs):
         assert name in text

@@ -5,8 +5,8 @@ import time
 from itertools import pairwise
 
 import pytest
-from hapticd.runtime.loop import FixedRate, now_ns
-from hapticd.runtime.slack import pause
+from hapticd.runtime.timing.loop import FixedRate, now_ns
+from hapticd.runtime.timing.slack import pause
 
 PERIOD = 2_000_000
 

@@ -5,8 +5,8 @@ from math import inf
 
 import numpy as np
 import pytest
-from hapticd.runtime.giant.machine import Giant
-from hapticd.runtime.session import build
+from hapticd.machines.giant.machine import Giant
+from hapticd.runtime.configuration.session import build
 
 from .conftest import Bench, loaded
 
@@ -51,7 +51,7 @@ MONITOR = {
 
 
 def test_the_gate_and_the_monitor_hold_the_axes_to_the_built_in_configuration(machine: str) -> None:
-    built = build(loaded(machine=machine)).memory.machine
+    built = build(loaded(machine=machine)).cycle.machine
     gate = {name: numbers for name, *numbers in map(astuple, built.axes)}
     assert gate == {name: pytest.approx(numbers) for name, numbers in GATE[machine].items()}
     t = built.thresholds
@@ -62,7 +62,7 @@ def test_the_gate_and_the_monitor_hold_the_axes_to_the_built_in_configuration(ma
 @pytest.mark.parametrize("machine", ["giant"])
 def test_the_gantry_fades_in_with_the_operator_s_wrench(engaging: Bench) -> None:
     engaging.run(400)
-    built, gain = engaging.memory.machine, engaging.memory.gain
+    built, gain = engaging.cycle.machine, engaging.cycle.phase.gain
     assert isinstance(built, Giant)
     wanted = built._prepositioning.velocity
     assert gain == pytest.approx(0.15, abs=0.01)

@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
-from hapticd.runtime.notify import LONGEST_INTERVAL_S, ServiceManager, Supervision
+from hapticd.runtime.live.notify import LONGEST_INTERVAL_S, ServiceManager, Supervision
 
 
 class Listener:

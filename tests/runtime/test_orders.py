@@ -1,9 +1,9 @@
 """What may be typed: keys mean what the screen says, lines are whole words, and nothing is guessed."""
 
 import pytest
-from hapticd.runtime.modes import Command, Mode
-from hapticd.runtime.orders import Ear, Order, Request, key_line, legend, possible, remark
-from hapticd.runtime.sections import Config
+from hapticd.runtime.core.modes import Command, Mode
+from hapticd.runtime.core.sections import Config
+from hapticd.runtime.live.orders import Ear, Order, Request, key_line, legend, possible, remark
 from hapticd.sim.person import Deed
 
 from .conftest import loaded

@@ -7,16 +7,15 @@ import socket
 
 from hapticd.devices.frames import Frames
 from hapticd.devices.socket_adapter import SocketAdapter
-from hapticd.runtime.modes import Command, Mode
-from hapticd.runtime.plant_process import PlantServer
+from hapticd.runtime.core.modes import Command, Mode
+from hapticd.runtime.live.plant_process import PlantServer
 from hapticd.sim.person import Deed
 
 from .conftest import Bench
 
 
-def test_after_a_stop_a_person_lets_go_resets_presses_and_pushes(machine: str) -> None:
-    bench = Bench(machine=machine)
-    bench.until(Mode.ACTIVE, limit=5000)
+def test_after_a_stop_a_person_lets_go_resets_presses_and_pushes(moving: Bench) -> None:
+    bench = moving
     bench.run(1, Command.STOP)
     bench.until(Mode.STOPPED)
     bench.run(600, Command.RESET)

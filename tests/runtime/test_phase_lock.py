@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hapticd.runtime.phase_lock import LOCKED_SHARE, LOST_TICKS, UNLOCKED_SHARE, PhaseLock
+from hapticd.runtime.timing.phase_lock import LOCKED_SHARE, LOST_TICKS, UNLOCKED_SHARE, PhaseLock
 
 PERIOD = 1_000_000
 

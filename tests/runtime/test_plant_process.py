@@ -13,12 +13,13 @@ from hapticd.devices.adapter import memory_pair
 from hapticd.devices.cia301 import TIME
 from hapticd.devices.frames import Frames
 from hapticd.devices.socket_adapter import SocketAdapter, unix_pair
-from hapticd.runtime import config, plant_process
-from hapticd.runtime.bus import NamedBus
-from hapticd.runtime.bus_clock import BusClock
-from hapticd.runtime.plant_process import SLICE_S, PlantServer
-from hapticd.runtime.realtime import Granted
-from hapticd.runtime.sections import PythonCanBus, SocketCanBus
+from hapticd.runtime.configuration import config
+from hapticd.runtime.configuration.bus import NamedBus
+from hapticd.runtime.core.sections import PythonCanBus, SocketCanBus
+from hapticd.runtime.live import plant_process
+from hapticd.runtime.live.bus_clock import BusClock
+from hapticd.runtime.live.plant_process import SLICE_S, PlantServer
+from hapticd.runtime.timing.realtime import Granted
 
 PERIOD = 1e-3
 
@@ -284,7 +285,7 @@ def test_a_bus_that_goes_ends_the_plant_with_a_word(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     daemon, there = unix_pair()
-    monkeypatch.setattr(plant_process, "open_bus", lambda bus: there)
+    monkeypatch.setattr(plant_process, "open_bus", lambda bus, _: there)
     threading.Timer(0.05, daemon.close).start()
     bus = PythonCanBus(interface="pcan", channel="PCAN_USBBUS1")
     assert plant_process.serve_interface(config.load("giant"), bus) == 1
@@ -302,7 +303,7 @@ def test_an_interface_is_served_until_sigterm(
     opened: list[NamedBus] = []
     answers = Frames()
 
-    def interface(bus: NamedBus) -> SocketAdapter:
+    def interface(bus: NamedBus, _: str) -> SocketAdapter:
         opened.append(bus)
         return there
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import msgspec
 import pytest
-from hapticd.runtime import config
+from hapticd.runtime.configuration import config
+from hapticd.runtime.configuration.session import build
 from hapticd.runtime.errors import ConfigError
-from hapticd.runtime.promise import verdict
-from hapticd.runtime.session import build
-from hapticd.runtime.summary import LimitReport, Report, Summary
+from hapticd.runtime.live.promise import verdict
+from hapticd.runtime.recording.summary import LimitReport, Report, Summary
 
 from .conftest import loaded
 
@@ -86,3 +86,13 @@ def test_the_default_configurations_promise_what_their_hands_do() -> None:
     for machine, count in (("giant", 8), ("rhi", 4)):
         simulation = config.load(machine).config.simulation
         assert simulation and len(simulation.touches) == count
+
+
+def test_a_person_who_led_the_hand_is_not_held_to_the_script(machine: str) -> None:
+    found = loaded(machine=machine)
+    name, _ = next(iter(found.config.simulation.touches.items()))  # type: ignore[union-attr]
+    led = msgspec.structs.replace(report(machine, **{name: ""}), led=True)
+    assert verdict(found, led, lockstep=True) == (True, "verdict: a person led the hand, no limit passed")
+    beyond = [msgspec.structs.replace(led.limits[0], excess=0.1), *led.limits[1:]]
+    passed = verdict(found, msgspec.structs.replace(led, limits=beyond), lockstep=True)
+    assert passed == (False, f"verdict: a person led the hand, {led.limits[0].name} passed")

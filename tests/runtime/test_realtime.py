@@ -7,11 +7,11 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
-from hapticd.runtime import realtime
-from hapticd.runtime import vitals as vitals_module
-from hapticd.runtime.realtime import Granted, automatic_spin_ns, isolated_cpus, leave_cpu
-from hapticd.runtime.stages import Stage, Stages
-from hapticd.runtime.vitals import VitalSigns
+from hapticd.runtime.core.stages import Stage, Stages
+from hapticd.runtime.timing import realtime
+from hapticd.runtime.timing import vitals as vitals_module
+from hapticd.runtime.timing.realtime import Granted, automatic_spin_ns, isolated_cpus, leave_cpu
+from hapticd.runtime.timing.vitals import VitalSigns
 
 
 @pytest.mark.parametrize(("text", "cpus"), [("\n", set()), ("3\n", {3}), ("1-2,5\n", {1, 2, 5})])
@@ -47,7 +47,7 @@ def in_child(work: str) -> int:
 
 def test_a_processor_that_does_not_exist_is_refused_with_the_fix_and_the_rest_is_still_asked_for() -> None:
     work = """
-from hapticd.runtime.realtime import become_realtime
+from hapticd.runtime.timing.realtime import become_realtime
 granted = become_realtime(1, 4095)
 assert not granted.cpu
 assert any("processor 4095" in text and "[loop] cpu" in text for text in granted.lost)
@@ -63,7 +63,7 @@ def test_the_wish_to_stay_awake_is_held_until_the_process_ends(tmp_path: Path) -
     work = f"""
 import os
 from pathlib import Path
-from hapticd.runtime.realtime import stay_awake
+from hapticd.runtime.timing.realtime import stay_awake
 assert stay_awake(Path({str(limit)!r}))
 held = [os.path.realpath(f"/proc/self/fd/{{fd}}") for fd in os.listdir("/proc/self/fd")]
 assert {str(limit)!r} in held

@@ -10,10 +10,10 @@ from pathlib import Path
 
 import pytest
 import zstandard
-from hapticd.runtime import lockstep_run
 from hapticd.runtime.errors import LogError, LogModelError, LogTruncatedError
-from hapticd.runtime.log import open_log
-from hapticd.runtime.recording import MAX_COUNT
+from hapticd.runtime.live import lockstep_run
+from hapticd.runtime.recording.log import open_log
+from hapticd.runtime.recording.reader import MAX_COUNT
 
 from .conftest import loaded
 from .hostile_logs import (
@@ -156,7 +156,7 @@ def test_a_second_channel_schema_or_session_is_refused(good: bytes, reading: Cal
     k = next(k for k, part in enumerate(parts) if part[1][4:].startswith(b"session"))
     with pytest.raises(LogError, match="describes two sessions"):
         reading(put_together([*parts[:k], parts[k], *parts[k:]]))
-    with pytest.raises(LogError, match="no recording of hapticd"):
+    with pytest.raises(LogError, match="not a recording of hapticd"):
         reading(put_together([*parts[:k], *parts[k + 1 :]]))
 
 
@@ -180,5 +180,12 @@ def test_what_a_recording_says_of_itself_cannot_write_to_the_terminal(
 ) -> None:
     parts = take_apart(good)
     k = next(k for k, part in enumerate(parts) if part[1][4:].startswith(b"session"))
-    with pytest.raises(LogError, match="what is no line of text"):
+    with pytest.raises(LogError, match="what is not a line of text"):
         reading(put_together([*parts[:k], metadata("session", {"layout": "\x1b]0;x\x07"}), *parts[k + 1 :]]))
+
+
+def test_two_recordings_in_one_file_are_not_taken_for_one(
+    good: bytes, reading: Callable[[bytes], int]
+) -> None:
+    with pytest.raises(LogError, match="something stands behind its end"):
+        reading(good + good)

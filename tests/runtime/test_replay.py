@@ -9,15 +9,16 @@ from pathlib import Path
 import msgspec
 import numpy as np
 import pytest
-from hapticd.runtime import lockstep_run
-from hapticd.runtime.cli import main
+from hapticd.machines.rendering import rendering
+from hapticd.runtime.command_line.cli import main
+from hapticd.runtime.configuration.session import build
+from hapticd.runtime.core.events import Severity
+from hapticd.runtime.core.modes import Mode
 from hapticd.runtime.errors import LogError, LogModelError, LogTruncatedError
-from hapticd.runtime.giant import machine as giant
-from hapticd.runtime.log import open_log
-from hapticd.runtime.modes import Mode
-from hapticd.runtime.record import INPUTS, TIMING, Record, differences, parse
-from hapticd.runtime.replay import replay
-from hapticd.runtime.session import build
+from hapticd.runtime.live import lockstep_run
+from hapticd.runtime.recording.log import TEXT_SCHEMA, open_log
+from hapticd.runtime.recording.record import INPUTS, TIMING, Record, differences, parse
+from hapticd.runtime.recording.replay import replay
 from mcap.reader import make_reader
 from mcap.writer import Writer
 
@@ -36,9 +37,16 @@ def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def rewrite(
-    source: Path, target: Path, change: Callable[[int, bytes], bytes], metadata: dict[str, str] | None = None
+    source: Path,
+    target: Path,
+    change: Callable[[int, bytes], bytes] = lambda _, data: data,
+    metadata: dict[str, str] | None = None,
+    words_only: bool = False,
 ) -> None:
-    """Copy a recording, passing every tick's bytes through ``change``."""
+    """Copy a recording, passing every tick's bytes through ``change``.
+
+    ``words_only`` keeps no more of an event than its tick and what people read.
+    """
     with source.open("rb") as inp, target.open("wb") as out:
         reader, writer = make_reader(inp), Writer(out)
         writer.start("hapticd")
@@ -52,11 +60,15 @@ def rewrite(
         for schema, channel, message in reader.iter_messages(log_time_order=False):
             assert schema is not None
             if channel.id not in channels:
-                known = writer.register_schema(schema.name, schema.encoding, schema.data)
+                text = TEXT_SCHEMA.encode() if words_only and channel.topic == "event" else schema.data
+                known = writer.register_schema(schema.name, schema.encoding, text)
                 channels[channel.id] = writer.register_channel(channel.topic, channel.message_encoding, known)
             data = message.data
             if channel.topic == "tick":
                 data, index = change(index, data), index + 1
+            elif words_only and channel.topic == "event":
+                event = msgspec.json.decode(data)
+                data = msgspec.json.encode({"tick": event["tick"], "text": event["text"]})
             writer.add_message(channels[channel.id], message.log_time, data, message.publish_time)
         writer.finish()
 
@@ -186,7 +198,7 @@ def test_a_program_that_computes_something_else_is_found_out(
 ) -> None:
     modes = [int(record.fixed["mode"]) for record in open_log(str(recording)).records()]
     stopping = modes.index(Mode.STOPPING)
-    monkeypatch.setattr(giant, "STOP_FADE_S", giant.STOP_FADE_S * (1.0 + 1e-9))
+    monkeypatch.setattr(rendering, "STOP_FADE_S", rendering.STOP_FADE_S * (1.0 + 1e-9))
     found = replay(open_log(str(recording)))
     assert found.first[0].tick == stopping
     assert any(d.field.startswith("state.wrench") for d in found.first)
@@ -281,20 +293,37 @@ def test_a_recording_of_another_machine_is_a_typed_error(
     recording: Path, tmp_path: Path, metadata: dict[str, str], message: str
 ) -> None:
     copy = tmp_path / "other.mcap"
-    rewrite(recording, copy, lambda _, data: data, metadata)
+    rewrite(recording, copy, metadata=metadata)
     with pytest.raises(LogModelError, match=message):
         replay(open_log(str(copy)))
 
 
 def test_a_recording_from_another_computer_says_so(recording: Path, tmp_path: Path) -> None:
     copy = tmp_path / "elsewhere.mcap"
-    rewrite(recording, copy, lambda _, data: data, {"cpu": "Z80"})
+    rewrite(recording, copy, metadata={"cpu": "Z80"})
     found = replay(open_log(str(copy)))
     assert found.environment["cpu"][0] == "Z80"
 
 
 def test_the_events_of_a_session_are_in_its_log(recording: Path) -> None:
-    events = [text for _, text in open_log(str(recording)).events()]
+    events = [event.text for event in open_log(str(recording)).events()]
     assert [event.split(":")[0] for event in events] == [
         "READY", "ENABLING", "ENGAGING", "ACTIVE", "STOPPING", "STOPPED",
     ]  # fmt: skip
+
+
+def test_the_log_keeps_code_severity_and_values_of_an_event_and_what_people_read(recording: Path) -> None:
+    *_, ending, off = open_log(str(recording)).events()
+    assert (ending.code, ending.severity, ending.values["reason"]) == ("ending", Severity.NOTE, "end")
+    assert ending.text == f"STOPPING: R3 end at tick {ending.tick}: the session ends"
+    assert (off.code, off.values) == ("switched_off", {})
+
+
+def test_a_recording_that_keeps_no_more_of_its_events_than_their_words_is_read(
+    recording: Path, tmp_path: Path
+) -> None:
+    copy = tmp_path / "words.mcap"
+    rewrite(recording, copy, words_only=True)
+    kept, known = (list(open_log(str(path)).events()) for path in (copy, recording))
+    assert [(event.tick, event.text) for event in kept] == [(event.tick, event.text) for event in known]
+    assert {(event.code, event.severity) for event in kept} == {("", None)}

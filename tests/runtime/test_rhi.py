@@ -2,13 +2,14 @@
 
 import numpy as np
 import pytest
-from hapticd.runtime import config, lockstep_run
+from hapticd.runtime.configuration import config
+from hapticd.runtime.configuration.session import build
+from hapticd.runtime.core.modes import Mode
 from hapticd.runtime.errors import ConfigError
-from hapticd.runtime.log import Log, open_log
-from hapticd.runtime.modes import Mode
-from hapticd.runtime.replay import replay
-from hapticd.runtime.session import build
-from hapticd.runtime.summary import Report, table
+from hapticd.runtime.live import lockstep_run
+from hapticd.runtime.recording.log import Log, open_log
+from hapticd.runtime.recording.replay import replay
+from hapticd.runtime.recording.summary import Report, table
 
 from .conftest import loaded
 
@@ -101,4 +102,4 @@ def test_a_mistake_is_named_with_its_key(old: str, new: str, key: str, problem: 
 def test_the_hold_and_the_controller_agree_on_the_built_in_configuration() -> None:
     session = build(config.load("rhi"))
     assert session.config.devices["motor_1"].node == 1
-    assert [axis.command for axis in session.memory.machine.axes] == LIMIT.tolist()
+    assert [axis.command for axis in session.cycle.machine.axes] == LIMIT.tolist()

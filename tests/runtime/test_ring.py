@@ -4,10 +4,10 @@ import os
 
 import numpy as np
 import pytest
-from hapticd.runtime.ring import CAPACITY, LONGEST_RECORD, Drain, Ring, RingError
+from hapticd.runtime.recording.ring import CAPACITY, LONGEST_RECORD, Drain, Ring, RingError
 
 LENGTH, SPACE = 60_000, 60_008
-"""Of a record: its bytes, and what it takes with its length in front and padded to eights."""
+"""Size of a record: its bytes, and what it takes with its length in front and padded to eights."""
 
 
 def test_records_come_out_as_they_went_in_across_many_turns_of_the_ring() -> None:

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hapticd.runtime.sampling import controls, fastest, integrates
+from hapticd.runtime.core.sampling import controls, fastest, integrates
 
 
 def swings(stiffness: float, damping: float, h: float) -> float:

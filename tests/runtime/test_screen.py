@@ -11,11 +11,10 @@ import tty
 from collections.abc import Iterator
 
 import pytest
-from hapticd.models.printable import printable
-from hapticd.runtime.outlet import CHUNK, MOST_PENDING, Outlet, reopened
-from hapticd.runtime.screen import FALLBACK, Screen, fit, steerable, terminal_size, width
-
-from .terminal import Emulator
+from hapticd.configs.printable import printable
+from hapticd.runtime.live.outlet import CHUNK, MOST_PENDING, Outlet, reopened
+from hapticd.runtime.live.screen import FALLBACK, Screen, fit, steerable, terminal_size, width
+from hapticd.testing.terminal import Emulator
 
 
 class Paper:

@@ -4,10 +4,10 @@ import time
 from itertools import count, pairwise
 
 import pytest
-from hapticd.runtime import slack as slack_module
-from hapticd.runtime.loop import now_ns
-from hapticd.runtime.slack import GUARD_NS, Slack, pause
-from hapticd.runtime.watch import Overstay, Watch
+from hapticd.runtime.timing import slack as slack_module
+from hapticd.runtime.timing.loop import now_ns
+from hapticd.runtime.timing.slack import GUARD_NS, Slack, pause
+from hapticd.runtime.timing.watch import Overstay, Watch
 
 BUDGET = 200_000
 FAR = 10**12
@@ -103,7 +103,7 @@ def test_a_slice_beyond_its_budget_is_named_with_its_line() -> None:
 
 
 def test_work_that_raises_is_dropped_and_reported_and_the_rest_goes_on() -> None:
-    failed: list[str] = []
+    failed: list[tuple[str, Exception]] = []
     done: list[int] = []
 
     async def broken() -> None:
@@ -114,13 +114,14 @@ def test_work_that_raises_is_dropped_and_reported_and_the_rest_goes_on() -> None
             done.append(1)
             await pause()
 
-    slack = Slack(Watch(), failed.append)
+    slack = Slack(Watch(), lambda work, error: failed.append((work, error)))
     slack.add(broken())
     slack.add(work())
     for _ in range(3):
         slack.serve(now_ns() + FAR)
     assert len(done) == 3
-    assert len(failed) == 1 and "broken" in failed[0] and "bad" in failed[0]
+    ((broken_work, error),) = failed
+    assert broken_work.endswith("broken") and repr(error) == "ValueError('bad')"
 
 
 def test_closed_work_does_not_run() -> None:

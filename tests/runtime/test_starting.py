@@ -6,17 +6,32 @@ from math import nan
 import numpy as np
 import pytest
 from hapticd.devices.safety_plc import SafetyRequest
-from hapticd.runtime.modes import Command, Mode
+from hapticd.runtime.core.modes import Command, Mode
 from hapticd.safety import Reaction, Verdict
 from hapticd.sim import faults
+from hapticd.testing.bench import fall, weld
 
-from .conftest import Bench, fall, weld
+from .conftest import Bench
 
 
 def stand_outside(bench: Bench) -> None:
-    """A joint is measured between its limit and the one that stops the machine."""
+    """A joint is measured further beyond its limit than any machine returns from."""
     # the limit comes to the joint: a measurement that jumps there would not be believed
-    object.__setattr__(bench.memory.machine.axes[1], "upper", bench.joints[1].link_position - 1e-3)
+    object.__setattr__(bench.cycle.machine.axes[1], "upper", bench.joints[1].link_position - 1.0)
+
+
+def drift(bench: Bench, speed: float) -> None:
+    """A joint moves by itself [rad/s]."""
+    joint, gone = bench.joints[0], 0.0
+
+    def moved() -> None:
+        nonlocal gone
+        gone += speed * 1e-3
+        joint.velocity = speed
+        joint.position += gone
+        joint.link_position += gone
+
+    bench.after_sensing(moved)
 
 
 def test_a_session_comes_up_by_itself_and_waits_for_a_press(bench: Bench) -> None:
@@ -37,7 +52,7 @@ def test_engaging_fades_in_over_three_seconds_from_the_measured_posture(bench: B
     posture = bench.plant.arm.q.copy()
     while bench.mode is Mode.ENGAGING:
         bench.run(1)
-        gains.append(bench.memory.gain)
+        gains.append(bench.cycle.phase.gain)
         if len(gains) < 100:
             assert np.abs(bench.plant.arm.q - posture).max() < 5e-3  # no jump
     assert len(gains) == pytest.approx(3000, abs=2)
@@ -69,7 +84,7 @@ def test_a_dead_man_held_from_the_start_does_not_arm(machine: str) -> None:
         ('dead_man = [{ at = "0.3 s", pressed = true }]', 'dead_man = [{ at = "0 s", pressed = true }]'),
         machine=machine,
     )
-    bench.run(600)
+    bench.run(290)  # the scripted hand does not pull yet
     assert bench.mode is Mode.READY
     bench.press(False)
     bench.run(5)
@@ -80,6 +95,7 @@ def test_a_dead_man_held_from_the_start_does_not_arm(machine: str) -> None:
 
 def test_one_channel_of_the_dead_man_is_no_press(bench: Bench) -> None:
     bench.until(Mode.READY)
+    bench.run(110)  # long enough to be at rest
     bench.plc.dead_man = (True, False)
     bench.run(50)
     assert bench.mode is Mode.READY
@@ -95,7 +111,7 @@ REFUSALS: dict[str, tuple[Callable[[Bench], object], str]] = {
     "STO": (lambda b: setattr(b.plc, "_latched", True), "the safety PLC holds the torque off"),
     "no recorder": (lambda b: b.run(1, Command.UNRECORDED), "the recorder is gone"),
     "latched stop": (
-        lambda b: b.memory.latch.take(Verdict(Reaction.HOLD, "test", "a test"), 0),
+        lambda b: b.cycle.stops.latch.take(Verdict(Reaction.HOLD, "test", "a test"), 0),
         "a stop is latched",
     ),
     "stale frames": (
@@ -104,10 +120,7 @@ REFUSALS: dict[str, tuple[Callable[[Bench], object], str]] = {
     ),
     "a drive in another mode": (lambda b: setattr(b.joints[1], "mode", 8), "is in mode 8 (6061h) instead of"),
     "a drive with power": (lambda b: weld(b.last_drive), "the safety PLC holds the torque off"),
-    "a machine that moves": (
-        lambda b: b.break_sensor(b.joints[0].device.name, "velocity", 0.5),
-        "the machine moves",
-    ),
+    "a machine that moves": (lambda b: drift(b, 0.3), "the machine moves"),
     "wrench is NaN": (lambda b: b.break_sensor("force_torque", "wrench", [nan] * 6), "gives nothing valid"),
     "joint outside": (stand_outside, "stands outside its limits"),
 }
@@ -128,6 +141,7 @@ GIANT_REFUSALS: dict[str, tuple[Callable[[Bench], object], str]] = {
 def test_a_press_starts_nothing_while_something_is_amiss(bench: Bench, name: str) -> None:
     happen, why = {**REFUSALS, **GIANT_REFUSALS}[name]
     bench.until(Mode.READY)
+    bench.run(110)  # long enough to be at rest
     bench.run(5)
     happen(bench)
     bench.run(2)
@@ -135,20 +149,22 @@ def test_a_press_starts_nothing_while_something_is_amiss(bench: Bench, name: str
     bench.run(5)
     assert bench.mode is (Mode.STOPPED if name in LATCHED else Mode.READY)
     assert bench.safe
-    (event,) = [event for event in bench.events if event.startswith("not started")]
+    (event,) = [event for event in bench.said if event.startswith("not started")]
     assert why in event
 
 
 def test_a_stop_of_a_waiting_machine_leaves_it_waiting(bench: Bench) -> None:
     bench.until(Mode.READY)
+    bench.run(110)  # long enough to be at rest
     bench.run(5, Command.STOP)
     assert bench.mode is Mode.READY
     assert bench.reason == ""
-    assert bench.events[-1] == "stop commanded: no drive has power"
+    assert bench.said[-1] == "stop commanded: no drive has power"
 
 
 def test_an_emergency_stop_of_a_waiting_machine_is_latched(bench: Bench) -> None:
     bench.until(Mode.READY)
+    bench.run(110)  # long enough to be at rest
     bench.plc.emergency_stop = (True, False)
     bench.run(3)
     bench.plc.emergency_stop = (False, False)
@@ -156,7 +172,7 @@ def test_an_emergency_stop_of_a_waiting_machine_is_latched(bench: Bench) -> None
     assert bench.mode is Mode.STOPPED
     assert bench.reason == "e_stop"
     assert bench.plc.request == SafetyRequest.STO
-    bench.run(100, Command.RESET)
+    bench.run(60, Command.RESET)
     assert bench.mode is Mode.READY
     assert bench.plc.request == 0 and not bench.plc.sto
 
@@ -168,10 +184,11 @@ def test_arming_by_command_needs_the_command_before_the_press(machine: str) -> N
         machine=machine,
     )
     bench.until(Mode.READY)
+    bench.run(110)  # long enough to be at rest
     bench.press(True)
     bench.run(10)
     assert bench.mode is Mode.READY
-    assert any("arming was not commanded" in event for event in bench.events)
+    assert any("arming was not commanded" in event for event in bench.said)
     bench.press(False)
     bench.run(10)
     bench.run(10, Command.ARM)
@@ -184,15 +201,62 @@ def test_arming_by_command_needs_the_command_before_the_press(machine: str) -> N
     bench.press(True)
     bench.run(10)
     assert bench.mode is Mode.READY
-    assert bench.events[-1].startswith("not started: arming was not commanded")
+    assert bench.said[-1].startswith("not started: arming was not commanded")
 
 
 def test_a_missing_device_fails_the_bring_up_without_moving_anything(bench: Bench) -> None:
     bench.joints[-1].silent = True
     bench.until(Mode.FAILED, limit=4000)
     name = bench.joints[-1].device.name
-    assert any(name in event for event in bench.events)
+    assert any(name in event for event in bench.said)
     bench.run(50)
     assert bench.safe
     assert bench.mode is Mode.FAILED
     assert len(bench.lockstep.outputs.frames) == 0
+
+
+def second_start(strength: float) -> Bench:
+    """The redundant interface stopped and reset, a hand pulling at it with so many newtons."""
+    bench = Bench(machine="rhi")
+    bench.until(Mode.ENGAGING)
+    bench.run(300)
+    bench.press(False)
+    bench.until(Mode.STOPPED)
+    hand, place = bench.plant.hand, bench.plant.arm.position.tolist()  # type: ignore[attr-defined]
+
+    class Aside:
+        @staticmethod
+        def at(t: float) -> tuple[list[float], list[float]]:
+            return [place[0], place[1] + 0.3, place[2]], [0.0, 0.0, 0.0]
+
+    hand._course, hand._strength = Aside, strength
+    bench.run(300)
+    bench.run(1, Command.RESET)
+    bench.until(Mode.READY, limit=600)
+    return bench
+
+
+def test_a_hand_that_is_stronger_than_the_motors_cannot_start() -> None:
+    bench = second_start(40.0)
+    bench.press(True)
+    bench.run(5)
+    assert bench.mode is Mode.READY and bench.safe
+    assert "more than the motors hold; pull less" in bench.said[-1]
+
+
+def test_a_hand_that_holds_on_is_held_as_the_brakes_open_and_let_go_gently() -> None:
+    bench = second_start(3.0)
+    arm = bench.plant.arm  # type: ignore[attr-defined]
+    bench.press(True)
+    bench.until(Mode.ENGAGING, limit=20)
+    before = np.array(bench.torques)
+    limits = np.array([axis.command for axis in bench.cycle.machine.axes])
+    for tick in range(400):
+        bench.run(1)
+        now = np.array(bench.torques)
+        if tick > 5:
+            assert (np.abs(now - before) < 0.05 * limits).all()
+        if tick < 50:
+            assert np.abs(arm.qd).max() < 0.2
+        before = now
+    assert bench.mode is Mode.ENGAGING

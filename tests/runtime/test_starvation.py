@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
-from hapticd.runtime.starvation import Starvation
+from hapticd.runtime.timing.starvation import Starvation
 
 
 @pytest.fixture

@@ -3,21 +3,23 @@
 import itertools
 from collections.abc import Callable, Iterator
 from functools import partial
-from math import inf, nan
+from math import inf, nan, sin
 
 import numpy as np
 import pytest
 from hapticd.devices.frames import Frames
 from hapticd.devices.image import COUNTERS
-from hapticd.runtime import cycle
-from hapticd.runtime.giant.machine import Giant
-from hapticd.runtime.modes import Command, Mode
-from hapticd.runtime.rhi.machine import RedundantInterface
+from hapticd.machines.giant.machine import Giant
+from hapticd.machines.rhi.machine import RedundantInterface
+from hapticd.runtime.core.modes import Command, Mode
+from hapticd.safety import PASS
 from hapticd.safety.gate import CLAMPS_BEFORE_HOLD
 from hapticd.sim import faults
-from hapticd.sim.drives import SimJointDrive
+from hapticd.sim.joint_drive import SimJointDrive
+from hapticd.sim.person import Deed
+from hapticd.testing.bench import fall
 
-from .conftest import MACHINES, RAMP_TICKS, Bench, fall
+from .conftest import MACHINES, RAMP_TICKS, Bench
 
 STOPS: dict[str, tuple[Callable[[Bench], object], str, bool, int]] = {
     # name: (what happens, reason, drives off at the end, ticks until it is detected)
@@ -151,7 +153,7 @@ def test_malformed_frames_are_dropped_and_counted(engaging: Bench) -> None:
 
 
 def counted(bench: Bench, event: str) -> int:
-    return int(bench.memory.image.counters[COUNTERS.index(event)])
+    return int(bench.cycle.image.counters[COUNTERS.index(event)])
 
 
 def test_a_second_master_stops_the_machine(engaging: Bench) -> None:
@@ -165,7 +167,7 @@ def test_a_second_master_stops_the_machine(engaging: Bench) -> None:
 def test_a_failed_solve_brakes_at_once_and_stops_on_the_third(
     engaging: Bench, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    machine = engaging.memory.machine
+    machine = engaging.cycle.machine
     if isinstance(machine, Giant):
         control = machine.force_control
         monkeypatch.setattr(control, "optimise", lambda: (control.brake(), False)[1])
@@ -216,19 +218,41 @@ def test_a_sensor_that_stays_broken_stops_the_moving_machine_without_a_lurch(
 def test_a_controlled_stop_that_does_not_come_to_rest_becomes_a_ramp_with_no_time_left(
     moving: Bench, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    machine = moving.memory.machine
+    machine = moving.cycle.machine
     monkeypatch.setattr(machine, "brake", lambda dropped: False)  # never at rest
     moving.break_sensor("force_torque", "wrench", [nan] * 6)
     moving.run(24)
     assert moving.reason == "wrench_lost"
-    slack = moving.memory.hold_limit
+    slack = moving.cycle.stops.hold_limit
     assert slack - 30 < moving.until(Mode.STOPPED, limit=700) <= slack
     assert moving.reason == "stop_timeout"
 
 
+def test_a_hand_that_never_lets_a_controlled_stop_come_to_rest_makes_it_a_ramp() -> None:
+    bench = Bench(machine="rhi")
+    bench.until(Mode.ACTIVE, limit=5000)
+    bench.run(1500)
+
+    class Shake:
+        @staticmethod
+        def at(time: float) -> tuple[list[float], list[float]]:
+            return [0.46 + 0.02 * sin(60.0 * time), 0.02, 0.0], [0.0, 0.0, 0.0]
+
+    hand = bench.plant.hand  # type: ignore[attr-defined]
+    hand._course, hand._strength = Shake, 12.0
+    bench.break_sensor("force_torque", "wrench", [nan] * 6)
+    bench.until(Mode.STOPPING, limit=30)
+    assert bench.reason == "wrench_lost"
+    took = bench.until(Mode.STOPPED, limit=400)
+    assert (bench.reason, bench.cycle.stops.latch.reaction.name) == ("stop_timeout", "RAMP")
+    assert took <= bench.cycle.stops.ramp_limit + bench.cycle.stops.hold_limit
+    bench.run(5)
+    assert bench.safe
+
+
 @pytest.mark.parametrize("command", [nan, inf])
 def test_a_command_that_is_no_number_never_reaches_a_drive(engaging: Bench, command: float) -> None:
-    machine = engaging.memory.machine
+    machine = engaging.cycle.machine
     update = machine.update
 
     def broken(gain: float, trust: float) -> None:
@@ -246,6 +270,7 @@ def test_a_command_that_is_no_number_never_reaches_a_drive(engaging: Bench, comm
     assert engaging.plc.sto  # on request: nobody pressed anything
 
 
+@pytest.mark.slow
 def test_a_motor_that_gives_all_it_has_for_milliseconds_stops_nothing_at_a_high_rate() -> None:
     waypoint = 'at = "4.45 s"\nposition = "1.024 -0.6243 -1.05 m"\nangles = "45 60 0 deg"'
     roll = 'at = "4 s"\nposition = "0.6 -0.8 -1.05 m"\nangles = "-10 60 -90 deg"'
@@ -253,16 +278,16 @@ def test_a_motor_that_gives_all_it_has_for_milliseconds_stops_nothing_at_a_high_
     bench.run(14_000)
     longest = clamped = 0
     for _ in range(1000):
-        before = bench.memory.gate.clamps
+        before = bench.cycle.gate.clamps
         bench.run(1)
-        clamped = clamped + 1 if bench.memory.gate.clamps > before else 0
+        clamped = clamped + 1 if bench.cycle.gate.clamps > before else 0
         longest = max(longest, clamped)
     assert longest > CLAMPS_BEFORE_HOLD  # joint 6 is rolled against its limit
-    assert bench.mode is Mode.ACTIVE, bench.events
+    assert bench.mode is Mode.ACTIVE, bench.said
 
 
 def test_commands_beyond_the_limit_are_clamped_and_stop_after_ten(engaging: Bench) -> None:
-    machine = engaging.memory.machine
+    machine = engaging.cycle.machine
     update = machine.update
 
     def broken(gain: float, trust: float) -> None:
@@ -282,7 +307,7 @@ def test_commands_beyond_the_limit_are_clamped_and_stop_after_ten(engaging: Benc
 def test_a_measured_position_or_speed_beyond_the_hard_limit_stops(
     engaging: Bench, quantity: str, limit: str
 ) -> None:
-    thresholds = engaging.memory.machine.thresholds
+    thresholds = engaging.cycle.machine.thresholds
     measured = abs(getattr(engaging.joints[1], quantity))
     allowed = [*getattr(thresholds, limit)]
     allowed[1] = measured - 0.5  # a value that jumped there would be no measurement
@@ -293,7 +318,7 @@ def test_a_measured_position_or_speed_beyond_the_hard_limit_stops(
 
 @pytest.mark.parametrize("machine", ["giant"])
 def test_a_wrench_that_is_lost_fades_out_of_what_the_machine_feels(moving: Bench) -> None:
-    machine = moving.memory.machine
+    machine = moving.cycle.machine
     assert isinstance(machine, Giant)
     moving.break_sensor("force_torque", "wrench", [nan] * 6, samples=20)
     moving.run(2)  # the first of them is measured, and sent
@@ -301,20 +326,20 @@ def test_a_wrench_that_is_lost_fades_out_of_what_the_machine_feels(moving: Bench
     assert np.linalg.norm(last) > 1.0
     for tick in range(1, 21):
         moving.run(1)
-        assert machine._felt == pytest.approx((1.0 - tick / 20) * last)
+        assert machine._rendering.felt == pytest.approx((1.0 - tick / 20) * last)
     for tick in range(1, 21):  # and comes back as it went
         moving.run(1)
-        assert machine._felt == pytest.approx(tick / 20 * machine._estimator.wrench)
+        assert machine._rendering.felt == pytest.approx(tick / 20 * machine._estimator.wrench)
     assert moving.mode is Mode.ACTIVE
 
 
 def test_a_tick_without_commands_of_its_own_sends_none(
     engaging: Bench, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(cycle, "_control", lambda *_: None)
+    monkeypatch.setattr(engaging.cycle, "_command", lambda _: PASS)
     engaging.run(2)
     assert engaging.reason == "stale_output"
-    assert not engaging.memory.image.word("joints.controlword").any()
+    assert not engaging.cycle.image.word("joints.controlword").any()
     assert engaging.safe
 
 
@@ -323,14 +348,16 @@ def test_a_ramp_ends_with_its_time_even_where_nothing_comes_to_rest(
 ) -> None:
     config = engaging.lockstep.session.config
     ramp = round(0.8 * config.safety.stop_time * config.loop.rate)
+    engaging.plant.obey(Deed.RELEASE)  # the hand stays at the handle and pulls at nothing
+    engaging.press(True)
     for _ in range(2):  # and a second one has as much
         with monkeypatch.context() as patch:
-            patch.setattr(engaging.memory.machine, "brake", lambda dropped: False)
+            patch.setattr(engaging.cycle.machine, "brake", lambda dropped: False)
             engaging.press(False)
             engaging.until(Mode.STOPPING)
             assert engaging.until(Mode.STOPPED) == ramp - 1  # the first in the tick of the stop
         engaging.run(10)
-        engaging.run(50, Command.RESET)
+        engaging.run(200, Command.RESET)
         engaging.press(True)
         engaging.until(Mode.ENGAGING)
         engaging.run(10)  # a stop just as the drives get torque needs no ramp

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import os
 import re
 import signal
@@ -9,39 +10,41 @@ import subprocess
 import sys
 import termios
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
-from hapticd.runtime.log import open_log
-from hapticd.runtime.modes import Mode
-
-from .terminal import PATIENCE_S, Terminal
-from .test_daemon import Live
+from hapticd.runtime.core.modes import Mode
+from hapticd.runtime.recording.log import open_log
+from hapticd.testing.terminal import CTRL_C, HAPTICD, PATIENCE_S, Terminal
 
 Start = Callable[..., Terminal]
 
 
+SESSION = ("--duration", "300", "--log", "session.mcap")
+HASTY = Path(__file__).with_name("hasty.py")
+
+
 @pytest.fixture
-def start(tmp_path: Path) -> Iterator[Start]:
+def start(open_terminal: Start, tmp_path: Path) -> Start:
     """Runs a machine in a window."""
-    running: list[Terminal] = []
 
-    def begin(config: str, *options: str, **window: object) -> Terminal:
-        command = ("run", config, "--duration", "300", "--log", "session.mcap", *options)
-        running.append(Terminal(tmp_path, *command, **window))
-        return running[-1]
+    def begin(machine: str, **window: object) -> Terminal:
+        return open_terminal([*HAPTICD, "run", machine, *SESSION], tmp_path, **window)
 
-    yield begin
-    for terminal in running:
-        terminal.close()
+    return begin
 
 
-def child(terminal: Terminal, module: str) -> int:
-    live = Live.__new__(Live)
-    live.process = terminal.process
-    return live.child(module)
+@pytest.fixture
+def start_hasty(open_terminal: Start, tmp_path: Path) -> Start:
+    """The same with a machine that engages in a moment."""
+
+    def begin(machine: str, **window: object) -> Terminal:
+        command = [sys.executable, str(HASTY), "run", machine, *SESSION]
+        return open_terminal(command, tmp_path, **window)
+
+    return begin
 
 
 def modes(folder: Path) -> list[Mode]:
@@ -49,7 +52,7 @@ def modes(folder: Path) -> list[Mode]:
 
 
 def events(folder: Path) -> list[str]:
-    return [text for _, text in open_log(str(folder / "session.mcap")).events()]
+    return [event.text for event in open_log(str(folder / "session.mcap")).events()]
 
 
 def test_a_person_stops_resets_presses_pushes_and_quits_by_single_keys(
@@ -85,7 +88,7 @@ def test_a_person_stops_resets_presses_pushes_and_quits_by_single_keys(
     while time.monotonic() < pushed + 1.0:
         terminal.look()
     terminal.type("q")
-    assert terminal.end() == 0, terminal.emulator.text
+    assert terminal.end().status == 0, terminal.emulator.text
     assert terminal.modes == terminal.before
     assert "ticks at 1000 Hz" in terminal.emulator.text
     assert not any("recorder" in event for event in events(tmp_path))
@@ -93,8 +96,8 @@ def test_a_person_stops_resets_presses_pushes_and_quits_by_single_keys(
     assert subprocess.run(verify, capture_output=True, check=False, cwd=tmp_path).returncode == 0
 
 
-def test_a_push_moves_the_handle_the_way_it_says(start: Start, machine: str, tmp_path: Path) -> None:
-    terminal = start(machine)
+def test_a_push_moves_the_handle_the_way_it_says(start_hasty: Start, machine: str, tmp_path: Path) -> None:
+    terminal = start_hasty(machine)
     terminal.until_stays("ACTIVE")
     terminal.type("u")  # takes the hand from the script: it stays where it is
     terminal.until_seen("the simulated person is yours now")
@@ -105,7 +108,7 @@ def test_a_push_moves_the_handle_the_way_it_says(start: Start, machine: str, tmp
     while time.monotonic() < settle:
         terminal.look()
     terminal.type("q")
-    assert terminal.end() == 0
+    assert terminal.end().status == 0
     records = [r.fixed for r in open_log(str(tmp_path / "session.mcap")).records()]
     active = [r for r in records if r["mode"] == Mode.ACTIVE]
     name = "twin_position" if machine == "giant" else "position"
@@ -115,39 +118,44 @@ def test_a_push_moves_the_handle_the_way_it_says(start: Start, machine: str, tmp
     assert max(np.linalg.norm(r["state"][force][:3]) for r in active) < 60.0
 
 
-@pytest.mark.parametrize("columns", [40, 80, 200])
-def test_the_lines_that_stay_fit_the_window(start: Start, machine: str, columns: int) -> None:
-    terminal = start(machine, columns=columns)
-    terminal.until_stays("ACTIVE")
-    terminal.type("q")
-    assert terminal.end() == 0
-    assert all(len(line) < columns for line in re.findall(r"\r([^\r\n\x1b]*)\x1b\[K", terminal.raw))
-    live = [line for line in re.findall(r"\r([^\r\n\x1b]*)\x1b\[K", terminal.raw) if "ACTIVE" in line]
+STAYING_LINE = re.compile(r"\r([^\r\n\x1b]*)\x1b\[K")
+
+
+def check_fit(written: str, columns: int) -> None:
+    lines = STAYING_LINE.findall(written)
+    assert lines and all(len(line) < columns for line in lines)
+    live = [line for line in lines if "ACTIVE" in line]
     assert live
+    assert any(len(line) > 40 for line in lines) == (columns > 40)
     if columns >= 80:
         assert any("force" in line for line in live)
 
 
-def test_the_lines_follow_a_window_that_shrinks_and_grows(start: Start) -> None:
-    terminal = start("giant")
+def test_the_lines_that_stay_fit_the_window_and_follow_it_as_it_grows_and_shrinks(
+    start_hasty: Start, machine: str
+) -> None:
+    terminal = start_hasty(machine, columns=40)
     terminal.until_stays("ACTIVE")
-    for columns in (40, 120):
+    check_fit(terminal.raw, 40)
+    for columns in (80, 200, 40, 120):
         terminal.resize(columns, 24)
         terminal.look()
-        seen = len(terminal.raw)
-        terminal.until(lambda at=seen: terminal.raw[at:].count(" ACTIVE") > 3, "four more lines")  # type: ignore[misc]
-        lines = re.findall(r"\r([^\r\n\x1b]*)\x1b\[K", terminal.raw[seen:])[2:]
-        assert lines and all(len(line) < columns for line in lines)
-        assert any(len(line) > 40 for line in lines) == (columns > 40)
+        resized = len(terminal.raw)
+        terminal.until(lambda at=resized: terminal.raw[at:].count(" ACTIVE") > 3, "four more lines")  # type: ignore[misc]
+        *_, begin = itertools.islice(STAYING_LINE.finditer(terminal.raw, resized), 3)  # two were under way
+        check_fit(terminal.raw[begin.start() :], columns)
+    terminal.type("q")
+    assert terminal.end().status == 0
+    check_fit(terminal.raw[begin.start() :], columns)
 
 
 def test_nothing_is_shown_as_measured_before_it_is(start: Start, machine: str) -> None:
     terminal = start(machine)
     terminal.until_seen("READY: all devices answer")
-    early = [line for line in re.findall(r"\r([^\r\n\x1b]*)\x1b\[K", terminal.raw) if "BRINGUP" in line]
+    early = [line for line in STAYING_LINE.findall(terminal.raw) if "BRINGUP" in line]
     assert not any(word in line for line in early for word in ("force", "dead-man", " at "))
     terminal.type("q")
-    assert terminal.end() == 0
+    assert terminal.end().status == 0
 
 
 def test_control_c_ends_with_a_summary_and_the_terminal_as_it_was(
@@ -155,8 +163,8 @@ def test_control_c_ends_with_a_summary_and_the_terminal_as_it_was(
 ) -> None:
     terminal = start(machine)
     terminal.until_stays("ENGAGING")
-    terminal.type("\x03")
-    assert terminal.end() == 0
+    terminal.type(CTRL_C)
+    assert terminal.end().status == 0
     assert "ticks at 1000 Hz" in terminal.emulator.text
     assert "^C" not in terminal.emulator.text
     assert os.get_blocking(terminal.slave)  # the shell shares this
@@ -167,13 +175,12 @@ def test_control_c_ends_with_a_summary_and_the_terminal_as_it_was(
 def test_events_and_lines_do_not_garble_each_other(start: Start) -> None:
     terminal = start("giant")
     terminal.until_stays("ENGAGING")
-    for _ in range(5):
+    for times in range(1, 6):
         terminal.type("xh")
-        terminal.look(0.2)
-    terminal.until_seen('"x": no such key', times=5)
-    terminal.until_seen("Keys, without Enter:", times=6)
+        terminal.until_seen('"x": no such key', times)
+        terminal.until_seen("Keys, without Enter:", times + 1)
     terminal.type("q")
-    assert terminal.end() == 0
+    assert terminal.end().status == 0
     text = terminal.emulator.text
     assert text.count("Keys, without Enter:") == 6
     assert text.count('"x": no such key') == 5
@@ -193,19 +200,21 @@ def test_a_terminal_that_hangs_holds_nothing_up(start: Start, machine: str, tmp_
     terminal.type("q")
     time.sleep(2.0)
     terminal.type("\x11")  # Ctrl-Q
-    assert terminal.end() == 3  # the stop was not reset
+    assert terminal.end().status == 3  # the stop was not reset
     assert modes(tmp_path)[-1] is Mode.STOPPED
     assert "typed: quit" in events(tmp_path)
     log = open_log(str(tmp_path / "session.mcap"))
     ticks = [int(record.fixed["tick"]) for record in log.records()]
-    assert len(ticks) > 3000
+    assert ticks[-1] > 3000
+    assert (
+        max(later - tick for tick, later in itertools.pairwise(ticks)) < 1000
+    )  # it hung for seven times as long
 
 
 def test_a_window_that_closes_brings_the_machine_to_rest(start: Start, machine: str, tmp_path: Path) -> None:
     terminal = start(machine)
     terminal.until_stays("ENGAGING")
-    os.close(terminal.slave)
-    os.close(terminal.master)
+    terminal.close_window()
     terminal.process.wait(PATIENCE_S)
     assert modes(tmp_path)[-1] is Mode.STOPPED
     assert any("end at tick" in event for event in events(tmp_path))
@@ -227,7 +236,7 @@ def test_a_suspended_session_stops_first_and_gives_the_terminal_back(
     terminal.until_stays("STOPPED")
     terminal.until(lambda: terminal.single_keys, "single keys again")
     terminal.type("q")
-    assert terminal.end() == 3  # stopped, and not reset
+    assert terminal.end().status == 3  # stopped, and not reset
     assert terminal.modes == terminal.before
     records = [record.fixed for record in open_log(str(tmp_path / "session.mcap")).records()]
     gap = int(np.argmax([int(record["skipped"]) for record in records]))
@@ -242,18 +251,18 @@ def state(pid: int) -> str:
 def test_the_terminal_is_as_it_was_after_a_child_died(start: Start, machine: str, victim: str) -> None:
     terminal = start(machine)
     terminal.until_stays("ENGAGING")
-    os.kill(child(terminal, victim), signal.SIGKILL)
+    os.kill(terminal.child(victim), signal.SIGKILL)
     if victim == "recorder":
         terminal.until_seen("the recorder died: this session is not recorded any more")
         terminal.type("q")
-    assert terminal.end() in (1, 3)
+    assert terminal.end().status in (1, 3)
     assert terminal.modes == terminal.before
 
 
 def test_the_recorder_gives_the_terminal_back_when_the_daemon_is_killed(start: Start) -> None:
     terminal = start("giant")
     terminal.until_stays("ENGAGING")
-    recorder = child(terminal, "recorder")
+    recorder = terminal.child("recorder")
     terminal.process.send_signal(signal.SIGKILL)
     terminal.process.wait()
     deadline = time.monotonic() + PATIENCE_S
@@ -284,7 +293,7 @@ def test_a_terminal_that_cannot_be_steered_gets_plain_lines_and_gives_words(
     terminal.type("press\n")
     terminal.until_seen("ENABLING: dead-man pressed", times=2)
     terminal.type("quit\n")
-    assert terminal.end() == 0
+    assert terminal.end().status == 0
     assert "\x1b" not in terminal.raw
 
 
@@ -310,14 +319,12 @@ def test_a_reader_of_the_messages_that_leaves_does_not_end_the_recording(
 
 
 @pytest.mark.parametrize("machine", ["giant", "rhi"])
-def test_in_lockstep_control_c_ends_with_a_summary(machine: str, tmp_path: Path) -> None:
-    command = ("run", machine, "--lockstep", "--duration", "300", "--log", "session.mcap")
-    terminal = Terminal(tmp_path, *command)
-    try:
-        terminal.until_seen("ENGAGING")
-        terminal.type("\x03")
-        assert terminal.end() == 0, terminal.emulator.text
-        assert "ticks at 1000 Hz" in terminal.emulator.text
-        assert modes(tmp_path)[-1] is Mode.STOPPED
-    finally:
-        terminal.close()
+def test_in_lockstep_control_c_ends_with_a_summary(
+    open_terminal: Start, machine: str, tmp_path: Path
+) -> None:
+    terminal = open_terminal([*HAPTICD, "run", machine, "--lockstep", *SESSION], tmp_path)
+    terminal.until_seen("ENGAGING")
+    terminal.type(CTRL_C)
+    assert terminal.end().status == 0, terminal.emulator.text
+    assert "ticks at 1000 Hz" in terminal.emulator.text
+    assert modes(tmp_path)[-1] is Mode.STOPPED

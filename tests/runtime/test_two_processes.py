@@ -13,13 +13,13 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
-from hapticd.runtime import config
-from hapticd.runtime.bus import open_bus
-from hapticd.runtime.log import open_log
-from hapticd.runtime.modes import Mode
-from hapticd.runtime.plant_process import PlantServer
-from hapticd.runtime.sections import PythonCanBus
-from hapticd.runtime.session import build
+from hapticd.runtime.configuration import config
+from hapticd.runtime.configuration.bus import open_bus
+from hapticd.runtime.configuration.session import build
+from hapticd.runtime.core.modes import Mode
+from hapticd.runtime.core.sections import PythonCanBus
+from hapticd.runtime.live.plant_process import PlantServer
+from hapticd.runtime.recording.log import open_log
 
 from ..devices.test_foreign_node import ForeignNode
 from .test_daemon import PATIENCE_S, Live
@@ -27,8 +27,7 @@ from .test_daemon import PATIENCE_S, Live
 pytest.importorskip("msgpack", reason="udp_multicast needs it")
 
 GROUP = "239.74.163.2"
-RATE_HZ = 250
-ATTEMPTS = 4
+ATTEMPTS = 20
 """A session that a busy host stops for late frames has done right, and is begun again."""
 LATE = ("stale", "device_silent", "overrun", "skipped", "wrench_lost", "acceleration_lost", "stall")
 
@@ -57,25 +56,25 @@ def free_port() -> int:
 
 
 @pytest.fixture
-def machine_file(write_config: Callable[..., Path]) -> Path:
-    """The giant on a bus of its own."""
+def on_multicast(write_config: Callable[..., Path]) -> Callable[..., Path]:
+    """A machine on a bus of its own, armed by command."""
     if not multicast_works():
         pytest.skip("no multicast on this host")
     bus = f'kind = "python-can"\ninterface = "udp_multicast"\nchannel = "{GROUP}"\n'
-    return write_config(
-        ('force = "150 N"', 'force = "5 N"'),  # who pulls hard at the handle cannot start
-        ('torque = "12 N m"', 'torque = "0.5 N m"'),
-        ('rate = "1 kHz"', f'rate = "{RATE_HZ} Hz"\nbest_effort = true'),
-        ("substeps = 3", "substeps = 12"),
-        ('on_overrun = "record"', 'on_overrun = "stop"'),
-        ('duration = "30 s"', 'duration = "60 s"'),
-        ('kind = "simulated"', bus + f"settings = {{ port = {free_port()} }}"),
-        ('by = "dead-man"', 'by = "command"'),
-        (
-            'dead_man = [{ at = "0.3 s", pressed = true }]',
-            'dead_man = [{ at = "3 s", pressed = true }]',
-        ),
-    )
+
+    def write(rate_hz: int, *changes: tuple[str, str], machine: str) -> Path:
+        return write_config(
+            ('rate = "1 kHz"', f'rate = "{rate_hz} Hz"\nbest_effort = true'),
+            ('on_overrun = "record"', 'on_overrun = "stop"'),
+            ('duration = "30 s"', 'duration = "60 s"'),
+            ('kind = "simulated"', bus + f"settings = {{ port = {free_port()} }}"),
+            ('by = "dead-man"', 'by = "command"'),
+            ('dead_man = [{ at = "0.3 s", pressed = true }]', 'dead_man = [{ at = "3 s", pressed = true }]'),
+            *changes,
+            machine=machine,
+        )
+
+    return write
 
 
 @contextmanager
@@ -119,7 +118,12 @@ def session(config: Path, folder: Path) -> tuple[Live, int]:
         live.process.stdin.close()
 
 
-def test_a_whole_life_over_udp_multicast_in_two_processes(machine_file: Path, tmp_path: Path) -> None:
+def test_a_whole_life_over_udp_multicast_in_two_processes(
+    on_multicast: Callable[..., Path], tmp_path: Path
+) -> None:
+    # slow and small: a busy host that gives nobody priority loses fewer of its frames
+    # who pulls at the handle cannot start
+    machine_file = on_multicast(200, ('force = "40 N"', 'force = "2 N"'), machine="rhi")
     for attempt in range(ATTEMPTS):
         folder = tmp_path / str(attempt)
         folder.mkdir()
@@ -140,9 +144,11 @@ def test_a_whole_life_over_udp_multicast_in_two_processes(machine_file: Path, tm
 
 
 def test_a_foreign_node_with_a_wrong_revision_ends_the_daemon_with_its_name_and_nothing_moves(
-    machine_file: Path, tmp_path: Path
+    on_multicast: Callable[..., Path], tmp_path: Path
 ) -> None:
     """All devices are simulated but the force-torque sensor, which is a node of the canopen package."""
+    rate_hz = 250
+    machine_file = on_multicast(rate_hz, ("substeps = 3", "substeps = 12"), machine="giant")
     session = build(config.load(str(machine_file)))
     bus = session.config.bus
     assert isinstance(bus, PythonCanBus)
@@ -153,7 +159,7 @@ def test_a_foreign_node_with_a_wrong_revision_ends_the_daemon_with_its_name_and_
         simulated["force_torque"].device, interface=bus.interface, channel=bus.channel, **bus.settings
     )
     node.preset(0x1018, 3, 7)
-    server, ended = PlantServer(plant, open_bus(bus), 1.0 / RATE_HZ), threading.Event()
+    server, ended = PlantServer(plant, open_bus(bus, "giant"), 1.0 / rate_hz), threading.Event()
 
     def serve() -> None:
         while not ended.is_set():

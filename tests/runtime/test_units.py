@@ -3,8 +3,8 @@
 from math import inf, pi
 
 import pytest
-from hapticd.runtime.quantities import Angles3, Duration, Frequency, Instant, Length
-from hapticd.runtime.units import UnitError, parse
+from hapticd.configs.quantities import Angles3, Duration, Frequency, Instant, Length
+from hapticd.configs.units import UnitError, parse
 
 
 @pytest.mark.parametrize(
@@ -27,13 +27,13 @@ def test_numbers_are_read_in_si(text: str, dimension: str, value: tuple[float, .
     [
         (5, "has no unit"),
         (5.0, "has no unit"),
-        (True, "no quantity"),
-        (["1 m"], "no quantity"),
+        (True, "not a quantity"),
+        (["1 m"], "not a quantity"),
         ("5", "has no unit"),
         ("m", "does not start with a number"),
         ("", "does not start with a number"),
-        ("5 rad", "no unit of length"),
-        ("5 M", "no unit of length"),
+        ("5 rad", "not a unit of length"),
+        ("5 M", "not a unit of length"),
         ("nan m", "contains a NaN"),
         ("1 nan m", "contains a NaN"),
     ],
@@ -45,6 +45,10 @@ def test_anything_else_is_refused_and_says_what_to_write(text: object, why: str)
 
 
 def test_single_quantities_are_finite_and_in_range() -> None:
+    with pytest.raises(UnitError, match="give a finite number > 0"):
+        Duration.read("-1e300 s")
+    with pytest.raises(UnitError, match="give a magnitude of at most 100 rad"):
+        Angles3.read("1 2 -1e300 rad")
     assert Duration.read("3 s") == 3.0
     assert Instant.read("0 s") == 0.0
     assert Length.read("0 m") == 0.0

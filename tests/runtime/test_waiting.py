@@ -2,8 +2,9 @@
 
 import pytest
 from hapticd.devices.frames import Frames
-from hapticd.runtime.cycle import INTRUDER_SILENT_S, PERMISSION_S
-from hapticd.runtime.modes import Command, Mode
+from hapticd.runtime.core.modes import Command, Mode
+from hapticd.runtime.core.senses import INTRUDER_SILENT_S
+from hapticd.runtime.core.start import PERMISSION_S
 from hapticd.safety import Reaction
 from hapticd.sim import faults
 from hapticd.sim.person import Deed
@@ -22,6 +23,7 @@ def waiting(machine: str) -> Bench:
     """READY, and nobody presses by himself."""
     bench = Bench(BY_COMMAND[1], machine=machine)
     bench.until(Mode.READY)
+    bench.run(110)  # long enough to be at rest
     bench.run(20)
     return bench
 
@@ -31,6 +33,7 @@ def commanded(machine: str) -> Bench:
     """READY, to be armed by command and press."""
     bench = Bench(*BY_COMMAND, machine=machine)
     bench.until(Mode.READY)
+    bench.run(110)  # long enough to be at rest
     bench.run(20)
     return bench
 
@@ -74,7 +77,7 @@ def test_a_second_master_that_goes_on_now_and_then_allows_no_reset(waiting: Benc
         intrude(waiting, (0x601, bytes(8)))
         waiting.run(SILENT - 10, Command.RESET)
         assert waiting.mode is Mode.STOPPED
-    assert "reset refused: a second master was heard just now" in waiting.events
+    assert "reset refused: a second master was heard just now" in waiting.said
 
 
 def test_a_second_master_during_the_bring_up_is_latched_when_it_ends(bench: Bench) -> None:
@@ -82,7 +85,7 @@ def test_a_second_master_during_the_bring_up_is_latched_when_it_ends(bench: Benc
     intrude(bench, (0x000, b"\x80\x02"))  # to a node that starts up anyway
     bench.until(Mode.STOPPED)
     assert bench.reason == "second_master"
-    assert "during bring-up" in bench.events[-1]
+    assert "during bring-up" in bench.said[-1]
     bench.run(600)
     assert bench.mode is Mode.STOPPED  # the scripted press starts nothing
 
@@ -126,7 +129,7 @@ def test_the_session_s_end_forbids_to_start(waiting: Bench) -> None:
     waiting.run(2, Command.END)
     waiting.run(300)
     assert waiting.mode is Mode.STOPPED
-    assert waiting.memory.stopped_by is None
+    assert waiting.cycle.stops.last is None
     assert not starts(waiting)
 
 
@@ -135,7 +138,7 @@ def test_a_press_while_a_stop_stands_says_why_it_starts_nothing(engaging: Bench)
     engaging.until(Mode.STOPPED)
     engaging.run(20)
     assert not starts(engaging)
-    assert engaging.events[-1] == "not started: a stop is latched; reset it first"
+    assert engaging.said[-1] == "not started: a stop is latched; reset it first"
 
 
 @pytest.mark.parametrize("moment", ["bring-up", "ready", "stopped"])
@@ -150,22 +153,22 @@ def test_without_a_recorder_nothing_starts_whenever_it_was_lost(machine: str, mo
     else:
         bench.run(5)
     bench.run(10, Command.UNRECORDED)
-    (event,) = [event for event in bench.events if "recorded" in event]
+    (event,) = [event for event in bench.said if "recorded" in event]
     assert event == "not recorded any more: what runs goes on, and the machine is not armed again"
     if moment == "stopped":
         bench.run(100, Command.RESET)
     bench.run(600)
     assert bench.mode is Mode.READY
     assert not starts(bench)
-    assert "the recorder is gone or lost records" in bench.events[-1]
+    assert "the recorder is gone or lost records" in bench.said[-1]
 
 
 def test_a_stop_revokes_the_command_to_arm(commanded: Bench) -> None:
     commanded.run(100, Command.ARM)
     commanded.run(5, Command.STOP)
-    assert commanded.events[-1] == "stop commanded: the command to arm is revoked"
+    assert commanded.said[-1] == "stop commanded: the command to arm is revoked"
     assert not starts(commanded)
-    assert commanded.events[-1].startswith("not started: arming was not commanded")
+    assert commanded.said[-1].startswith("not started: arming was not commanded")
     commanded.press(False)
     commanded.run(5, Command.ARM)
     assert starts(commanded)
@@ -178,11 +181,11 @@ def test_of_stop_and_arm_and_a_press_in_one_tick_the_stop_counts(commanded: Benc
         commanded.run(1, Command.ARM | Command.STOP)
     commanded.run(20)
     assert commanded.mode is Mode.READY
-    assert not commanded.memory.permission.given
+    assert not commanded.cycle.start.permission.given
 
 
 def test_a_command_to_arm_expires(commanded: Bench) -> None:
-    permission = commanded.memory.permission
+    permission = commanded.cycle.start.permission
     commanded.run(1, Command.ARM)
     assert permission._left == 30_000 == round(1e3 * PERMISSION_S)
     permission._left = 10
@@ -190,7 +193,7 @@ def test_a_command_to_arm_expires(commanded: Bench) -> None:
     assert permission.given
     commanded.run(1)
     assert not permission.given
-    assert commanded.events[-1] == "the command to arm expired after 30 s; give it again"
+    assert commanded.said[-1] == "the command to arm expired after 30 s; give it again"
     assert not starts(commanded)
     commanded.press(False)
     commanded.run(5, Command.ARM)
@@ -203,7 +206,7 @@ def test_a_command_to_arm_expires(commanded: Bench) -> None:
 def test_a_command_to_arm_while_a_stop_stands_is_answered(commanded: Bench) -> None:
     intrude(commanded, (0x080, b""))
     commanded.run(1, Command.ARM)
-    assert commanded.events[-1] == "not armed: a stop is latched; reset it first"
+    assert commanded.said[-1] == "not armed: a stop is latched; reset it first"
     commanded.run(400)
     commanded.run(100, Command.RESET)
     assert commanded.mode is Mode.READY
@@ -228,11 +231,11 @@ def test_late_answers_stop_the_machine_where_they_go_on(engaging: Bench, every: 
     delayed(engaging, every)
     engaging.run(250)
     assert engaging.mode is mode
-    assert engaging.memory.latch.reaction is (Reaction.HOLD if mode is Mode.HOLDING else Reaction.PASS)
+    assert engaging.cycle.stops.latch.reaction is (Reaction.HOLD if mode is Mode.HOLDING else Reaction.PASS)
 
 
 def delayed(bench: Bench, every: int) -> None:
-    """Of every so many ticks, the answers of one arrive one tick late."""
+    """Once every so many ticks, the answers of one arrive one tick late."""
     bus, held = bench.lockstep._bus, Frames()
     send = bus.send
     ticks = 0

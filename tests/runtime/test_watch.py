@@ -7,7 +7,7 @@ import time
 from functools import partial
 
 import pytest
-from hapticd.runtime.watch import BUDGET_NS, KEPT_NS, Overstay, Watch, WatchedLoop, source
+from hapticd.runtime.timing.watch import BUDGET_NS, KEPT_NS, Overstay, Watch, WatchedLoop, source
 
 
 def block() -> None:

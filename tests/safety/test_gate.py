@@ -5,6 +5,7 @@ from math import inf, isfinite, nan
 import numpy as np
 import pytest
 from hapticd.safety import AxisLimits, Gate, Reaction
+from numpy.typing import NDArray
 
 JOINT = AxisLimits("joint_1", command=100.0, step=inf, power=200.0, lower=-1.0, upper=1.0)
 KEPT = [False, False]
@@ -20,9 +21,31 @@ def admit(
     return gate.admit(commands, position or [0.0, 0.0], velocity or [0.0, 0.0], True, 7, 7, KEPT)
 
 
+def outputs() -> list[NDArray[np.float64]]:
+    return [np.full(1, nan), np.full(1, nan)]
+
+
 @pytest.fixture
 def gate() -> Gate:
-    return Gate([JOINT, AXIS], 1000.0)
+    return Gate([JOINT, AXIS], 1000.0, outputs())
+
+
+def test_what_is_encoded_is_what_was_admitted_and_nothing_else() -> None:
+    joint, axis = encoded = outputs()
+    gate = Gate([JOINT, AXIS], 1000.0, encoded)
+    gate.deny()
+    assert (joint[0], axis[0]) == (0.0, 0.0)
+    admit(gate, [150.0, nan])
+    assert (joint[0], axis[0]) == (100.0, 0.0)
+    admit(gate, [50.0, 0.005])
+    assert (joint[0], axis[0]) == (50.0, 0.005)
+    gate.admit([50.0, 0.005], [0.0, 0.0], [0.0, 0.0], True, 6, 7, KEPT)  # of another tick
+    assert (joint[0], axis[0]) == (0.0, 0.0)
+
+
+def test_an_axis_without_an_output_is_refused() -> None:
+    with pytest.raises(ValueError, match="1 outputs for 2 axes"):
+        Gate([JOINT, AXIS], 1000.0, outputs()[:1])
 
 
 def test_without_arming_nothing_is_admitted(gate: Gate) -> None:
@@ -112,7 +135,7 @@ def test_clamped_ticks_stop_ever_more_strongly_and_a_good_tick_forgives_only_the
 
 @pytest.mark.parametrize(("rate", "ticks"), [(4000.0, 40), (1250.0, 13), (250.0, 10)])
 def test_a_motor_may_give_all_it_has_for_10_ticks_and_for_10_ms(rate: float, ticks: int) -> None:
-    gate = Gate([JOINT, AXIS], rate)
+    gate = Gate([JOINT, AXIS], rate, outputs())
     found = [admit(gate, [150.0, 0.0]).reaction for _ in range(ticks)]
     assert found == [*[Reaction.SANITISE] * (ticks - 1), Reaction.HOLD]
 

@@ -5,7 +5,8 @@ from math import inf, nan
 
 import numpy as np
 import pytest
-from hapticd.safety import Axes, Motion, Pairs, Plausibility, Values
+from hapticd.binding import BindError
+from hapticd.safety import Axes, Course, Motion, Pairs, Plausibility, Values
 from hapticd.safety.plausibility import FRESH_TICKS, FROZEN_TICKS
 
 DT = 1e-3
@@ -23,7 +24,7 @@ class Encoder:
         self.fresh = status["fresh"]
         self.fresh[:] = True
         self.rate = Values(self.velocity, [0, 1], self.fresh, [3.75, 3.75], [1.25, 1.25])
-        self.values = Values(self.position, [0, 1], self.fresh, [inf, inf], [STEP, STEP], self.velocity, DT)
+        self.values = Values(self.position, [0, 1], self.fresh, [inf, inf], [STEP, STEP], self.rate, DT)
 
     def tick(self, position: Sequence[float], velocity: Sequence[float], elapsed: int = 1) -> list[bool]:
         self.position[:], self.velocity[:] = position, velocity
@@ -92,6 +93,19 @@ def test_what_was_not_heard_of_for_longer_may_have_moved_further(encoder: Encode
     assert encoder.tick([0.5 + 11.8 * STEP, -1.0], [1.0, 0.0], elapsed=6) == [False, False]
     encoder.tick([0.5, -1.0], [0.0, 0.0], elapsed=2**31 - 1)  # no overflow
     assert encoder.values.age.tolist() == [0, 0]
+
+
+def test_measurements_that_would_be_watched_in_a_copy_are_refused() -> None:
+    fresh, both = np.ones(2, np.bool_), np.zeros((2, 2))
+    two = [1.0, 1.0]
+    with pytest.raises(BindError, match="values is not C-contiguous"):
+        Values(both[:, 0], [0, 1], fresh, two, two)
+    still = Values(both[0], [0, 1], fresh, two, two)
+    assert still.value.base is both
+    for name in ("position", "velocity", "command"):
+        arrays = {"position": both[0], "velocity": both[0], "command": both[0], name: both[:, 1]}
+        with pytest.raises(BindError, match=rf"plausible_motion\.{name} is not C-contiguous"):
+            Motion(*arrays.values(), None, two, two, two, 1e-3)
 
 
 def test_a_value_that_never_was_one_reads_as_zero() -> None:
@@ -192,6 +206,100 @@ def test_encoders_on_both_sides_of_a_spring_agree_with_its_torque_or_contradict_
     assert pairs.mismatched.tolist() == [not fine, False]
 
 
+def test_a_torque_that_stands_still_while_its_spring_yields_contradicts_it() -> None:
+    motor, link, load = np.array([0.1]), np.array([0.09]), np.array([150.0])
+    pairs = Pairs(motor, link, load, [1 / 15000], [1.7e-3], ([2.6], [0.87e-3]))
+    for by in (0.0, 0.4e-3, 0.8e-3):
+        motor[0] = 0.1 + by
+        assert pairs.fine()
+    motor[0] = 0.1 + 1.0e-3  # within the tolerance, but the torque never moved
+    assert not pairs.fine()
+    load[0] = 165.0
+    assert pairs.fine()
+
+
+class Compared:
+    """An axis whose position and velocity are compared over ten ticks."""
+
+    def __init__(self) -> None:
+        self.x, self.v, self.fresh = np.zeros(1), np.zeros(1), np.ones(1, bool)
+        rate = Values(self.v, [0], self.fresh, [10.0], [inf])
+        place = Values(self.x, [0], self.fresh, [inf], [inf])
+        self.values = rate, place
+        self.course = Course(place, rate, [2.5e-3], 10, DT)
+
+    def tick(self, x: float, v: float, elapsed: int = 1) -> bool:
+        self.x[:], self.v[:] = x, v
+        for values in self.values:
+            values.accept(elapsed)
+        return self.course.fine(elapsed)
+
+
+def test_a_velocity_is_compared_with_the_change_of_position() -> None:
+    axis = Compared()
+    x = 5.0
+    for k in range(100):  # whatever it does
+        v = 2.5 * np.sin(0.1 * k)
+        x += 0.5 * DT * (v + 2.5 * np.sin(0.1 * (k - 1)))
+        assert axis.tick(x, v)
+    found = next(k for k in range(20) if not axis.tick(x := x - DT * 2.0, 2.0))
+    assert found <= 5
+    assert axis.course.wrong.tolist() == [True]
+
+
+@pytest.mark.parametrize("wrong", [(5e-3, 1.0), (0.0, 1.0 + 2.4)])
+def test_one_wrong_sample_of_position_or_velocity_contradicts_nothing(wrong: tuple[float, float]) -> None:
+    axis = Compared()
+    for k in range(60):
+        dx, v = wrong if k == 30 else (0.0, 1.0)
+        assert axis.tick(k * DT + dx, v)
+
+
+def test_an_axis_that_was_not_measured_for_a_while_is_compared_anew() -> None:
+    axis = Compared()
+    for k in range(20):
+        assert axis.tick(k * DT, 1.0)
+    assert axis.tick(0.5, -1.0, elapsed=50)
+    for k in range(1, 30):
+        assert axis.tick(0.5 - k * DT, -1.0)
+
+
+def test_skipped_ticks_in_which_the_plant_may_have_stood_still_contradict_nothing() -> None:
+    axis, x = Compared(), 0.0
+    for k in range(100):
+        x += 2.5 * DT  # one period, whatever was skipped
+        assert axis.tick(x, 2.5, elapsed=2 if k % 3 else 1)
+
+
+def test_skipped_ticks_hide_no_velocity_that_is_turned_over() -> None:
+    axis, x = Compared(), 0.0
+    for k in range(60):
+        axis.tick(x := x + 2.0 * DT, 2.0, elapsed=3 if k % 3 == 0 else 1)
+    found = [axis.tick(x := x + 2.0 * DT, -2.0, elapsed=3 if k % 3 == 0 else 1) for k in range(20)]
+    assert not all(found)
+
+
+def test_the_speed_of_an_axis_is_that_of_what_moves_faster() -> None:
+    axis = Compared()
+    axis.tick(0.0, 0.0)
+    for k in range(1, 11):
+        axis.tick(k * 2e-4, 0.0)
+    assert axis.course.speed.tolist() == [pytest.approx(0.2)]
+    axis.tick(11 * 2e-4, -0.7)
+    assert axis.course.speed.tolist() == [0.7]
+
+
+def test_a_motion_that_is_faster_than_it_may_be_is_taken_where_its_velocity_says_so(encoder: Encoder) -> None:
+    x, v = 0.5, 1.0
+    encoder.rate._core.most[0] = 10.0
+    for _ in range(6):
+        v += 1.2
+        x += DT * v
+        assert encoder.tick([x, -1.0], [v, 0.0]) == [False, False]
+    assert v * DT > 1.9 * STEP
+    assert encoder.tick([x - DT * v, -1.0], [v, 0.0]) == [True, False]
+
+
 class Machine:
     """Two joints with two encoders each, and an axis with one; a sensor."""
 
@@ -202,24 +310,24 @@ class Machine:
         self.fresh = np.ones(4, bool)
         big, step = [inf, inf], [STEP, STEP]
         joints = [0, 1]
+        rate = Values(self.rate, joints, self.fresh, big, [1.0, 1.0])
+        motor = Values(self.joint, joints, self.fresh, big, step, rate, DT)
+        link = Values(self.link, joints, self.fresh, big, step, rate, DT)
         arm = Axes(
-            [
-                Values(self.rate, joints, self.fresh, big, [1.0, 1.0]),
-                Values(self.joint, joints, self.fresh, big, step, self.rate, DT),
-                Values(self.link, joints, self.fresh, big, step, self.rate, DT),
-            ],
+            [rate, motor, link],
             [
                 Motion(position, self.rate, self.torque, None, [26.0] * 2, [1e-6] * 2, [1e-3] * 2, DT)
                 for position in (self.joint, self.link)
             ],
+            [Course(place, rate, [2.5e-3, 2.5e-3], 10, DT) for place in (motor, link)],
             [Pairs(self.joint, self.link, self.load, [0.0, 0.0], [1e-3, 1e-3])],
         )
+        speed = Values(self.speed, [2], self.fresh, [inf], [1.0])
+        axis = Values(self.axis, [2], self.fresh, [inf], [STEP], speed, DT)
         base = Axes(
-            [
-                Values(self.speed, [2], self.fresh, [inf], [1.0]),
-                Values(self.axis, [2], self.fresh, [inf], [STEP], self.speed, DT),
-            ],
+            [speed, axis],
             [Motion(self.axis, self.speed, self.told, None, [0.1], [1e-6], [1e-3], DT)],
+            [Course(axis, speed, [2.5e-3], 10, DT)],
         )
         self.sensor = Values(self.wrench, [3] * 3, self.fresh, [100.0] * 3, [25.0] * 3)
         self.checks = Plausibility((arm, base), (self.sensor,))

@@ -19,7 +19,8 @@ from hapticd.devices.device import Device
 from hapticd.devices.frames import Frames
 from hapticd.devices.network import Network
 from hapticd.devices.python_can import python_can
-from hapticd.sim.drives import SimDrive, SimJointDrive
+from hapticd.sim.drive import SimDrive
+from hapticd.sim.joint_drive import SimJointDrive
 from hapticd.sim.nodes import SimNodes
 
 CHANNELS = count()

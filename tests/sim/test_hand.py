@@ -3,9 +3,9 @@
 import numpy as np
 import pinocchio as pin
 import pytest
+from hapticd.machines.giant.kinematics import DH, T_BASE_DH
 from hapticd.models.dh import forward
-from hapticd.models.giant import DH, T_BASE_DH
-from hapticd.sim.hand import Grip, Hand, Path, _orientation
+from hapticd.sim.hand import Grip, Hand, Path, hanging, turned
 
 GRIP = Grip((900.0, 30.0), (40.0, 1.2), (150.0, 12.0))
 TIMES = [0.0, 1.0, 1.5, 3.0]
@@ -47,7 +47,7 @@ def test_a_path_needs_ascending_times() -> None:
 def test_yaw_tilt_and_roll_are_the_angles_of_the_giants_handle() -> None:
     q = np.array([0.1, -0.2, 0.7, 1.1, -0.4, 0.5, 0.4, 0.3])
     handle = forward(T_BASE_DH, DH, q)[-1]
-    rotation, _ = _orientation([q[2] + q[3] + q[4], q[5] + q[6], q[7]], [0.0, 0.0, 0.0])
+    rotation, _ = hanging([q[2] + q[3] + q[4], q[5] + q[6], q[7]], [0.0, 0.0, 0.0])
     np.testing.assert_allclose(rotation, handle[:3, :3], atol=1e-12)
 
 
@@ -55,14 +55,14 @@ def test_the_angular_velocity_is_the_derivative_of_the_orientation(path: Path) -
     h = 1e-6
     for t in (0.4, 1.2, 2.0):
         value, rate = path.at(t)
-        R, omega = _orientation(value[3:], rate[3:])
-        later, _ = _orientation(path.at(t + h)[0][3:], rate[3:])
+        R, omega = hanging(value[3:], rate[3:])
+        later, _ = hanging(path.at(t + h)[0][3:], rate[3:])
         np.testing.assert_allclose(pin.log3(later @ R.T) / h, omega, atol=1e-4)
 
 
 def test_the_hand_pulls_towards_its_path_as_strongly_as_it_can(path: Path) -> None:
-    hand = Hand(path, GRIP)
-    R, _ = _orientation([0.0, 1.0, 0.0], [0.0] * 3)
+    hand = Hand(path, GRIP, hanging)
+    R, _ = hanging([0.0, 1.0, 0.0], [0.0] * 3)
     near = hand.update(0.0, [0.01, 0.0, -1.0], R, [0.0] * 6)
     np.testing.assert_allclose(near, [-9.0, 0, 0, 0, 0, 0], atol=1e-9)
     moving = hand.update(0.0, [0.0, 0.0, -1.0], R, [0.1, 0, 0, 0, 0, 0.5])
@@ -72,3 +72,13 @@ def test_the_hand_pulls_towards_its_path_as_strongly_as_it_can(path: Path) -> No
     assert np.linalg.norm(far[3:]) == pytest.approx(12.0)
     hand.gripping = False
     assert not hand.update(0.0, [3.0, 0.0, -1.0], R, [0.0] * 6).any()
+
+
+def test_rotation_vectors_turn_from_where_the_handle_was_and_their_rate_is_the_angular_velocity() -> None:
+    first = pin.exp3(np.array([0.4, -0.2, 1.0]))
+    orientation, h = turned(first), 1e-6
+    angles, rates = np.array([0.5, -1.1, 0.3]), np.array([0.7, 0.2, -0.9])
+    R, omega = orientation(angles, rates)
+    later, _ = orientation(angles + h * rates, rates)
+    np.testing.assert_allclose(pin.log3(later @ R.T) / h, omega, atol=1e-5)
+    np.testing.assert_allclose(orientation([0.0] * 3, [0.0] * 3)[0], first)

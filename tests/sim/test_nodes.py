@@ -2,25 +2,27 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
+from hapticd.devices.axis_drive import AxisDrive
 from hapticd.devices.bringup import Bringup
 from hapticd.devices.cia301 import Address, AlState, NmtState
 from hapticd.devices.cia402 import State
 from hapticd.devices.device import Device, Field, Quantity
-from hapticd.devices.drive import AxisDrive
 from hapticd.devices.frames import Frames
 from hapticd.devices.image import ProcessImage
 from hapticd.devices.network import Network
 from hapticd.devices.safety_plc import SafetyRequest, SafetySignals
 from hapticd.sim import faults
-from hapticd.sim.drives import SimAxisDrive, SimDrive, SimJointDrive
+from hapticd.sim.axis_drive import SimAxisDrive
+from hapticd.sim.drive import SimDrive
+from hapticd.sim.force_torque import SimForceTorque
+from hapticd.sim.imu import SimImu
+from hapticd.sim.joint_drive import SimJointDrive
 from hapticd.sim.node import SimNode
 from hapticd.sim.nodes import SimNodes
-from hapticd.sim.sensors import SimForceTorque, SimImu
 
 if TYPE_CHECKING:
     from ..conftest import Rig
@@ -278,8 +280,7 @@ def test_two_runs_are_identical(make_rig: type[Rig], devices: list[Device]) -> N
     assert logs[0] == logs[1]
 
 
-@dataclass(frozen=True, kw_only=True)
-class Thermometer(Device):
+class Thermometer(Device, frozen=True, kw_only=True):
     group: str = "temperatures"
     eds: str = "imu.eds"
 

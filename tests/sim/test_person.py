@@ -4,18 +4,18 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hapticd.sim.hand import MOST_PUSH_N, PUSH_N, Grip, Hand, Path, PointHand, _orientation
+from hapticd.sim.hand import MOST_PUSH_N, PUSH_N, Grip, Hand, Path, PointHand, hanging
 from hapticd.sim.person import DIRECTIONS, Deed, deeds
 
 GRIP = Grip((900.0, 30.0), (40.0, 1.2), (150.0, 12.0))
-UPRIGHT = _orientation([0.0, 1.0, 0.0], [0.0] * 3)[0]
+UPRIGHT = hanging([0.0, 1.0, 0.0], [0.0] * 3)[0]
 WALK = Path([0.0, 10.0], np.array([[0.0, 0.0, -1.0, 0.0, 1.0, 0.0], [5.0, 0.0, -1.0, 3.0, 1.0, 0.0]]))
 STILL = [0.0] * 6
 
 
 @pytest.fixture
 def hand() -> Hand:
-    hand = Hand(WALK, GRIP)
+    hand = Hand(WALK, GRIP, hanging)
     hand.update(5.0, [1.0, 2.0, -1.0], UPRIGHT, STILL)
     return hand
 

@@ -2,7 +2,8 @@
 
 import numpy as np
 import pytest
-from hapticd.models import Robot, planar
+from hapticd.machines.rhi import planar
+from hapticd.models import Robot
 from hapticd.sim.hand import Path, PointHand
 from hapticd.sim.rigid import RigidArm
 

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from hapticd.runtime.doctor.host import Host
+from hapticd.runtime.timing.host import Host
 
 MakeHost = Callable[[dict[str, str | bytes]], Host]
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
+from hapticd.configs.quantities import BitRate
+from hapticd.runtime.core.sections import PythonCanBus, SocketCanBus
 from hapticd.runtime.doctor.can import can_line, can_lines
 from hapticd.runtime.doctor.line import Line, State
-from hapticd.runtime.quantities import BitRate
-from hapticd.runtime.sections import PythonCanBus, SocketCanBus
 
 
 def can(**changes: Any) -> dict[str, Any]:

@@ -6,9 +6,9 @@ from collections.abc import Callable
 
 import pytest
 from hapticd.runtime.doctor import cpu, kernel, permissions
-from hapticd.runtime.doctor.host import Host
 from hapticd.runtime.doctor.line import Line, State
 from hapticd.runtime.doctor.report import CHECKS
+from hapticd.runtime.timing.host import Host
 
 MakeHost = Callable[..., Host]
 Files = dict[str, str | bytes]

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from hapticd.runtime.doctor.host import Host
+from hapticd.runtime.timing.host import Host
 
 
 def test_a_file_is_read_without_white_space_and_may_be_missing(make_host: Callable[..., Host]) -> None:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import msgspec
 import pytest
-from hapticd.runtime.cli import main
+from hapticd.runtime.command_line.cli import main
 from hapticd.runtime.doctor.line import Line, State
 from hapticd.runtime.doctor.report import CHECKS, as_json, as_text, fit
 

@@ -1,0 +1,263 @@
+"""The kinds of numbers in a configuration: dimension, length and range of each."""
+
+# ruff: noqa: D101 - the names say it all
+
+from __future__ import annotations
+
+from .ranges import Range
+from .units import Quantity, Vector
+
+
+class Duration(Quantity):
+    dimension = "time"
+
+
+class Instant(Quantity):
+    dimension = "time"
+    strict = False
+
+
+class Frequency(Quantity):
+    dimension = "frequency"
+
+
+class BitRate(Quantity):
+    dimension = "bit rate"
+
+
+class Length(Quantity):
+    dimension = "length"
+    strict = False
+
+
+class Angle(Quantity):
+    dimension = "angle"
+    strict = False
+
+
+class Speed(Quantity):
+    dimension = "speed"
+
+
+class AngularSpeed(Quantity):
+    dimension = "angular speed"
+
+
+class Acceleration(Quantity):
+    dimension = "acceleration"
+
+
+class AngularAcceleration(Quantity):
+    dimension = "angular acceleration"
+
+
+class Mass(Quantity):
+    dimension = "mass"
+
+
+class Inertia(Quantity):
+    dimension = "inertia"
+
+
+class Force(Quantity):
+    dimension = "force"
+
+
+class Torque(Quantity):
+    dimension = "torque"
+
+
+class Stiffness(Quantity):
+    dimension = "stiffness"
+
+
+class AngularStiffness(Quantity):
+    dimension = "angular stiffness"
+
+
+class Damping(Quantity):
+    dimension = "damping"
+    strict = False
+
+
+class AngularDamping(Quantity):
+    dimension = "angular damping"
+    strict = False
+
+
+class Rate(Quantity):
+    dimension = "rate"
+
+
+class RateSquared(Quantity):
+    dimension = "rate squared"
+
+
+class Fade(Duration):
+    range = Range(1e-6, 60.0, "s", "a person waits for it")
+
+
+class TimeConstant(Duration):
+    range = Range(1e-4, 10.0, "s", "an inverter's current loop; slower than any person")
+
+
+class AccelerationScale(Acceleration):
+    range = Range(15.0, 1e3, "m/s^2", "gravity alone is 9.81 m/s^2")
+
+
+class HandForce(Force):
+    range = Range(0.1, 2000.0, "N", "a finger; a strong person")
+
+
+class HandTorque(Torque):
+    range = Range(1e-3, 200.0, "N m", "a finger; a strong person")
+
+
+class HandStiffness(Stiffness):
+    range = Range(1.0, 1e5, "N/m", "a loose finger; bone")
+
+
+class HandDamping(Damping):
+    range = Range(1e-3, 1e3, "N s/m", "a loose finger; a tense arm")
+
+
+class HandAngularStiffness(AngularStiffness):
+    range = Range(1e-3, 1e3, "N m/rad", "a loose finger; a tense arm")
+
+
+class HandAngularDamping(AngularDamping):
+    range = Range(1e-6, 100.0, "N m s/rad", "a loose finger; a tense arm")
+
+
+class TwinMass(Mass):
+    range = Range(0.05, 500.0, "kg", "lighter than the hand that holds it; nobody moves more")
+
+
+class TwinInertia(Inertia):
+    range = Range(1e-4, 100.0, "kg m^2", "lighter than the hand that holds it; nobody turns more")
+
+
+class HandleMass(Mass):
+    range = Range(1e-3, 20.0, "kg", "a stylus; two hands carry no more")
+
+
+class NoiseForce(Quantity):
+    dimension = "force"
+    range = Range(1e-6, 10.0, "N", "of a force sensor that is worth one")
+    strict = False
+
+
+class NoiseTorque(Quantity):
+    dimension = "torque"
+    range = Range(1e-6, 1.0, "N m", "of a torque sensor that is worth one")
+    strict = False
+
+
+class NoiseAcceleration(Quantity):
+    dimension = "acceleration"
+    range = Range(1e-6, 10.0, "m/s^2", "of an accelerometer that is worth one")
+    strict = False
+
+
+class Inertias3(Vector):
+    dimension, length, minimum = "inertia", 3, 0.0
+
+
+class Angles6(Vector):
+    dimension, length = "angle", 6
+
+
+class AngleLimits6(Vector):
+    dimension, length, infinite = "angle", 6, True
+
+
+class AngularSpeeds6(Vector):
+    dimension, length, minimum = "angular speed", 6, 0.0
+
+
+class AngularAccelerations6(Vector):
+    dimension, length, minimum = "angular acceleration", 6, 0.0
+
+
+class Inertias6(Vector):
+    dimension, length, minimum = "inertia", 6, 0.0
+
+
+class AngularStiffnesses6(Vector):
+    dimension, length, minimum = "angular stiffness", 6, 0.0
+
+
+class AngularDampings6(Vector):
+    dimension, length, minimum = "angular damping", 6, 0.0
+
+
+class Torques6(Vector):
+    dimension, length, minimum = "torque", 6, 0.0
+
+
+class Angles2(Vector):
+    dimension, length = "angle", 2
+
+
+class Angles3(Vector):
+    dimension, length = "angle", 3
+
+
+class Lengths2(Vector):
+    dimension, length = "length", 2
+
+
+class Lengths3(Vector):
+    dimension, length = "length", 3
+
+
+class Angles(Vector):
+    dimension = "angle"
+
+
+class AngularSpeeds(Vector):
+    dimension, minimum = "angular speed", 0.0
+
+
+class AngularAccelerations(Vector):
+    dimension, minimum = "angular acceleration", 0.0
+
+
+class AngularStiffnesses(Vector):
+    dimension, minimum = "angular stiffness", 0.0
+
+
+class AngularDampings(Vector):
+    dimension, minimum = "angular damping", 0.0
+
+
+class Inertias(Vector):
+    dimension, minimum = "inertia", 0.0
+
+
+class Torques(Vector):
+    dimension, minimum = "torque", 0.0
+
+
+class Lengths(Vector):
+    dimension = "length"
+
+
+class AnyAngle(Quantity):
+    dimension, minimum, strict = "angle", float("-inf"), False
+
+
+class AnyLength(Quantity):
+    dimension, minimum, strict = "length", float("-inf"), False
+
+
+class AngleRange(Vector):
+    dimension, length, infinite = "angle", 2, True
+
+
+class LengthRange(Vector):
+    dimension, length, infinite = "length", 2, True
+
+
+class Corner(Vector):
+    dimension, length, infinite = "length", 3, True

@@ -1,0 +1,198 @@
+"""Sessions of a simulated machine under random hands, in lockstep."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass, field, replace
+from functools import partial
+from math import isfinite
+from multiprocessing import get_context
+
+import numpy as np
+
+from ..models import Robot
+from ..runtime.configuration.config import Loaded
+from ..runtime.configuration.session import build
+from ..runtime.configuration.system import find_system
+from ..runtime.core.modes import Command, Mode
+from ..runtime.errors import HapticdError
+from ..runtime.live.lockstep import Lockstep
+from ..runtime.recording.summary import Extent
+from ..safety import Reaction
+from .random_hand import Temper, stranger
+
+NOT_STARTED = "not_started"
+"""Cause of a session in which the machine refused to start."""
+MOVING = (Mode.ENGAGING, Mode.ACTIVE, Mode.STOPPING, Mode.HOLDING)
+"""Modes in which limits are to be kept."""
+STOP_S = 1.0
+"""A stop comes to rest within so long."""
+
+
+class HandsError(HapticdError):
+    """A session cannot be run."""
+
+    code = "hands"
+    exit_status = 2
+
+
+@dataclass(frozen=True, slots=True)
+class Session:
+    """What became of a session.
+
+    Attributes:
+        seed: of its hand.
+        stop: reason of the stop, "" where it went on until its end; detail: the same for people.
+        reaction: how strong the stop was.
+        seconds: until the stop, or the end.
+        excess: how far beyond each limit, or beyond where it began outside, the machine went; negative
+            inside.
+    """
+
+    seed: int
+    stop: str
+    detail: str
+    reaction: int
+    seconds: float
+    excess: dict[str, float] = field(default_factory=dict)
+
+
+def sessions(
+    loaded: Loaded, seeds: Sequence[int], seconds: float, temper: Temper, workers: int
+) -> Iterator[Session]:
+    """One session a seed, in their order, on so many processes.
+
+    Raises:
+        HandsError: the configuration simulates nothing.
+    """
+    if loaded.config.simulation is None:
+        raise HandsError(f"{loaded.source} has no [simulation]; add it, or name a built-in machine")
+    one = partial(session, loaded, seconds=seconds, temper=temper)
+    if workers == 1:
+        yield from map(one, seeds)
+        return
+    with ProcessPoolExecutor(workers, get_context("forkserver")) as pool:
+        yield from pool.map(one, seeds)
+
+
+def session(
+    loaded: Loaded,
+    seed: int,
+    seconds: float,
+    temper: Temper,
+    watch: Callable[[Lockstep], None] = lambda lockstep: None,
+) -> Session:
+    """A session under the hand of a seed, ended after so many seconds or by a stop.
+
+    Args:
+        loaded: the machine.
+        seed: of the hand.
+        seconds: of virtual time.
+        temper: of the hands.
+        watch: called after each tick.
+    """
+    config = loaded.config
+    system = find_system(str(type(config).__struct_config__.tag))
+    robot = Robot.from_urdf(loaded.model_text, loaded.model_source)
+    varied = replace(loaded, config=stranger(config, system, robot, seed, seconds, temper))
+    lockstep = Lockstep(build(varied))
+    limits = Kept(lockstep)
+    cycle, ticks = lockstep.session.cycle, round(seconds * config.loop.rate)
+    moved, said = False, "nobody pressed the dead-man switch"
+
+    def step(command: Command = Command.NONE) -> None:
+        nonlocal moved, said
+        lockstep.tick(command)
+        moved |= cycle.mode is Mode.ENGAGING
+        if lockstep.outputs.events and not command:
+            said = str(lockstep.outputs.events[-1])
+        limits.add()
+        watch(lockstep)
+
+    while lockstep.inputs.tick + 1 < ticks and not (cycle.stops.last or cycle.mode is Mode.FAILED):
+        step()
+    at = (lockstep.inputs.tick + 1) / config.loop.rate
+    if cycle.stops.last is None:
+        step(Command.END)
+    last = lockstep.inputs.tick + STOP_S * config.loop.rate
+    while cycle.mode is Mode.STOPPING and lockstep.inputs.tick < last:
+        step()
+    excess = limits.excess
+    if cycle.stops.last:
+        stop = cycle.stops.last.verdict
+        return Session(seed, stop.reason, stop.detail, int(stop.reaction), at, excess)
+    if not moved:
+        return Session(seed, NOT_STARTED, said, int(Reaction.RAMP), at, excess)
+    return Session(seed, "", "", 0, at, excess)
+
+
+class Kept:
+    """How far beyond its limits a machine goes while its drives move it."""
+
+    def __init__(self, lockstep: Lockstep) -> None:
+        session = lockstep.session
+        self._cycle = session.cycle
+        self._limits = session.system.limits(session.config)
+        self._record = np.zeros(1, session.cycle.machine.state)
+        session.cycle.machine.bind_state(self._record)
+        self._extents: list[Extent] = []
+        self._begin: list[float] = []
+
+    def add(self) -> None:
+        """Take a tick."""
+        if self._cycle.mode not in MOVING:
+            return
+        self._cycle.machine.fill()
+        values = self._limits.values(self._record[0])
+        if not self._extents:
+            self._extents = [Extent(spec) for spec in self._limits.specs]
+            for extent, value in zip(self._extents, values, strict=True):
+                extent.add(value)
+            self._begin = [max(0.0, extent.excess) for extent in self._extents]
+        for extent, value in zip(self._extents, values, strict=True):
+            extent.add(value)
+
+    @property
+    def excess(self) -> dict[str, float]:
+        """Beyond each limit, or beyond where the machine began if that was outside; negative inside."""
+        pairs = zip(self._extents, self._begin, strict=True)
+        return {extent.spec.name: extent.excess - begin for extent, begin in pairs if isfinite(extent.excess)}
+
+
+@dataclass(slots=True)
+class Tally:
+    """What became of many sessions.
+
+    Attributes:
+        sessions: how many; finished: of them.
+        stops: by reason; details: one example each.
+        worst_excess: of each limit, over all sessions.
+        worst: of all sessions: the strongest stop, of these the earliest, or else the largest excess.
+    """
+
+    sessions: int = 0
+    finished: int = 0
+    stops: Counter[str] = field(default_factory=Counter)
+    examples: dict[str, Session] = field(default_factory=dict)
+    worst_excess: dict[str, float] = field(default_factory=dict)
+    worst: Session | None = None
+
+    def add(self, session: Session) -> None:
+        """Take one."""
+        self.sessions += 1
+        self.finished += not session.stop
+        if session.stop:
+            self.stops[session.stop] += 1
+            self.examples.setdefault(session.stop, session)
+        for name, excess in session.excess.items():
+            self.worst_excess[name] = max(excess, self.worst_excess.get(name, excess))
+        if self.worst is None or _badness(session) > _badness(self.worst):
+            self.worst = session
+
+
+def _badness(session: Session) -> tuple[int, float]:
+    if session.stop:
+        return session.reaction, -session.seconds
+    return 0, max(session.excess.values(), default=0.0)

@@ -1,0 +1,148 @@
+"""``hapticd hands``: random hands on a simulated machine, and what became of the sessions."""
+
+from __future__ import annotations
+
+import argparse
+import shlex
+import sys
+from time import monotonic
+
+import msgspec
+
+from ..runtime.command_line.arguments import MAX_COUNT, MAX_SECONDS, Commands, count, name, number
+from ..runtime.configuration import config
+from ..runtime.configuration.session import build
+from ..runtime.invocation import program
+from .hands import Tally, sessions
+from .random_hand import Temper
+
+SECONDS = 25.0
+MOST_FORCE, MOST_TORQUE, MOST_SPEED = 1000.0, 200.0, 5.0
+MOST_WORKERS = 256
+
+
+def add_hands(commands: Commands) -> None:
+    """Add `hapticd hands`."""
+    hands = commands.add_parser(
+        "hands",
+        help="random hands on a simulated machine",
+        description="Run a simulated machine in lockstep under random hands: path, speed, strength, stiffness"
+        " and the posture in which it engages. Prints causes of stops, how far limits were passed, and the"
+        " command that repeats the worst session. Exit status 1 where a session stopped.",
+    )
+    known = ", ".join(config.built_in())
+    hands.add_argument("config", type=name, metavar="MACHINE", help=f"a TOML file, or built in: {known}")
+    hands.add_argument("--count", type=count, default=40, metavar="N", help="of sessions; default: 40")
+    hands.add_argument(
+        "--seed",
+        type=seed,
+        default=1,
+        metavar="S",
+        help="of the first session, the others count on; default: 1",
+    )
+    hands.add_argument(
+        "--workers", type=workers, default=1, metavar="W", help="processes that share the work; default: 1"
+    )
+    most = Temper()
+    for option, value, unit, largest, what in (
+        ("--seconds", SECONDS, "S", MAX_SECONDS, "of a session"),
+        ("--force", most.force, "N", MOST_FORCE, "of the strongest hand"),
+        (
+            "--torque",
+            most.torque,
+            "NM",
+            MOST_TORQUE,
+            "of the strongest hand, where it holds directions [N m]",
+        ),
+        ("--speed", most.speed, "V", MOST_SPEED, "of the fastest hand [m/s]"),
+    ):
+        hands.add_argument(
+            option, type=number(largest), default=value, metavar=unit, help=f"{what}; default: {value:g}"
+        )
+    hands.add_argument(
+        "--json", action="store_true", help="print {sessions, finished, stops, worst_excess, worst} as JSON"
+    )
+    hands.set_defaults(handler=run)
+
+
+def seed(text: str) -> int:
+    """A whole number of at least zero."""
+    if not (text.isascii() and text.isdecimal() and len(text) < 20 and int(text) <= MAX_COUNT):
+        raise argparse.ArgumentTypeError(f"'{text}' is not a whole number from 0 to {MAX_COUNT}")
+    return int(text)
+
+
+def workers(text: str) -> int:
+    """How many processes."""
+    value = count(text)
+    if value > MOST_WORKERS:
+        raise argparse.ArgumentTypeError(f"'{text}' is more than {MOST_WORKERS} processes")
+    return value
+
+
+def run(options: argparse.Namespace) -> int:
+    """Run the sessions and print what became of them; 1 where one stopped, else 0."""
+    loaded = config.load(options.config)
+    build(loaded)  # what is wrong with the configuration itself is said before anything else
+    temper = Temper(options.force, options.torque, options.speed)
+    seeds = range(options.seed, options.seed + options.count)
+    tally, begin, show = Tally(), monotonic(), sys.stderr.isatty() and not options.json
+    for session in sessions(loaded, seeds, options.seconds, temper, min(options.workers, options.count)):
+        tally.add(session)
+        if show:
+            sys.stderr.write(f"\r{progress(tally, options.count, monotonic() - begin)}\x1b[K")
+            sys.stderr.flush()
+    if show:
+        sys.stderr.write("\r\x1b[K")
+    worst = repeat(options, tally)
+    print(as_json(tally, worst) if options.json else "\n".join(table(tally, worst)))
+    return int(tally.finished < tally.sessions)
+
+
+BAR = 30
+
+
+def progress(tally: Tally, of: int, elapsed: float) -> str:
+    """A bar, how many stopped, and how long it will take."""
+    done = BAR * tally.sessions // of
+    left = elapsed * (of - tally.sessions) / tally.sessions
+    stopped = tally.sessions - tally.finished
+    return f"[{'#' * done}{'.' * (BAR - done)}] {tally.sessions}/{of}, {stopped} stopped, {left:.0f} s left"
+
+
+def repeat(options: argparse.Namespace, tally: Tally) -> str:
+    """The command that repeats the worst session."""
+    assert tally.worst is not None
+    most, words = Temper(), [program(), "hands", options.config, "--count", "1", "--seed", tally.worst.seed]
+    for option, value, usual in (
+        ("--seconds", options.seconds, SECONDS),
+        ("--force", options.force, most.force),
+        ("--torque", options.torque, most.torque),
+        ("--speed", options.speed, most.speed),
+    ):
+        if value != usual:
+            words += [option, repr(value)]
+    return f"{words[0]} {shlex.join(map(str, words[1:]))}"
+
+
+def as_json(tally: Tally, worst: str) -> str:
+    """The tally as one JSON object; excesses in rad, m or N m."""
+    found = {
+        **{"sessions": tally.sessions, "finished": tally.finished, "stops": dict(tally.stops)},
+        **{"worst_excess": tally.worst_excess, "worst": worst},
+    }
+    return msgspec.json.encode(found).decode()
+
+
+def table(tally: Tally, worst: str) -> list[str]:
+    """The tally for people."""
+    lines = [f"{tally.sessions} sessions, simulated; {tally.finished} finished"]
+    for reason, number_of in tally.stops.most_common():
+        example = tally.examples[reason]
+        lines.append(f"{number_of:5} x {reason}: e.g. seed {example.seed}, {example.seconds:.2f} s:")
+        lines.append(f"          {example.detail}")
+    if tally.worst_excess:
+        lines.append("worst excess of each limit, in thousandths of its unit (negative: not reached):")
+    lines += [f"  {name:20}{1e3 * excess:10.2f}" for name, excess in tally.worst_excess.items()]
+    lines.append(f"the worst again: {worst}")
+    return lines

@@ -1,0 +1,1 @@
+"""One folder a machine: its configuration, checks, limits, controller, simulation and model."""

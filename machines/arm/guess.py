@@ -1,0 +1,321 @@
+"""Numbers for an arm of which only a description is known: what it can do, and a controller in proportion."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from math import ceil, inf, isfinite, pi
+
+import numpy as np
+
+from ...models import Array, Robot
+from ...runtime.core.sampling import fastest
+from .ability import Look, best_directions, best_home, free_reach
+from .config import DIRECTIONS
+from .description import Description, write_urdf
+
+SAMPLES = 300
+"""Postures at which the arm is looked at."""
+STOP_TIME = 0.5
+MARGIN = {False: 0.03, True: 0.01}
+"""Behind the controller's limits, of joints that turn [rad] and that slide [m]."""
+SPEED, SLIDE_SPEED = 2.0, 0.8
+"""Nobody leads an arm faster [rad/s, m/s]."""
+ACCELERATION, SLIDE_ACCELERATION = 60.0, 30.0
+BRAKING = 0.75 * STOP_TIME
+"""In this time a joint stops from full speed [s]."""
+EFFORT_SHARE = 0.9
+"""Share of the largest torque that motion and gravity together may take."""
+FRICTION_SHARE = 0.2
+"""The same of viscous friction at full speed."""
+HAND_SHARE = 0.25
+"""Share of the largest torque that the hand may take beside them."""
+HAND_FORCE, HAND_TORQUE = 20.0, 1.0
+"""Strength of a gentle hand [N, N m]."""
+STRONGEST, FASTEST = {False: 2000.0, True: 20e3}, {False: 100.0, True: 20.0}
+"""Efforts and speeds beyond these are slips of the pen: turning [N m, rad/s], sliding [N, m/s]."""
+LEAST_EFFORT, LEAST_SPEED = 0.1, 0.01
+UNKNOWN_SPEED = {False: 2.0, True: 0.5}
+ROTOR_SHARE = 0.3
+"""A rotor's inertia beside that of what its joint moves, where nobody knows better."""
+P_GAIN, D_GAIN = 4000.0, 120.0
+"""Joint gains over the least inertia that a joint may move [1/s^2, 1/s]: 63 rad/s, well damped."""
+SHRINK = 0.9
+PERIOD = 1e-3
+MOST_SUBSTEPS = 64
+
+
+@dataclass(frozen=True, slots=True)
+class Guess:
+    """A controller and a plant for an arm; one entry a joint where it is a list.
+
+    Attributes:
+        arm: its description, with efforts and speeds that it can live with.
+        urdf: its text.
+        sliding: which joints slide.
+        lower, upper, velocity, acceleration: limits of the controller.
+        rotor, p_gain, d_gain: of the drives.
+        home: posture in which it begins, far from limits and singularities.
+        directions: numbers 0 to 5 of those that the twin moves in.
+        mass, inertia: of the twin.
+        box: corners (3,) of the handle's range, infinite in directions that are not coupled.
+        force, torque: of the hand; no torque where it cannot turn the handle as it wants.
+        path: times, places (3,) and rotation vectors (3,) of the hand.
+        brake: torques.
+        substeps: of the plant in a period of PERIOD.
+    """
+
+    arm: Description
+    urdf: str
+    sliding: list[bool]
+    lower: list[float]
+    upper: list[float]
+    velocity: list[float]
+    acceleration: list[float]
+    rotor: list[float]
+    p_gain: list[float]
+    d_gain: list[float]
+    home: list[float]
+    directions: tuple[int, ...]
+    mass: float
+    inertia: float
+    box: tuple[list[float], list[float]]
+    force: float
+    torque: float | None
+    path: list[tuple[float, list[float], list[float]]]
+    brake: list[float]
+    substeps: int
+
+
+def guess(arm: Description) -> Guess:
+    """A controller in proportion to an arm, and a hand that pulls at it gently.
+
+    Raises:
+        ModelError: the description has what no machine that a person holds may have.
+    """
+    arm = _ranges(_speeds(arm))
+    robot = _robot(replace(arm, joints={k: replace(joint, effort=1.0) for k, joint in arm.joints.items()}))
+    lower, upper = _own_limits(robot)
+    postures = _postures(lower, upper)
+    looked = [Look(robot, q) for q in postures]
+    gravity = np.max([np.abs(look.gravity) for look in looked], axis=0)
+    arm = _efforts(arm, gravity, np.median([np.diag(look.M) for look in looked], axis=0))
+    robot = _robot(arm)
+    scale = max(float(np.linalg.norm(look.place)) for look in looked) / 3.0
+    chosen = best_directions(looked, scale)
+    if len(chosen) < 6:
+        words = ", ".join(DIRECTIONS[i] for i in chosen)
+        arm.remarks.append(f"the twin moves in the directions {words}: those that the joints can give")
+    home = best_home(looked, postures, lower, upper, chosen, scale)
+    rotor, stiff = _inertias(looked, robot)
+    force, torque = _hand(robot, looked, chosen)
+    velocity = _velocities(robot)
+    pulled = np.max([_load(look, force, torque or 0.0) for look in looked], axis=0)
+    acceleration = _accelerations(robot, looked, rotor, gravity + robot.damping * velocity + pulled)
+    velocity = np.minimum(velocity, BRAKING * acceleration)
+    mass, inertia = _twin(Look(robot, home), chosen)
+    reach = free_reach(robot, home, lower, upper, chosen, scale)
+    box = _box(Look(robot, home).place, reach, chosen)
+    arm.remarks.append("joints are taken to be rigid; drives, sensors and gains are guessed in proportion")
+    if any(i < 3 for i in chosen):
+        arm.remarks.append(f"a box keeps the handle within {1e3 * reach:.0f} mm of where it begins")
+    return Guess(
+        arm=arm,
+        urdf=write_urdf(arm),
+        sliding=robot.sliding,
+        lower=lower.tolist(),
+        upper=upper.tolist(),
+        velocity=velocity.tolist(),
+        acceleration=acceleration.tolist(),
+        rotor=rotor.tolist(),
+        p_gain=(P_GAIN * stiff).tolist(),
+        d_gain=(D_GAIN * stiff).tolist(),
+        home=home.tolist(),
+        directions=chosen,
+        mass=mass,
+        inertia=inertia,
+        box=box,
+        force=force,
+        torque=torque,
+        path=_path(Look(robot, home).place, reach, chosen, torque is not None),
+        brake=(1.5 * robot.effort).tolist(),
+        substeps=_substeps(robot, looked, rotor),
+    )
+
+
+def _robot(arm: Description) -> Robot:
+    return Robot.from_urdf(write_urdf(arm), f"{arm.name}.urdf")
+
+
+def _slides(kind: str) -> bool:
+    return kind == "prismatic"
+
+
+def _ranges(arm: Description) -> Description:
+    """Sliding joints end somewhere; what turns further than a full turn either way turns without end."""
+    joints = {}
+    for name, joint in arm.joints.items():
+        if _slides(joint.kind) and not (isfinite(joint.lower) and isfinite(joint.upper)):
+            arm.remarks.append(f"'{name}' slides without end: guessed -0.5 m to 0.5 m")
+            joint = replace(joint, lower=-0.5, upper=0.5)
+        elif joint.kind == "revolute" and max(-joint.lower, joint.upper) > 2.0 * pi:
+            why = "turns further than a full turn" if isfinite(joint.lower) else "has no limits"
+            arm.remarks.append(f"'{name}' {why}: taken to be continuous")
+            joint = replace(joint, kind="continuous", lower=-inf, upper=inf)
+        joints[name] = joint
+    return replace(arm, joints=joints)
+
+
+def _speeds(arm: Description) -> Description:
+    """Speeds and efforts that a machine may have; 0 means that nothing is known."""
+    joints, unknown = {}, []
+    for name, joint in arm.joints.items():
+        slides = _slides(joint.kind)
+        velocity = min(joint.velocity, FASTEST[slides])
+        if velocity < LEAST_SPEED:
+            velocity = UNKNOWN_SPEED[slides]
+            unknown.append(name)
+        effort = min(max(joint.effort, 0.0), STRONGEST[slides])
+        joints[name] = replace(joint, velocity=velocity, effort=effort)
+    if unknown:
+        arm.remarks.append(f"no speed is given of {', '.join(unknown)}: guessed 2 rad/s, or 0.5 m/s")
+    return replace(arm, joints=joints)
+
+
+def _own_limits(robot: Robot) -> tuple[Array, Array]:
+    """The model's, less a margin on both sides."""
+    width = robot.upper - robot.lower
+    margin = np.minimum([MARGIN[slides] for slides in robot.sliding], 0.05 * width)
+    margin[~np.isfinite(width)] = 0.0
+    return robot.lower + margin, robot.upper - margin
+
+
+def _postures(lower: Array, upper: Array) -> Array:
+    """Within the limits, or half a turn either way, (SAMPLES, m); always the same."""
+    random = np.random.default_rng(1)
+    low, high = np.maximum(lower, -pi), np.minimum(upper, pi)
+    low, high = np.where(low < high, low, lower), np.where(low < high, high, upper)
+    return random.uniform(low, high, (SAMPLES, len(lower)))
+
+
+def _efforts(arm: Description, gravity: Array, inertia: Array) -> Description:
+    """Torques that can hold the arm wherever it is, and move it, from what that takes at most, (m,) each."""
+    joints, unknown, raised = {}, [], []
+    rows = zip(arm.joints.items(), gravity.tolist(), inertia.tolist(), strict=True)
+    for (name, joint), weight, M in rows:
+        most = STRONGEST[_slides(joint.kind)]
+        effort = joint.effort
+        if effort == 0.0:
+            effort = min(max(2.0 * weight + 15.0 * M, LEAST_EFFORT), most)
+            unknown.append(name)
+        elif effort < (needed := min(1.3 * weight + 3.0 * M, most)):
+            effort = 1.2 * needed
+            raised.append(f"'{name}' from {joint.effort:g} to {float(f'{effort:.2g}'):g}")
+        joints[name] = replace(joint, effort=float(f"{effort:.2g}") if effort != joint.effort else effort)
+    if unknown:
+        arm.remarks.append(f"no effort is given of {', '.join(unknown)}: guessed from weight and inertia")
+    if raised:
+        arm.remarks.append(f"efforts that hardly hold the arm are raised: {', '.join(raised)}")
+    return replace(arm, joints=joints)
+
+
+def _inertias(looked: Sequence[Look], robot: Robot) -> tuple[Array, Array]:
+    """Inertia of the rotors, and the least that each joint may have to move, (m,) each."""
+    typical = np.median([np.diag(look.M) for look in looked], axis=0)
+    rotor = np.maximum(ROTOR_SHARE * typical, 1e-3 * np.minimum(robot.effort, 100.0))
+    least = [1.0 / np.diag(np.linalg.inv(look.M + np.diag(rotor))) for look in looked]
+    stiff: Array = np.min(least, axis=0)
+    return rotor, stiff
+
+
+def _velocities(robot: Robot) -> Array:
+    """As fast as a hand leads joints, and as their friction lets them be driven."""
+    most = np.array([SLIDE_SPEED if slides else SPEED for slides in robot.sliding])
+    driven = FRICTION_SHARE * robot.effort / np.maximum(robot.damping, 1e-9)
+    slowest: Array = np.minimum(np.minimum(robot.velocity, most), driven)
+    return slowest
+
+
+def _load(look: Look, force: float, torque: float) -> Array:
+    """Torques against the worst force and torque of the hand, (m,)."""
+    load: Array = force * np.linalg.norm(look.J[:3], axis=0) + torque * np.linalg.norm(look.J[3:], axis=0)
+    return load
+
+
+def _accelerations(robot: Robot, looked: Sequence[Look], rotor: Array, other: Array) -> Array:
+    """All joints at once within the efforts, beside the other torques (m,) that they have to give."""
+    load = np.max([np.abs(look.M + np.diag(rotor)) for look in looked], axis=0)
+    left = np.maximum(EFFORT_SHARE * robot.effort - other, 0.1 * robot.effort)
+    most = np.array([SLIDE_ACCELERATION if slides else ACCELERATION for slides in robot.sliding])
+    wanted = np.minimum(left / (2.0 * np.diag(load)), most)
+    for _ in range(200):
+        taken = load @ wanted / left
+        if taken.max() <= 1.0:
+            break
+        i = int(np.argmax(taken))
+        wanted *= np.where(load[i] * wanted > 0.1 * left[i], SHRINK, 1.0)
+    least: Array = np.maximum(wanted, 0.5)
+    return least
+
+
+def _inverse(M: Array) -> Array:
+    return np.array(np.linalg.inv(M), float)
+
+
+def _substeps(robot: Robot, looked: Sequence[Look], rotor: Array) -> int:
+    """As many as keep the friction of the joints well inside what symplectic Euler integrates."""
+    worst = max(fastest(_inverse(look.M + np.diag(rotor)), robot.damping) for look in looked)
+    return int(min(max(1, ceil(PERIOD * worst)), MOST_SUBSTEPS))
+
+
+def _twin(look: Look, chosen: Sequence[int]) -> tuple[float, float]:
+    """Mass and inertia about half as large as what the handle is felt to have at home without control."""
+    felt = np.linalg.inv(look.J @ np.linalg.inv(look.M) @ look.J.T + 1e-6 * np.eye(6))
+    along = [felt[i, i] for i in chosen if i < 3]
+    about = [felt[i, i] for i in chosen if i >= 3]
+    mass = float(np.clip(0.5 * min(along, default=2.0), 1.0, 8.0))
+    inertia = float(np.clip(0.5 * min(about, default=0.05), 0.01 * mass, 0.04 * mass))
+    return float(f"{mass:.2g}"), float(f"{inertia:.2g}")
+
+
+def _box(place: Array, reach: float, chosen: Sequence[int]) -> tuple[list[float], list[float]]:
+    lower = [place[i] - reach if i in chosen else -inf for i in range(3)]
+    upper = [place[i] + reach if i in chosen else inf for i in range(3)]
+    return [float(f"{x:.4f}") for x in lower], [float(f"{x:.4f}") for x in upper]
+
+
+def _hand(robot: Robot, looked: Sequence[Look], chosen: Sequence[int]) -> tuple[float, float | None]:
+    """A force and a torque that leave most of every drive's effort alone."""
+    push = np.max([np.abs(look.J[:3]).sum(axis=0) for look in looked], axis=0)
+    twist = np.max([np.abs(look.J[3:]).sum(axis=0) for look in looked], axis=0)
+    left = HAND_SHARE * robot.effort
+    force = min(HAND_FORCE, float(np.min(left / np.maximum(push, 1e-9))))
+    torque = min(HAND_TORQUE, float(np.min(left / np.maximum(twist, 1e-9))))
+    others = [i for i in range(3, 6) if i not in chosen]
+    loose = any(np.abs(look.J[others]).max() > 1e-6 for look in looked) if others else False
+    turns = any(i >= 3 for i in chosen) and not loose
+    return float(f"{force:.2g}"), float(f"{torque:.2g}") if turns else None
+
+
+WAIT, PULL, LEG = 3.4, 0.06, 1.1
+"""How long the hand waits for the machine [s], pulls beyond the box [m], and takes for a way at least [s]."""
+
+
+def _path(
+    place: Array, reach: float, chosen: Sequence[int], turns: bool
+) -> list[tuple[float, list[float], list[float]]]:
+    """Out of the box on one side after the other and back; a little turn where the handle can be turned."""
+    along, about = [i for i in chosen if i < 3], [i for i in chosen if i >= 3]
+    start, none, t = [float(f"{x:.4f}") for x in place], [0.0, 0.0, 0.0], WAIT
+    path = [(0.0, start, none), (t, start, none)]
+    legs = max(LEG, (reach + PULL) / 0.25)
+    for k, i in enumerate(along):
+        out = list(start)
+        out[i] = float(f"{out[i] + (-1) ** k * (reach + PULL):.4f}")
+        path += [(t + legs, out, none), (t + legs + 0.4, out, none), (t + 2.0 * legs + 0.4, start, none)]
+        t += 2.0 * legs + 0.6
+        path.append((t, start, none))
+    if turns:
+        turned = [0.25 if i + 3 == about[-1] else 0.0 for i in range(3)]
+        path += [(t + 0.8, start, turned), (t + 1.6, start, none), (t + 1.8, start, none)]
+    return [(float(f"{at:.3f}"), where, how) for at, where, how in path]

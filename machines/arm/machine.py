@@ -1,0 +1,211 @@
+"""An arm between process image and gate: estimation, force control, tracking."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import inf
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...control.chain import Gains, Horizons, JointSum
+from ...control.estimation import WrenchEstimator
+from ...control.force_control import Box, ForceControl
+from ...control.force_control import Posture as Home
+from ...control.serial import SerialChain
+from ...control.standstill import Standstill
+from ...control.tracking import SeriesElasticity
+from ...devices.force_torque import ForceTorques
+from ...devices.image import ProcessImage
+from ...devices.torque_drive import JointDrives
+from ...models import Array, Robot
+from ...runtime.core.machine import REST_S
+from ...runtime.core.measured import sensor
+from ...runtime.core.stages import Mark
+from ...runtime.core.torque_axes import TorqueAxes
+from ...safety import Plausibility
+from ..rendering.logged import FELT, StateLog, felt, motion, solved
+from ..rendering.ratings import Ratings
+from ..rendering.rendering import JOINTS_AT_REST, Rendering, cartesian_twin, pulled, sensor_pose
+from .config import DIRECTIONS, ArmConfig, RevoluteJoint
+
+STILL = np.zeros(2)
+"""Acceleration of a base that stands."""
+
+
+def state_layout(m: int, sums: int, points: int, directions: int) -> np.dtype[np.void]:
+    """What the log keeps of a tick: numbers first, then flags and the solver."""
+    active = directions + m + sums + 3 * points
+    measured = [("link", "<f8", m), ("points", "<f8", (points, 3))]  # link side [rad or m]; boxed frames [m]
+    return np.dtype([*measured, *motion(m), *FELT, *solved(active)])
+
+
+class SerialArm:
+    """See ``Machine``. No accelerometer: the weight of the handle follows from joints and their commands."""
+
+    outputs: tuple[tuple[str, str], ...] = (("joints", "target_torque"),)
+
+    def __init__(self, config: ArmConfig, robot: Robot, image: ProcessImage, mark: Mark) -> None:
+        arm, dt = config.arm, 1.0 / config.loop.rate
+        self._joints, self._force_torque = JointDrives(image), ForceTorques(image)
+        self.force_control = control = force_control(config, robot, dt)
+        ratings = joint_ratings(config, robot)
+        joints = arm.joints.values()
+        rotor, p_gain, d_gain = (
+            np.array([getattr(joint, key) for joint in joints], float)
+            for key in ("rotor_inertia", "p_gain", "d_gain")
+        )
+        elasticity = SeriesElasticity(rotor, np.array(ratings.stiffness, float))
+        self._rendering = Rendering(robot, control, self._joints, elasticity, (p_gain, d_gain), mark, dt)
+        self._measure(config, robot)
+        self.state = state_layout(robot.nv, len(arm.sums or ()), len(arm.boxes or ()), len(arm.directions))
+        self.axes, self.play, self.braking = ratings.axes.limits(config), ratings.play, ratings.braking
+        self.thresholds = ratings.axes.thresholds(config, image)
+        scales = self._force_torque.scales[0]
+        self._force = sensor(image, "force_torque", 0, self._force_torque.wrench[0], scales, dt)
+        self.plausibility = Plausibility((ratings.axes.checks(config, image),), (self._force,))
+        self._standstill = Standstill((JOINTS_AT_REST,) * robot.nv, round(REST_S * config.loop.rate))
+        self.position: list[float] = [0.0] * robot.nv
+        self.velocity: list[float] = [0.0] * robot.nv
+        self.raw_wrench: list[float] | None = None
+        self.inertial = True  # it needs no accelerometer
+        self.commands: list[float] = [0.0] * robot.nv
+        self.solved = True
+
+    def _measure(self, config: ArmConfig, robot: Robot) -> None:
+        """Kinematics at the measured joints, and the operator's wrench."""
+        arm = config.arm
+        names = list(dict.fromkeys([arm.frames.handle, *(box.frame for box in arm.boxes or ())]))
+        self._chain = SerialChain(robot, names)
+        self._chain.bind(self._joints.link_position, self._joints.velocity)
+        frames = dict(zip(names, self._chain.frames, strict=True))
+        self._handle = frames[arm.frames.handle]
+        self._points = [frames[box.frame].position for box in arm.boxes or ()]
+        self._gravity = robot.model.gravity.linear.copy()
+        self._driven = np.zeros(robot.nv)  # accelerations that the joints were told, 0 where none
+        self._specific = np.zeros(3)
+        self._estimator = WrenchEstimator(
+            arm.handle.mass,
+            np.array(arm.handle.centre),
+            sensor_pose(robot, arm.frames.handle, arm.frames.sensor),
+            self._force_torque.wrench[0],
+            self._specific,
+            self._handle.rotation,
+        )
+
+    @property
+    def inside_limits(self) -> bool:
+        """Whether the measured posture may be engaged."""
+        return all(a.lower <= q <= a.upper for a, q in zip(self.axes, self.position, strict=True))
+
+    def unrest(self, first: bool) -> list[str]:
+        """Sensors that show at rest what they should not; later a hand may pull: its motors hold more."""
+        return pulled(self._estimator.wrench, self._force_torque.scales[0]) if first else []
+
+    def estimate(self) -> None:
+        """Measured joints, and the operator's wrench from what they were told to do."""
+        self.position, self.velocity = self._joints.link_position.tolist(), self._joints.velocity.tolist()
+        self._chain.update()
+        handle = self._handle
+        acceleration = handle.J[:3] @ self._driven + handle.drift[:3] - self._gravity
+        np.matmul(acceleration, handle.rotation, out=self._specific)
+        self._driven[:] = 0.0  # until this tick commands a motion
+        if self._force.current and self._force_torque.valid(0):
+            self.raw_wrench = self._force_torque.wrench[0].tolist()
+            self._estimator.update()
+        else:  # the last estimate stands, and is faded out
+            self.raw_wrench = None
+
+    def engage(self) -> None:
+        """Commanded state = measured link side, twin on the handle, everything at rest."""
+        self._rendering.engage(self._joints.link_position)
+        self.solved = True
+
+    def update(self, gain: float, trust: float) -> None:
+        """One tick of HapticGiant, Fig. 4, on a base that stands."""
+        self._standstill.reset()
+        self.solved = self._rendering.render(self._estimator.wrench, gain, trust)
+        self._command()
+
+    def brake(self, dropped: Sequence[bool]) -> bool:
+        """Joints to rest at their rated accelerations; then hold."""
+        self._rendering.slow_down()
+        self._command()
+        return self._standstill.update(self.plausibility.speed, dropped) and self._rendering.still
+
+    def _command(self) -> None:
+        self.commands = self._rendering.torque(STILL)
+        self._driven[:] = self.force_control.qdd
+        self._rendering.advance()
+
+    def bind_state(self, state: NDArray[np.void]) -> None:
+        """See ``state_layout``: its numbers come first and are copied in one go."""
+        control = self.force_control
+        measured = (self._joints.link_position, *self._points)
+        numbers = (*measured, control.q, control.qd, control.qdd, *felt(self._rendering))
+        self._log = StateLog(state, numbers, control)
+
+    def fill(self) -> None:
+        """Copy the state of this tick."""
+        self._log.fill()
+
+
+def directions(config: ArmConfig) -> tuple[int, ...]:
+    """Numbers, 0 to 5, of the directions in which handle and twin are coupled."""
+    return tuple(DIRECTIONS.index(name) for name in config.arm.directions)
+
+
+def joint_ratings(config: ArmConfig, robot: Robot) -> Ratings:
+    """The joints of an arm; their order is the model's."""
+    joints, safety = list(config.arm.joints.values()), config.safety
+    slides = safety.position_margin if safety.slide_margin is None else safety.slide_margin
+    stiffness = [inf if joint.stiffness is None else joint.stiffness for joint in joints]
+    axes = TorqueAxes(
+        tuple(config.arm.joints),
+        lower=[joint.range[0] for joint in joints],
+        upper=[joint.range[1] for joint in joints],
+        velocity=[joint.velocity for joint in joints],
+        torque=robot.effort.tolist(),
+        stiffness=stiffness,
+        margin=[safety.position_margin if isinstance(joint, RevoluteJoint) else slides for joint in joints],
+    )
+    return Ratings(
+        axes, stiffness, [joint.acceleration for joint in joints], [joint.p_gain for joint in joints]
+    )
+
+
+def force_control(config: ArmConfig, robot: Robot, dt: float) -> ForceControl:
+    """The hierarchical force control that a configuration describes."""
+    arm, gains = config.arm, config.arm.force_control
+    coupled = directions(config)
+    return ForceControl(
+        robot,
+        joint_ratings(config, robot).limits,
+        cartesian_twin(arm.twin, coupled),
+        joint_sums(config),
+        [Box(box.frame, box.lower, box.upper) for box in arm.boxes or ()],
+        Gains(gains.p_gain, gains.p_gain, gains.d_gain, gains.d_gain),
+        gains.detection,
+        dt,
+        Horizons(gains.viability_horizon, gains.point_horizon),
+        directions=coupled,
+        handle=arm.frames.handle,
+        posture=_home(config),
+    )
+
+
+def joint_sums(config: ArmConfig) -> list[JointSum]:
+    """Sums of joints with limits of their own."""
+    names = list(config.arm.joints)
+    return [
+        JointSum([total.weights.get(name, 0.0) for name in names], *total.range)
+        for total in config.arm.sums or ()
+    ]
+
+
+def _home(config: ArmConfig) -> Home | None:
+    posture = config.arm.posture
+    if posture is None:
+        return None
+    home: Array = np.array([joint.home for joint in config.arm.joints.values()], float)
+    return Home(home, posture.stiffness, posture.damping)

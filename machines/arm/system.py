@@ -1,0 +1,13 @@
+"""The arm as a kind of machine."""
+
+from __future__ import annotations
+
+from ...runtime.configuration.system import System
+from ..rendering.figures import RenderingFigures
+from .check import check_arm
+from .config import ArmConfig
+from .limits import ArmLimits
+from .machine import SerialArm
+from .simulation import arm_plant
+
+ARM = System(ArmConfig, SerialArm, ArmLimits, RenderingFigures, arm_plant, check_arm)

@@ -1,0 +1,90 @@
+"""What only the model can tell of a giant's configuration."""
+
+from __future__ import annotations
+
+from math import pi
+
+from ...devices.axis_drive import AxisDrive
+from ...devices.device import Device
+from ...devices.force_torque import ForceTorque
+from ...devices.imu import Imu
+from ...devices.joint_drive import JointDrive
+from ...devices.safety_plc import SafetyPlc
+from ...models import Robot
+from ...runtime.core.machine import MOST_PERMILLE
+from ..rendering.check import Found, check_devices, check_handle, check_ramp, check_range, check_wire
+from .config import GiantConfig
+from .geometry import check_geometry
+from .kinematics import DROP
+from .machine import braking_time
+from .names import JOINTS, PPU_JOINTS
+from .plant_check import check_plant
+from .rates import check_rates
+
+
+def check_giant(config: GiantConfig, robot: Robot) -> Found:
+    """What only the model can tell of a giant's configuration: key, problem, fix."""
+    found: Found = []
+    wrong = check_geometry(robot)
+    if wrong:
+        return [("model", problem, fix) for problem, fix in wrong]
+    found += _beyond_model(config, robot) + check_handle(
+        config.giant.handle, robot, "handle", "force_torque", "giant.handle"
+    )
+    manipulator, box = config.giant.manipulator, config.giant.box
+    for key, lower, upper in (
+        ("giant.manipulator.lower", manipulator.lower, manipulator.upper),
+        ("giant.manipulator.tilt", manipulator.tilt[:1], manipulator.tilt[1:]),
+        ("giant.box.lower", box.lower, box.upper),
+        ("giant.ppu.lower", config.giant.ppu.lower, config.giant.ppu.upper),
+    ):
+        if any(low >= high for low, high in zip(lower, upper, strict=True)):
+            found.append(
+                (key, f"{lower} is not below {upper}", "every lower limit must be below its upper one")
+            )
+    if not 0.0 < manipulator.tilt[0] < manipulator.tilt[1] < pi:
+        found.append(
+            ("giant.manipulator.tilt", f"{manipulator.tilt} leaves (0, pi)", "stay clear of 0 and pi")
+        )
+    if not box.lower[2] < -DROP < box.upper[2]:
+        found.append(
+            ("giant.box.lower", f"the elbow's constant height {-DROP} m is outside", "let the box contain it")
+        )
+    found += check_ramp(braking_time(config), config.safety.stop_time)
+    return found + _devices_of_giant(config, robot) + check_rates(config) + check_plant(config, robot)
+
+
+def _beyond_model(config: GiantConfig, robot: Robot) -> Found:
+    """Limits outside those of the model."""
+    manipulator, ppu = config.giant.manipulator, config.giant.ppu
+    groups = (
+        ("giant.manipulator", JOINTS, manipulator.lower, manipulator.upper, manipulator.velocity),
+        ("giant.ppu", PPU_JOINTS, ppu.lower, ppu.upper, (ppu.velocity,) * 2),
+    )
+    return [
+        found
+        for group, names, lower, upper, velocity in groups
+        for name, low, high, speed in zip(names, lower, upper, velocity, strict=True)
+        for found in check_range(
+            robot, name, (f"{group}.lower", f"{group}.upper", f"{group}.velocity"), (low, high, speed)
+        )
+    ]
+
+
+def _devices_of_giant(config: GiantConfig, robot: Robot) -> Found:
+    """Devices that the controller needs, with ratings that can give what it may command."""
+    needed: dict[str, type[Device]] = {
+        **dict.fromkeys(JOINTS, JointDrive),
+        **dict.fromkeys(PPU_JOINTS, AxisDrive),
+        "force_torque": ForceTorque,
+        "imu_carriage": Imu,
+        "imu_handle": Imu,
+        "safety_plc": SafetyPlc,
+    }
+    if found := check_devices(config.devices, needed, "the giant"):
+        return found
+    for name, effort in zip(robot.names, robot.effort.tolist(), strict=True):
+        device = config.devices[name]
+        if isinstance(device, JointDrive):
+            found += check_wire(name, MOST_PERMILLE * device.rated_torque, effort, "N m")
+    return found

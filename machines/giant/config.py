@@ -1,0 +1,136 @@
+"""The giant's sections of a configuration."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from msgspec import Meta
+
+from ...configs.quantities import (
+    Acceleration,
+    AngleLimits6,
+    Angles2,
+    Angles3,
+    Angles6,
+    AngularAccelerations6,
+    AngularDampings6,
+    AngularSpeeds6,
+    AngularStiffnesses6,
+    HandAngularDamping,
+    HandAngularStiffness,
+    HandTorque,
+    Inertias3,
+    Inertias6,
+    Length,
+    Lengths2,
+    Lengths3,
+    NoiseAcceleration,
+    NoiseForce,
+    NoiseTorque,
+    Rate,
+    Speed,
+    TimeConstant,
+    Torques6,
+)
+from ...configs.strict import Strict
+from ...runtime.core.sections import Config, Hand, Place, Safety, Simulation, Substeps
+from ..rendering.sections import CartesianTwin, ForceControl, Handle
+
+
+class GiantSafety(Safety, frozen=True):
+    """The same distance for the axes of the PPU."""
+
+    ppu_margin: Length
+
+
+class Manipulator(Strict, frozen=True):
+    """Limits of joints 1 to 6 and of their virtual sum joint q4 + q5."""
+
+    lower: AngleLimits6
+    upper: AngleLimits6
+    velocity: AngularSpeeds6
+    acceleration: AngularAccelerations6
+    tilt: Angles2
+
+
+class Box(Strict, frozen=True):
+    """Cartesian range of handle and elbow."""
+
+    lower: Lengths3
+    upper: Lengths3
+
+
+class Ppu(Strict, frozen=True):
+    """Prepositioning unit: limits, P-gain and the time constant of its velocity loop."""
+
+    lower: Lengths2
+    upper: Lengths2
+    velocity: Speed
+    acceleration: Acceleration
+    gain: Rate
+    time_constant: TimeConstant
+
+
+class Tracking(Strict, frozen=True):
+    """Series elasticity of the joints and the gains of their motor-side controllers."""
+
+    rotor_inertia: Inertias6
+    stiffness: AngularStiffnesses6
+    p_gain: AngularStiffnesses6
+    d_gain: AngularDampings6
+
+
+class Giant(Strict, frozen=True):
+    """Everything the giant's controller needs."""
+
+    manipulator: Manipulator
+    box: Box
+    ppu: Ppu
+    force_control: ForceControl
+    twin: CartesianTwin
+    tracking: Tracking
+    handle: Handle
+
+
+class GiantPlant(Strict, frozen=True):
+    """What the simulated giant has beyond its controller's model."""
+
+    posture: Angles6
+    ppu: Lengths2
+    spring_damping: AngularDampings6
+    brake_torque: Torques6
+    handle_inertia: Inertias3
+    force_noise: NoiseForce
+    torque_noise: NoiseTorque
+    acceleration_noise: NoiseAcceleration
+    substeps: Substeps
+
+
+class Waypoint(Place, frozen=True):
+    """A pose of the hand: besides its position, yaw and tilt of the handle's axis, and roll about it."""
+
+    angles: Angles3
+
+
+class GiantHand(Hand, frozen=True):
+    """The simulated operator's hand, which also holds the handle's direction."""
+
+    rotational_stiffness: HandAngularStiffness
+    rotational_damping: HandAngularDamping
+    torque: HandTorque
+    path: Annotated[tuple[Waypoint, ...], Meta(min_length=2, max_length=5000)]
+
+
+class GiantSimulation(Simulation, frozen=True, kw_only=True):
+    """The simulated giant."""
+
+    giant: GiantPlant
+    hand: GiantHand
+
+
+class GiantConfig(Config, frozen=True, kw_only=True, tag="giant"):
+    """HapticGiant."""
+
+    safety: GiantSafety
+    giant: Giant
+    simulation: GiantSimulation | None = None

@@ -1,0 +1,272 @@
+"""The giant between process image and gate: estimation, force control, prepositioning, tracking."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import hypot, inf
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...control.chain import Gains, Horizons, JointSum
+from ...control.estimation import PpuObserver, WrenchEstimator
+from ...control.force_control import Box, ForceControl
+from ...control.limits import Limits
+from ...control.standstill import Standstill
+from ...control.tracking import SeriesElasticity
+from ...devices.axis_drive import AxisDrives
+from ...devices.force_torque import ForceTorques
+from ...devices.image import ProcessImage
+from ...devices.imu import Imus
+from ...devices.torque_drive import JointDrives
+from ...models import Robot
+from ...runtime.core.machine import GATE_SHARE, GRAVITY, GRAVITY_MARGIN, REST_S
+from ...runtime.core.measured import axes, sensor
+from ...runtime.core.stages import Mark
+from ...runtime.core.torque_axes import TorqueAxes, thresholds
+from ...safety import AxisLimits, Plausibility, Thresholds, Values
+from ..rendering.logged import FELT, StateLog, felt, motion, solved
+from ..rendering.ratings import Ratings
+from ..rendering.rendering import JOINTS_AT_REST, Rendering, cartesian_twin, pulled, sensor_pose
+from .config import GiantConfig
+from .names import JOINTS, PPU_JOINTS
+from .prepositioning import PpuLimits, Prepositioning
+
+PPU_AT_REST = 0.05
+"""Measured speeds below this are standstill: the gantry's inverters lag [m/s]."""
+TILT = (0.0, 0.0, 0.0, 1.0, 1.0, 0.0)
+"""Weights of the virtual sum joint q4 + q5 (14): the tilt of the handle."""
+ELBOW = "joint_4"
+"""The frame whose origin is the elbow."""
+CARRIAGE, HANDLE = 0, 1
+"""The inertial units."""
+
+STATE = np.dtype(
+    [
+        ("link", "<f8", 6),  # measured, link side [rad]
+        ("axis", "<f8", 2),  # measured [m]
+        *motion(6),
+        ("ppu", "<f8", (3, 2)),  # estimated position, velocity, acceleration [m, s]
+        *FELT,
+        *solved(19),
+    ]
+)
+
+
+class Giant:
+    """HapticGiant; see ``Machine``."""
+
+    outputs: tuple[tuple[str, str], ...] = (("joints", "target_torque"), ("axes", "target_velocity"))
+    state: np.dtype[np.void] = STATE
+
+    def __init__(self, config: GiantConfig, robot: Robot, image: ProcessImage, mark: Mark) -> None:
+        giant = config.giant
+        dt = 1.0 / config.loop.rate
+        self._joints, self._axes = JointDrives(image), AxisDrives(image)
+        self._force_torque, self._imus = ForceTorques(image), Imus(image)
+        manipulator = robot.without(PPU_JOINTS)
+        self._acceleration = np.zeros(2)
+        self._observer = PpuObserver(dt, self._axes.position, self._acceleration)
+        self.force_control = control = _force_control(config, manipulator, self._observer, dt)
+        self._estimator = WrenchEstimator(
+            giant.handle.mass,
+            np.array(giant.handle.centre),
+            sensor_pose(robot, "handle", "force_torque"),
+            self._force_torque.wrench[0],
+            self._imus.acceleration[HANDLE],
+            control.handle.rotation,
+        )
+        self._prepositioning = Prepositioning(
+            giant.ppu.gain, _ppu_limits(config), dt, control.q, self._observer.q, self._observer.qd
+        )
+        tracking = giant.tracking
+        self._rendering = Rendering(
+            manipulator,
+            control,
+            self._joints,
+            SeriesElasticity(np.array(tracking.rotor_inertia), np.array(tracking.stiffness)),
+            (np.array(tracking.p_gain), np.array(tracking.d_gain)),
+            mark,
+            dt,
+        )
+        ratings = _ratings(config, robot)
+        self.axes = (*ratings.axes.limits(config), *_gantry_limits(config, dt))
+        self.thresholds = _thresholds(config, image)
+        # the gantry yields as far as it may
+        self.play = (*ratings.play, *[config.safety.ppu_margin] * len(PPU_JOINTS))
+        self._force = sensor(
+            image, "force_torque", 0, self._force_torque.wrench[0], self._force_torque.scales[0], dt
+        )
+        self._carried, self._held = (
+            sensor(image, "imus", i, self._imus.acceleration[i], [self._imus.scales[i]] * 3, dt)
+            for i in (CARRIAGE, HANDLE)
+        )
+        sensors = (self._force, self._carried, self._held)
+        self.plausibility = _plausibility(config, image, ratings, sensors)
+        self.position: list[float] = [0.0] * len(self.axes)
+        self.velocity: list[float] = [0.0] * len(self.axes)
+        self.raw_wrench: list[float] | None = None
+        self.inertial = False
+        self.braking = braking_time(config)
+        self.commands: list[float] = [0.0] * len(self.axes)
+        self.solved = True
+        self._base = np.zeros(2)
+        still = (JOINTS_AT_REST,) * len(JOINTS) + (PPU_AT_REST,) * len(PPU_JOINTS)
+        self._standstill = Standstill(still, round(REST_S * config.loop.rate))
+        self._started = False
+
+    @property
+    def inside_limits(self) -> bool:
+        """Whether the measured posture may be engaged."""
+        return all(a.lower <= q <= a.upper for a, q in zip(self.axes, self.position, strict=True))
+
+    def unrest(self, first: bool) -> list[str]:
+        """Sensors that show at rest what they should not; later a hand may pull: its motors hold more."""
+        if not first:
+            return []
+        found = pulled(self._estimator.wrench, self._force_torque.scales[0])
+        for name, acceleration in zip(("carriage", "handle"), self._imus.acceleration.tolist(), strict=True):
+            size = hypot(*acceleration)
+            if not abs(size - GRAVITY) <= GRAVITY_MARGIN:
+                found.append(f"the {name}'s accelerometer shows {size:.1f} m/s^2 at rest")
+        return found
+
+    def estimate(self) -> None:
+        """Measured axes, PPU observer and the operator's wrench."""
+        joints, axes, imus = self._joints, self._axes, self._imus
+        self.position = joints.link_position.tolist() + axes.position.tolist()
+        self.velocity = joints.velocity.tolist() + axes.velocity.tolist()
+        self.inertial = imus.valid(CARRIAGE) and self._carried.current
+        if self.inertial:  # otherwise the last sample stands
+            self._acceleration[:] = imus.acceleration[CARRIAGE, :2]
+        if not self._started:
+            self._observer.reset()
+            self._started = True
+        self._observer.update()
+        current = self._force.current and self._held.current
+        if current and self._force_torque.valid(0) and imus.valid(HANDLE):
+            self.raw_wrench = self._force_torque.wrench[0].tolist()
+            self._estimator.update()
+        else:  # the last estimate stands, and is faded out
+            self.raw_wrench = None
+
+    def engage(self) -> None:
+        """Commanded state = measured link side, twin on the handle, everything at rest."""
+        self._observer.reset()
+        self._rendering.engage(self._joints.link_position)
+        self._prepositioning.reset()
+        self._base[:] = 0.0
+        self.solved = True
+
+    def update(self, gain: float, trust: float) -> None:
+        """One tick of HapticGiant, Fig. 4."""
+        self._base[:] = self._observer.qdd
+        self._standstill.reset()
+        self.solved = self._rendering.render(self._estimator.wrench, gain, trust)
+        self._prepositioning.update()
+        self._command(gain)
+        self._rendering.advance()
+
+    def brake(self, dropped: Sequence[bool]) -> bool:
+        """Joints to rest at their rated accelerations, the PPU at its own; then hold."""
+        self._rendering.slow_down()
+        self._feed_base(dropped[len(JOINTS) :])
+        self._prepositioning.velocity[:] = self._axes.target_velocity
+        self._prepositioning.stop()
+        self._command(1.0)
+        self._rendering.advance()
+        commanded = self._rendering.still and not self._prepositioning.velocity.any()
+        return self._standstill.update(self.plausibility.speed, dropped) and commanded
+
+    def _feed_base(self, dropped: Sequence[bool]) -> None:
+        """The gantry's acceleration for the feedforward of a stop, fading out where it is not measured."""
+        if self.inertial and not any(dropped):
+            self._base[:] = self._observer.qdd
+        else:
+            np.multiply(self._base, self._rendering.fade, out=self._base)
+
+    def bind_state(self, state: NDArray[np.void]) -> None:
+        """See STATE: its numbers come first and are copied in one go."""
+        control, ppu = self.force_control, self._observer
+        numbers = (
+            *(self._joints.link_position, self._axes.position, control.q, control.qd, control.qdd),
+            *(ppu.q, ppu.qd, ppu.qdd, *felt(self._rendering)),
+        )
+        self._log = StateLog(state, numbers, control)
+
+    def fill(self) -> None:
+        """Copy the state of this tick."""
+        self._log.fill()
+
+    def _command(self, gain: float) -> None:
+        x, y = self._prepositioning.velocity.tolist()
+        self.commands = [*self._rendering.torque(self._base), gain * x, gain * y]
+
+
+def braking_time(config: GiantConfig) -> float:
+    """How long the slowest axis takes to brake from full speed [s]."""
+    m, ppu = config.giant.manipulator, config.giant.ppu
+    joints = max(v / a for v, a in zip(m.velocity, m.acceleration, strict=True))
+    return max(joints, ppu.velocity / ppu.acceleration)
+
+
+def _ratings(config: GiantConfig, robot: Robot) -> Ratings:
+    m, tracking = config.giant.manipulator, config.giant.tracking
+    effort = dict(zip(robot.names, robot.effort.tolist(), strict=True))
+    torque = [effort[name] for name in JOINTS]
+    axes = TorqueAxes(JOINTS, m.lower, m.upper, m.velocity, torque, tracking.stiffness)
+    return Ratings(axes, tracking.stiffness, m.acceleration, tracking.p_gain)
+
+
+def _ppu_limits(config: GiantConfig) -> PpuLimits:
+    ppu = config.giant.ppu
+    return PpuLimits(ppu.lower, ppu.upper, ppu.velocity, ppu.acceleration, ppu.time_constant)
+
+
+def _force_control(config: GiantConfig, manipulator: Robot, ppu: PpuObserver, dt: float) -> ForceControl:
+    giant = config.giant
+    control, m = giant.force_control, giant.manipulator
+    return ForceControl(
+        manipulator,
+        Limits(*map(np.array, (m.lower, m.upper, m.velocity, m.acceleration))),
+        cartesian_twin(giant.twin),
+        [JointSum(TILT, *m.tilt)],
+        [Box(point, giant.box.lower, giant.box.upper) for point in ("handle", ELBOW)],
+        Gains(control.p_gain, control.p_gain, control.d_gain, control.d_gain),
+        control.detection,
+        dt,
+        Horizons(control.viability_horizon, control.point_horizon),
+        ppu,
+    )
+
+
+def _gantry_limits(config: GiantConfig, dt: float) -> tuple[AxisLimits, ...]:
+    ppu, near = config.giant.ppu, GATE_SHARE * config.safety.ppu_margin
+    return tuple(
+        AxisLimits(
+            name=name,
+            command=ppu.velocity,
+            step=2.0 * ppu.acceleration * dt,
+            power=inf,
+            lower=ppu.lower[i] - near,
+            upper=ppu.upper[i] + near,
+        )
+        for i, name in enumerate(PPU_JOINTS)
+    )
+
+
+def _plausibility(
+    config: GiantConfig, image: ProcessImage, ratings: Ratings, sensors: Sequence[Values]
+) -> Plausibility:
+    speed, dt = [config.giant.ppu.velocity] * len(PPU_JOINTS), 1.0 / config.loop.rate
+    told = AxisDrives(image).target_velocity
+    gantry = axes(image, "axes", speed, {"position": [0.0] * len(PPU_JOINTS)}, (told, speed, None), dt)
+    return Plausibility((ratings.axes.checks(config, image), gantry), sensors)
+
+
+def _thresholds(config: GiantConfig, image: ProcessImage) -> Thresholds:
+    manipulator, ppu, safety = config.giant.manipulator, config.giant.ppu, config.safety
+    margins = [safety.position_margin] * len(JOINTS) + [safety.ppu_margin] * len(PPU_JOINTS)
+    ranges = (*manipulator.lower, *ppu.lower), (*manipulator.upper, *ppu.upper)
+    speed = (*manipulator.velocity, *[ppu.velocity] * len(PPU_JOINTS))
+    return thresholds(config, image, (*JOINTS, *PPU_JOINTS), ranges, margins, speed)

@@ -1,0 +1,61 @@
+"""Builds the simulated giant from its configuration."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ...devices.network import Network
+from ...models import Robot
+from ...sim.dynamics import SeriesElasticArm, VelocityAxes
+from ...sim.hand import Grip, Hand, Path, hanging
+from ...sim.tool import Tool
+from .config import GiantConfig
+from .names import PPU_JOINTS
+from .plant import GiantPlant, Noise
+
+HARD_STOP = 0.15
+"""How far behind its limits the gantry's hard stops are [m]."""
+
+
+def giant_plant(config: GiantConfig, robot: Robot, network: Network) -> GiantPlant:
+    """The plant, at rest in its initial posture."""
+    simulation, giant = config.simulation, config.giant
+    assert simulation is not None
+    plant, hand = simulation.giant, simulation.hand
+    arm = SeriesElasticArm(
+        robot.without(PPU_JOINTS),
+        "handle",
+        np.array(giant.tracking.rotor_inertia),
+        np.array(giant.tracking.stiffness),
+        np.array(plant.spring_damping),
+        np.array(plant.brake_torque),
+        plant.substeps,
+    )
+    arm.reset(np.array(plant.posture))
+    ppu = VelocityAxes(
+        giant.ppu.time_constant,
+        giant.ppu.acceleration,
+        [lower - HARD_STOP for lower in giant.ppu.lower],
+        [upper + HARD_STOP for upper in giant.ppu.upper],
+    )
+    ppu.position[:] = plant.ppu
+    path = Path(
+        [float(point.at) for point in hand.path],
+        np.array([[*point.position, *point.angles] for point in hand.path]),
+    )
+    grip = Grip(
+        (hand.stiffness, hand.rotational_stiffness),
+        (hand.damping, hand.rotational_damping),
+        (hand.force, hand.torque),
+    )
+    return GiantPlant(
+        network,
+        robot,
+        arm,
+        ppu,
+        Hand(path, grip, hanging),
+        Tool(giant.handle.mass, giant.handle.centre, plant.handle_inertia),
+        Noise(plant.force_noise, plant.torque_noise, plant.acceleration_noise),
+        [(float(press.at), press.pressed) for press in hand.dead_man],
+        simulation.seed,
+    )

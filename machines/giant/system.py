@@ -1,0 +1,14 @@
+"""The giant as a kind of machine."""
+
+from __future__ import annotations
+
+from ...runtime.configuration.system import System
+from ..rendering.figures import RenderingFigures
+from .check import check_giant
+from .config import GiantConfig
+from .limits import GiantLimits
+from .machine import Giant
+from .simulation import giant_plant
+from .stance import giant_stance
+
+GIANT = System(GiantConfig, Giant, GiantLimits, RenderingFigures, giant_plant, check_giant, giant_stance)

@@ -1,0 +1,156 @@
+"""Contact-aware null-space control (ContactAware, fig. 5): the whole controller of a redundant interface."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import hypot, sqrt
+from typing import Protocol
+
+import numpy as np
+
+from ...models import Array
+from .manipulability import Shape
+from .nullspace import Gains, NullSpace
+from .redundant import RedundantArm
+from .saturation import Headroom
+from .transition import Thresholds, Transition
+
+SLOW = 0.01
+"""Speed of the hand below which its direction says nothing [m/s]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Settings:
+    """Controller parameters.
+
+    Attributes:
+        shape: of the desired ellipsoids.
+        gains: of the secondary torque.
+        thresholds: eps1 and eps2.
+        steepness: S of the reserve.
+        rho: of the transition's duration (19) [s m^2]; 0 jumps.
+        held: part of the limits that the force may use while the posture moves; 1 without headroom.
+        moving: drive of the null space above which the posture counts as moving [N m].
+        release: time to give the rest of the limits to the force [s].
+        follow: time constant with which the direction of motion follows the hand [s]; inf keeps it.
+    """
+
+    shape: Shape
+    gains: Gains
+    thresholds: Thresholds
+    steepness: float
+    rho: float
+    held: float
+    moving: float
+    release: float
+    follow: float
+
+
+class Resolution(Protocol):
+    """How force and posture share the motors.
+
+    Attributes:
+        torque: (n,) [N m]; alpha: rendered share of the force.
+        iterations, solves: of a solver in the last tick.
+    """
+
+    torque: Array
+    alpha: float
+    iterations: int
+    solves: int
+
+    def resolve(self, part: float, gain: float) -> bool:
+        """Compute the torques; see ``NullSpace.compose``. False where there is no answer to stand by."""
+
+
+class Projection:
+    """The paper's resolution: the force first, the null-space torque scaled into what it leaves."""
+
+    iterations = solves = 0
+
+    def __init__(self, space: NullSpace) -> None:
+        self._space, self.torque, self.alpha = space, space.torque, 1.0
+
+    def resolve(self, part: float, gain: float) -> bool:
+        """Compose."""
+        self._space.compose(part, gain)
+        self.alpha = self._space.alpha
+        return True
+
+
+class ContactAware:
+    """Renders a force with a posture that suits it: easy to move in free space, strong in contact.
+
+    Attributes:
+        arm: the interface; write its q and qd, then ``update``.
+        space: secondary and null-space torques.
+        transition, headroom: the actuator saturation controller.
+        reserve: V of the wanted force, 0 to 1.
+        torque: of the motors, (n,) [N m].
+    """
+
+    def __init__(
+        self, arm: RedundantArm, limit: Array, u: Sequence[float], settings: Settings, dt: float
+    ) -> None:
+        """An arm, its limits (n,) [N m], the first direction of motion and contact (m,)."""
+        self.arm, self._settings = arm, settings
+        self.space = NullSpace(arm, limit, settings.shape, settings.gains, np.array(u, float))
+        self.resolution: Resolution = Projection(self.space)
+        self.transition = Transition(settings.thresholds, dt)
+        self.headroom = Headroom(settings.held, settings.moving, settings.release, dt)
+        self.reserve = 1.0
+        self._J_free = np.zeros_like(arm.J)
+        self._blend = dt / settings.follow
+        self._duration = self._transition_time()
+
+    @property
+    def torque(self) -> Array:
+        """Motor torques, (n,) [N m]; own buffer."""
+        return self.resolution.torque
+
+    def reset(self) -> None:
+        """Free motion in the posture that the arm has."""
+        self.arm.update()
+        self._J_free[:] = self.arm.J
+        self.transition.reset()
+        self.headroom.reset()
+        self.reserve = 1.0
+
+    def update(self, force: Sequence[float], gain: float) -> bool:
+        """Compute ``torque``; False in a singular posture or without an answer of the resolution.
+
+        ``arm.update`` comes first: the force depends on where the hand is.
+
+        Args:
+            force: that the hand shall feel, (m,) [N].
+            gain: 0 to 1, how much of force and posture control acts while the machine engages.
+        """
+        arm, space = self.arm, self.space
+        self._follow()
+        space.want([gain * f for f in force])
+        self.reserve = space.reserve(arm.J, self._settings.steepness)
+        in_free = space.reserve(self._J_free, self._settings.steepness)
+        omega = self.transition.update(self.reserve, in_free, self._duration)
+        if self.transition.phase == 0.0:
+            self._J_free[:] = arm.J
+        if not space.secondary(omega):
+            return False
+        return self.resolution.resolve(self.headroom.update(space.drive), gain)
+
+    def _follow(self) -> None:
+        """Let the direction of motion follow the hand; P = u u^T needs no sign, so a reversal is no turn."""
+        if not self._blend:
+            return
+        velocity = self.arm.velocity.tolist()
+        speed = hypot(*velocity)
+        if speed > SLOW:
+            u = self.arm.velocity / speed
+            self.space.motion += self._blend * (np.outer(u, u) - self.space.motion)
+            self._duration = self._transition_time()
+
+    def _transition_time(self) -> float:
+        """Duration of a whole transition (19) [s]."""
+        shape, space = self._settings.shape, self.space
+        apart = shape.free(space.motion) - shape.stiff(space.contact)
+        return self._settings.rho * sqrt(float(np.sum(apart * apart)))

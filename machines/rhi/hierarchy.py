@@ -1,0 +1,67 @@
+"""Force and posture of a redundant interface as levels of a hierarchical QP.
+
+Over the torques tau and the rendered share alpha of the force F:
+
+0. torque box, 0 <= alpha <= what the limits (or the headroom) allow for alpha J^T F
+1. the hand feels alpha F and nothing else: J#^T tau = alpha F + the coupling force
+2. alpha = 1, as far as the box lets it
+3. the pull on the posture with the damping along it: one row, d tau = d tau_s
+4. damping of what is left of the null space: min |L^-1 (tau + K_d qd)|, the M^-1 metric
+
+Far from the box this is the projection law (3); at the box the projection can only shrink tau_N as a whole,
+while here every motor gives what it has left.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ...hqp import Level, Solver, Status
+from .nullspace import NullSpace
+
+MAX_ITERATIONS = 64
+"""Iterations of one solve: the bound on its time."""
+
+
+class Hierarchy:
+    """Resolves force and posture with the hierarchical solver; see ``Resolution``.
+
+    Attributes:
+        torque: (n,) [N m]; alpha: rendered share of the force.
+        iterations: of the last solve.
+    """
+
+    solves = 1
+
+    def __init__(self, space: NullSpace) -> None:
+        """Bind to the arrays of a null space."""
+        m, n = space.inverse.shape
+        self._n, self._space = n, space
+        self._limit, self._below = space.limit, -space.limit
+        self.torque, self.alpha, self.iterations = np.zeros(n), 1.0, 0
+        self._box = Level(
+            C=np.eye(n + 1), lb=np.array([*-self._limit, 0.0]), ub=np.array([*self._limit, 1.0])
+        )
+        force = Level(A=np.zeros((m, n + 1)), b=np.zeros(m))
+        share = Level(A=np.eye(n + 1)[n:].copy(), b=np.ones(1))
+        posture = Level(A=np.zeros((1, n + 1)), b=np.zeros(1))
+        rest = Level(A=np.zeros((n, n + 1)), b=np.zeros(n))
+        self._levels = (self._box, force, share, posture, rest)
+        self._rows = [array for level in (force, posture, rest) for array in (level.A, level.b)]
+        rows = [level.rows for level in self._levels]
+        self._solver = Solver(n + 1, rows, max_iterations=MAX_ITERATIONS)
+
+    def resolve(self, part: float, gain: float) -> bool:
+        """Solve the levels of this tick; False where the solver does not stand by its answer."""
+        space, n = self._space, self._n
+        space.compose(part, gain)
+        self._box.ub[n] = space.alpha
+        space.level_rows(self._rows, gain)
+        solution = self._solver.solve(self._levels)
+        self.iterations = solution.iterations
+        if solution.status != Status.SOLVED:
+            return False
+        np.minimum(solution.x[:n], self._limit, out=self.torque)  # rounding may pass the box
+        np.maximum(self.torque, self._below, out=self.torque)
+        self.alpha = float(solution.x[n])
+        return True

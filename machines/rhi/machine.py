@@ -1,0 +1,262 @@
+"""A redundant interface between process image and gate: contact-aware null-space control (ContactAware)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import exp, hypot
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...control.hold import Hold, HoldGains
+from ...control.standstill import Standstill
+from ...devices.force_torque import ForceTorques
+from ...devices.image import ProcessImage
+from ...devices.joint_drive import JointDrive
+from ...devices.torque_drive import JointDrives
+from ...models import Robot
+from ...runtime.core.machine import DRIFT, REST_S
+from ...runtime.core.measured import sensor
+from ...runtime.core.stages import Mark, Stage
+from ...runtime.core.torque_axes import TorqueAxes
+from ...safety import Plausibility
+from .config import RhiConfig
+from .contact_aware import ContactAware, Settings
+from .environment import Wall
+from .hierarchy import Hierarchy
+from .manipulability import Shape, force_ellipsoid
+from .nullspace import Gains
+from .redundant import AXES, RedundantArm
+from .self_motion import Ellipsoid, best_posture
+from .transition import Thresholds as Reserves
+
+HOLDABLE = 0.8
+"""Part of the motors' torques that the hand may take at a start: the rest is for the hold itself."""
+HANDOVER = 10.0
+"""The hold hands over to the controller so many times as fast as that fades in."""
+STEADY_S = 20e-3
+"""Time constant of the hand's pull that the hold takes over: a hand that has just jerked is not held."""
+SUPPORT_FADE_S = 5e-3
+"""Time constant with which what the measured hand contributed leaves the torques of a stop."""
+AT_REST = 0.25
+"""Measured speeds below this are standstill: a hand goes on pulling at motors that hold [rad/s]."""
+
+
+def state_layout(n: int, m: int) -> np.dtype[np.void]:
+    """What the log keeps of a tick, for n motors and m directions; numbers first."""
+    return np.dtype(
+        [
+            ("q", "<f8", n),  # measured [rad]
+            ("qd", "<f8", n),
+            ("torque", "<f8", n),  # commanded [N m]
+            ("null", "<f8", n),  # its null-space part before scaling [N m]
+            ("position", "<f8", m),  # of the hand [m]
+            ("hand", "<f8", 3),  # measured force of the hand on the handle, in the base's axes [N]
+            ("demand", "<f8", m),  # force that the environment asks for [N]
+            ("depth", "<f8"),  # behind the wall [m]
+            ("reserve", "<f8"),  # V
+            ("omega", "<f8"),  # activation of the free ellipsoid
+            ("alpha", "<f8"),  # rendered share of the force
+            ("cost", "<f8"),  # Stein divergence v
+            ("drive", "<f8"),  # norm of the pull on the posture [N m]
+            ("iterations", "<u2"),
+            ("solves", "u1"),
+        ]
+    )
+
+
+class RedundantInterface:
+    """See ``Machine``. The wrench of the hand is watched and logged; the law itself needs none."""
+
+    outputs: tuple[tuple[str, str], ...] = (("joints", "target_torque"),)
+
+    def __init__(self, config: RhiConfig, robot: Robot, image: ProcessImage, mark: Mark) -> None:
+        rhi, dt = config.rhi, 1.0 / config.loop.rate
+        self._mark = mark
+        self._drives, self._force_torque = JointDrives(image), ForceTorques(image)
+        self.wall = Wall(rhi.wall.point, rhi.wall.normal, rhi.wall.stiffness)
+        self.controller = contact_aware(config, robot, self.wall, dt)
+        arm = self.controller.arm
+        self._arm = arm
+        self._hold = Hold(_hold_gains(config), dt)
+        self._holding, self._share = False, 1.0  # of the controller's torques; less while a start hands over
+        self._fade = exp(-dt / SUPPORT_FADE_S)
+        self._limit = np.array(rhi.motors.torque)
+        self._measured = self._force_torque.wrench[0]
+        self._measured_force, self._hand = self._measured[:3], np.zeros(3)
+        self._demand = [0.0] * arm.m
+        self.state = state_layout(arm.n, arm.m)
+        motors, torque, hold = rhi.motors, rhi.motors.torque, rhi.hold.stiffness
+        limited = TorqueAxes(drive_names(config), motors.lower, motors.upper, motors.velocity, torque)
+        self.axes, self.thresholds = limited.limits(config), limited.thresholds(config, image)
+        self.play = tuple(most / k for most, k in zip(torque, hold, strict=True))
+        scales = self._force_torque.scales[0]
+        self._force = sensor(image, "force_torque", 0, self._measured, scales, dt)
+        self._rows = [AXES.index(name) for name in rhi.task.directions]
+        self._pull = np.zeros(arm.n)  # torques that hold the hand's force
+        self._steady = np.zeros(arm.n)  # the same, smoothed
+        self._smooth = 1.0 - exp(-dt / STEADY_S)
+        self._support = np.zeros(arm.n)  # the part of them that the hold gives
+        self.plausibility = Plausibility((limited.checks(config, image, self._pull),), (self._force,))
+        self._standstill = Standstill((AT_REST,) * arm.n, round(REST_S * config.loop.rate))
+        self.position: list[float] = [0.0] * arm.n
+        self.velocity: list[float] = [0.0] * arm.n
+        self.raw_wrench: list[float] | None = None
+        self.inertial = True  # it needs no accelerometer
+        self.braking = max(v / a for v, a in zip(motors.velocity, motors.acceleration, strict=True))
+        self.commands: list[float] = [0.0] * arm.n
+        self.solved = True
+
+    @property
+    def inside_limits(self) -> bool:
+        """Whether the measured posture may be engaged."""
+        return all(a.lower <= q <= a.upper for a, q in zip(self.axes, self.position, strict=True))
+
+    def unrest(self, first: bool) -> list[str]:
+        """The handle is pulled: at the first start at all, later by more than the motors could hold."""
+        force, most = hypot(*self._measured_force.tolist()), DRIFT * self._force_torque.scales[0][0]
+        if first and force > most:
+            return [f"the handle is pulled with {force:.1f} N; let go, or check the sensor"]
+        if (np.abs(self._pull) > HOLDABLE * self._limit).any():
+            return [f"the handle is pulled with {force:.1f} N, more than the motors hold; pull less"]
+        return []
+
+    def estimate(self) -> None:
+        """Measured motors, and the force of the hand in the base's axes."""
+        drives, arm = self._drives, self._arm
+        arm.q[:], arm.qd[:] = drives.link_position, drives.velocity
+        self.position, self.velocity = arm.q.tolist(), arm.qd.tolist()
+        valid = self._force.current and self._force_torque.valid(0)
+        self.raw_wrench = self._measured.tolist() if valid else None
+        arm.update()
+        np.matmul(arm.rotation, self._measured_force, out=self._hand)
+        np.matmul(self._hand[self._rows], arm.J, out=self._pull)
+        np.negative(self._pull, out=self._pull)
+        self._steady += self._smooth * (self._pull - self._steady)
+
+    def engage(self) -> None:
+        """Held where it is measured, against the hand that is measured; then free motion from there."""
+        self.controller.reset()
+        self._hold.reset(self._arm.q, np.zeros(self._arm.n))
+        self._holding, self._share = True, 0.0
+        np.clip(self._steady, -HOLDABLE * self._limit, HOLDABLE * self._limit, out=self._support)
+        self.solved = True
+
+    def update(self, gain: float, trust: float) -> None:
+        """One tick of ContactAware, fig. 5."""
+        self._demand = self.wall.force(self._arm.position.tolist())
+        self._mark(Stage.MODEL)
+        self.solved = self.controller.update(self._demand, gain)
+        self._mark(Stage.SOLVE)
+        self._standstill.reset()
+        if not self.solved:
+            self._hold_back()
+            return
+        self._share = max(self._share, min(1.0, HANDOVER * gain))
+        self._holding = self._share < 1.0
+        torque = self.controller.torque
+        if self._holding:
+            held = self._held_torque()
+            torque = held + self._share * (torque - held)
+        self.commands = torque.tolist()
+
+    def brake(self, dropped: Sequence[bool]) -> bool:
+        """Motors to rest at their rated accelerations, then hold."""
+        self._hold_back()
+        return self._standstill.update(self.plausibility.speed, dropped) and self._hold.at_rest
+
+    def _hold_back(self) -> None:
+        """Before the start hands over, its hold; later a hold that begins where the motors are."""
+        arm = self._arm
+        if self._share > 0.0:
+            if not self._holding or self._share < 1.0:
+                self._hold.reset(arm.q, arm.qd)
+                self._support *= 1.0 - self._share
+                self._holding, self._share = True, 1.0
+            self._support *= self._fade
+        self.commands = self._held_torque().tolist()
+
+    def _held_torque(self) -> NDArray[np.float64]:
+        torque = self._hold.update(self._arm.q, self._arm.qd) + self._support
+        return np.clip(torque, -self._limit, self._limit, out=torque)
+
+    def bind_state(self, state: NDArray[np.void]) -> None:
+        """See ``state_layout``."""
+        arm, controller = self._arm, self.controller
+        self._numbers = (
+            *(arm.q, arm.qd, self._drives.target_torque, controller.space.null),
+            *(arm.position, self._hand),
+        )
+        count = sum(len(numbers) for numbers in self._numbers) + arm.m + 6
+        self._logged = state.view(np.uint8)[: 8 * count].view(np.float64)
+        self._logged_solve = state["iterations"], state["solves"]
+
+    def fill(self) -> None:
+        """Copy the state of this tick."""
+        controller, space = self.controller, self.controller.space
+        observed = (self.wall.depth, controller.reserve, controller.transition.omega)
+        scalars = (*observed, controller.resolution.alpha, space.cost, space.drive)
+        np.concatenate((*self._numbers, self._demand, scalars), out=self._logged)
+        iterations, solves = self._logged_solve
+        iterations[0], solves[0] = controller.resolution.iterations, controller.resolution.solves
+
+
+def redundant_arm(config: RhiConfig, robot: Robot) -> RedundantArm:
+    """The controller's model of the interface."""
+    motors, task = config.rhi.motors, config.rhi.task
+    transmission, rotor = np.array(motors.transmission), np.array(motors.rotor_inertia)
+    return RedundantArm(robot, task.frame, task.directions, transmission, rotor)
+
+
+def contact_aware(config: RhiConfig, robot: Robot, wall: Wall, dt: float) -> ContactAware:
+    """The controller that a configuration describes.
+
+    Raises:
+        ModelError: the model is not a redundant arm, or cannot reach the wall.
+    """
+    rhi, arm = config.rhi, redundant_arm(config, robot)
+    limit, task, saturation = np.array(rhi.motors.torque), rhi.task, rhi.saturation
+    space = rhi.null_space
+    home = force_ellipsoid(arm.at(np.array(task.home)).J, limit)
+    settings = Settings(
+        shape=Shape.of_home(home, task.spread),
+        gains=Gains(
+            space.step,
+            space.damping,
+            space.cap,
+            space.stiffness if space.scan else 0.0,
+            rhi.motors.friction,
+        ),
+        thresholds=Reserves(saturation.leave, saturation.come_back),
+        steepness=saturation.steepness,
+        rho=saturation.rho,
+        held=saturation.held,
+        moving=saturation.moving,
+        release=saturation.release,
+        follow=task.follow if task.follow is not None else np.inf,
+    )
+    controller = ContactAware(arm, limit, wall.normal, settings, dt)
+    if space.resolution == "hqp":
+        controller.resolution = Hierarchy(controller.space)
+    if space.scan:
+        bounds = (rhi.motors.lower, rhi.motors.upper)
+        free, stiff = (
+            settings.shape.free(controller.space.motion),
+            settings.shape.stiff(controller.space.contact),
+        )
+        for target, desired in ((controller.space.free, free), (controller.space.stiff, stiff)):
+            objective = Ellipsoid(desired, limit)
+            target[:] = best_posture(arm, np.array(rhi.wall.point), bounds, objective, space.scan)
+    arm.at(np.array(task.home))
+    return controller
+
+
+def _hold_gains(config: RhiConfig) -> HoldGains:
+    hold, motors = config.rhi.hold, config.rhi.motors
+    gains = (hold.stiffness, hold.damping, motors.acceleration, motors.torque)
+    return HoldGains(*(np.array(values, float) for values in gains))
+
+
+def drive_names(config: RhiConfig) -> list[str]:
+    """Names of the motors' drives, in their order."""
+    return [name for name, device in config.devices.items() if isinstance(device, JointDrive)]

@@ -1,0 +1,63 @@
+"""A simulated redundant interface: arm, hand and sensors behind its simulated devices."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ...devices.network import Network
+from ...sim.force_torque import SimForceTorque
+from ...sim.hand import PointHand
+from ...sim.joint_drive import SimJointDrive
+from ...sim.plant import Energies, SimPlant
+from ...sim.rigid import RigidArm
+
+
+class RhiPlant(SimPlant):
+    """A rigid arm whose tip is in a hand.
+
+    Attributes:
+        arm, hand: the parts.
+    """
+
+    def __init__(
+        self,
+        network: Network,
+        arm: RigidArm,
+        hand: PointHand,
+        noise: float,
+        substeps: int,
+        dead_man: Sequence[tuple[float, bool]],
+        seed: int,
+    ) -> None:
+        """Noise of the force sensor [N]; dead_man the times at which the switch changes."""
+        super().__init__(network, hand, dead_man, seed)
+        self.arm, self.hand = arm, hand
+        self._noise, self._substeps = noise, substeps
+        self._drives = self.nodes.of(SimJointDrive)
+        (self._force_torque,) = self.nodes.of(SimForceTorque)
+        self._force = [0.0] * 3
+        self._measure()
+
+    def energies(self) -> Energies:
+        """Rigid links that carry no weight."""
+        return Energies(self.arm.energy(), 0.0, 0.0, float(np.dot(self._force, self.arm.velocity)))
+
+    def _move(self, dt: float) -> None:
+        arm, h = self.arm, dt / self._substeps
+        torque = np.array([drive.torque for drive in self._drives])
+        braked = [drive.brake for drive in self._drives]
+        for k in range(self._substeps):
+            at = self.time + k * h
+            self._force = self.hand.force(at, arm.position.tolist(), arm.velocity.tolist())
+            arm.step(torque, braked, self._force, h)
+
+    def _sense(self) -> None:
+        arm = self.arm
+        rows = (self._drives, arm.q.tolist(), arm.qd.tolist())
+        for drive, angle, rate in zip(*rows, strict=True):
+            drive.position = drive.link_position = angle
+            drive.velocity, drive.load_torque = rate, drive.torque
+        force = arm.rotation.T @ self._force + self._noise * self._random.standard_normal(3)
+        self._force_torque.wrench = [*force.tolist(), 0.0, 0.0, 0.0]

@@ -1,0 +1,47 @@
+"""Whether a redundant interface's gains and its plant's friction are slow enough for their rates."""
+
+from __future__ import annotations
+
+import numpy as np
+import pinocchio as pin
+
+from ...models import Robot
+from ...runtime.core.sampling import controls, fastest, integrates
+from .config import RhiConfig
+
+Found = list[tuple[str, str, str]]
+
+
+def check_rates(config: RhiConfig, robot: Robot) -> Found:
+    """Gains and friction that act faster than the period in which they are computed."""
+    rhi, dt = config.rhi, 1.0 / config.loop.rate
+    T = np.array(rhi.motors.transmission)
+    q = config.simulation.rhi.posture if config.simulation is not None else rhi.task.home
+    links = pin.crba(robot.model, robot.data, robot.configuration(T @ np.array(q)))
+    M = T.T @ (np.triu(links) + np.triu(links, 1).T) @ T + np.diag(rhi.motors.rotor_inertia)
+    inverse = np.linalg.inv(M)
+    found: Found = []
+    for key, spring, damper in (
+        ("rhi.hold", np.array(rhi.hold.stiffness), np.array(rhi.hold.damping)),
+        (
+            "rhi.null_space",
+            np.full(robot.nv, rhi.null_space.stiffness),
+            np.full(robot.nv, rhi.null_space.damping),
+        ),
+    ):
+        if not controls(fastest(inverse, spring), fastest(inverse, damper), dt):
+            problem = f"its spring or damper acts faster than one period of {dt:g} s"
+            found.append((key, problem, "lower the gains, or raise the rate"))
+    for key, time in (
+        ("rhi.saturation.release", rhi.saturation.release),
+        ("rhi.task.follow", rhi.task.follow),
+    ):
+        if time is not None and time < dt:
+            problem = f"{time:g} s is less than one period of {dt:g} s"
+            found.append((key, problem, "give at least a period"))
+    if config.simulation is not None:
+        plant = config.simulation.rhi
+        if not integrates(0.0, fastest(inverse, np.array(plant.friction)), dt / plant.substeps):
+            problem = f"{plant.substeps} are too few for the friction in steps of {dt / plant.substeps:g} s"
+            found.append(("simulation.rhi.substeps", problem, "give more, or less friction"))
+    return found

@@ -1,0 +1,124 @@
+"""A redundant serial interface in its motors' coordinates: kinematics, their derivatives, inertia."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ...binding import bind, pointer
+from ...control._kernels import ffi, lib
+from ...control.serial import Frame, SerialChain
+from ...models import Array, ModelError, Robot
+
+AXES = ("x", "y", "z")
+
+
+class RedundantArm:
+    """Task-space quantities of a serial robot whose motors drive its joints through a constant matrix.
+
+    With r = T q (joint angles from motor angles) J = J_r T and M = T^T M_r T + diag(rotor).
+
+    Attributes:
+        n, m: numbers of motors and of task directions.
+        q, qd: of the motors, (n,) [rad, s]; write here before ``update``.
+        position, velocity: of the hand along the task's directions, (m,) [m, s].
+        J: (m, n); dJ: its derivatives by each q_k, (n, m, n).
+        M: inertia matrix, (n, n) [kg m^2].
+        drift: acceleration of the hand without any of the motors, (m,); bias: torques of the present
+            velocities, Coriolis and centrifugal, (n,) [N m].
+        rotation: of the hand's frame in the base's, (3, 3).
+    """
+
+    def __init__(
+        self, robot: Robot, frame: str, task: Sequence[str], transmission: Array, rotor: Array
+    ) -> None:
+        """Take the constants of a robot.
+
+        Args:
+            robot: a serial chain with more joints than the task has directions.
+            frame: that the hand holds.
+            task: distinct names of AXES.
+            transmission: T, (n, n), invertible.
+            rotor: inertia of the motors, (n,) [kg m^2].
+
+        Raises:
+            ModelError: no serial chain, no such frame, no redundancy, or a T of another shape or rank.
+        """
+        self._chain = SerialChain(robot, [frame])
+        self.n, self.m = self._chain.n, len(task)
+        n, m = self.n, self.m
+        _require(robot, m < n, f"{n} joints for {m} directions", "a redundant interface has more joints")
+        _require(
+            robot,
+            0 < m == len(set(task)) and set(task) <= set(AXES),
+            f"task {' '.join(task)}",
+            "name x, y, z once each",
+        )
+        T = np.ascontiguousarray(transmission, float)
+        _require(
+            robot,
+            T.shape == (n, n) and bool(np.linalg.matrix_rank(T) == n),
+            f"a transmission of shape {T.shape}",
+            f"give {n} independent rows of {n}",
+        )
+        _require(robot, np.shape(rotor) == (n,), f"{np.size(rotor)} rotor inertias", f"give {n}")
+        self.transmission = T
+        self.q, self.qd = np.zeros(n), np.zeros(n)
+        self.position, self.velocity = np.zeros(m), np.zeros(m)
+        self.drift, self.bias = np.zeros(m), np.zeros(n)
+        self.J, self.dJ, self.M = np.zeros((m, n)), np.zeros((n, m, n)), np.zeros((n, n))
+        frame_of_hand: Frame = self._chain.frames[0]
+        self.rotation = frame_of_hand.rotation
+        self._core = ffi.new("redundant *", {"m": m, "row": [AXES.index(name) for name in task]})
+        self._core.chain, self._core.frame = self._chain.pointer, self._chain.frame_constants(0)
+        bind(
+            lib,
+            self._core,
+            {"n": n},
+            transmission=T,
+            rotor=np.array(rotor, float),
+            q=self.q,
+            qd=self.qd,
+            position=self.position,
+            velocity=self.velocity,
+            J=self.J,
+            dJ=self.dJ,
+            M=self.M,
+            drift=self.drift,
+            bias=self.bias,
+        )
+
+    def update(self) -> None:
+        """Compute everything at q and qd."""
+        lib.redundant_update(self._core)
+
+    def at(self, q: Array) -> RedundantArm:
+        """Update at rest in a configuration (n,); returns itself."""
+        self.q[:], self.qd[:] = q, 0.0
+        self.update()
+        return self
+
+    def reach(self, q: Array) -> tuple[Array, Array]:
+        """Positions (count, m) and Jacobians (count, m, n) of configurations (count, n)."""
+        x, J = np.empty((len(q), self.m)), np.empty((len(q), self.m, self.n))
+        self._sweep(q, x, J, ffi.NULL)
+        return x, J
+
+    def sweep(self, q: Array) -> tuple[Array, Array, Array]:
+        """The same, and the derivatives of the Jacobians, (count, n, m, n)."""
+        x, J = np.empty((len(q), self.m)), np.empty((len(q), self.m, self.n))
+        dJ = np.empty((len(q), self.n, self.m, self.n))
+        self._sweep(q, x, J, pointer(dJ, "double", len(q), self.n, self.m, self.n))
+        return x, J, dJ
+
+    def _sweep(self, q: Array, x: Array, J: Array, dJ: object) -> None:
+        count = len(q)
+        postures = pointer(np.ascontiguousarray(q, float), "const double", count, self.n)
+        hands = pointer(x, "double", count, self.m), pointer(J, "double", count, self.m, self.n)
+        lib.redundant_sweep(self._core, count, postures, *hands, dJ)
+
+
+def _require(robot: Robot, condition: bool, problem: str, fix: str) -> None:
+    if not condition:
+        raise ModelError(robot.model.name, 0, problem, fix)

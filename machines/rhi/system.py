@@ -1,0 +1,14 @@
+"""The redundant interface as a kind of machine."""
+
+from __future__ import annotations
+
+from ...runtime.configuration.system import System
+from .check import check_rhi
+from .config import RhiConfig
+from .figures import RhiFigures
+from .limits import RhiLimits
+from .machine import RedundantInterface
+from .simulation import rhi_plant
+from .stance import rhi_stance
+
+RHI = System(RhiConfig, RedundantInterface, RhiLimits, RhiFigures, rhi_plant, check_rhi, rhi_stance)

@@ -1,0 +1,1 @@
+"""From a TOML file and a model to a machine that is ready to run."""

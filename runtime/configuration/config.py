@@ -1,0 +1,264 @@
+"""Machine configurations: TOML with units, checked so that nothing half-right reaches a machine."""
+
+from __future__ import annotations
+
+import re
+import shlex
+from dataclasses import dataclass
+from importlib import resources
+from pathlib import Path
+from typing import Any, TypeVar
+
+import msgspec
+from msgspec import Struct
+
+from ...configs import plugins
+from ...configs.units import Quantity, UnitError, Vector, shown
+from ...configs.words import meant, nearest
+from ...devices.device import Device
+from ...models.xml_tree import MAX_BYTES as MAX_MODEL_BYTES
+from ..core.sections import Config
+from ..errors import ConfigError, Finding
+from ..invocation import program
+from .schema import advice, known_fields, value_type
+from .system import find_system, system_names
+from .toml_lines import key_lines, line_of
+from .toml_reader import MAX_BYTES, read
+
+CONFIGS = "hapticd.configs"
+"""Where the built-in machines have their configurations; an installed one has them in its own package."""
+
+
+@dataclass(frozen=True, slots=True)
+class Loaded:
+    """A configuration with the texts it was made of, as a recording keeps them.
+
+    Attributes:
+        name: as it was asked for.
+        config: checked values in SI units.
+        text: the TOML text; source: its file name.
+        model_text: the URDF text; model_source: its file name.
+    """
+
+    name: str
+    config: Config
+    text: str
+    source: str
+    model_text: str
+    model_source: str
+
+
+def load(name: str) -> Loaded:
+    """A configuration by path, or by the name of a built-in one.
+
+    Raises:
+        ConfigError: with file and line of everything that is wrong with it.
+    """
+    path = Path(name)
+    if path.suffix == ".toml" or _exists(path):
+        text = _read(path, name, MAX_BYTES)
+        folder: Any = path.parent
+        source = str(path)
+    else:
+        folder = _folder(name)
+        entry = folder / f"{name}.toml"
+        text = _read(entry, name, MAX_BYTES)
+        source = f"{name}.toml"
+    config = parse(text, source)
+    return Loaded(name, config, text, source, *_read_model(config, text, source, folder))
+
+
+def read_model(name: str) -> str:
+    """The text of a model by its path.
+
+    Raises:
+        ConfigError: it cannot be read, or is too large.
+    """
+    return _read(Path(name), name, MAX_MODEL_BYTES)
+
+
+def parse(text: str, source: str) -> Config:
+    """A configuration from its text.
+
+    Raises:
+        ConfigError: for what is no TOML, unknown keys, missing or wrong units, numbers out of range, NaN.
+    """
+    if text.lstrip().startswith("<"):
+        alone = f"; alone it is checked by: {program()} check {shlex.quote(source)}"
+        fix = f"give the TOML file that names it{alone if source.endswith('.urdf') else ''}"
+        raise ConfigError(source, [Finding(1, "", "is XML, as models are", fix)])
+    return of_tree(read(text, source), text, source)
+
+
+def of_tree(tree: dict[str, Any], text: str, source: str) -> Config:
+    """A configuration from the tree of its text.
+
+    Raises:
+        ConfigError: see ``parse``.
+    """
+    config = _convert(tree, _kind(tree, text, source), "", text, source)
+    devices = {name: _device(name, table, text, source) for name, table in config.devices.items()}
+    return msgspec.structs.replace(config, devices=devices)
+
+
+S = TypeVar("S", bound=Struct)
+
+
+def _convert(tree: dict[str, Any], kind: type[S], at: str, text: str, source: str) -> S:
+    """The tree of a table, which stands ``at`` a key of the text, as its section."""
+    try:
+        return msgspec.convert(tree, kind, dec_hook=_read_quantity)
+    except msgspec.ValidationError as error:
+        raise ConfigError(source, [_locate(error, tree, kind, at, key_lines(text))]) from error
+
+
+def _device(name: str, table: Any, text: str, source: str) -> Device:
+    """A device, whose kind may be anybody's."""
+    key, known = f"devices.{name}", plugins.names(plugins.DEVICES)
+    given = table.get("type") if isinstance(table, dict) else None
+    if not isinstance(table, dict):
+        finding = key, "is not a table", f"write [devices.{name}]"
+    elif given not in known:
+        what = "is missing" if given is None else f"no kind of device '{shown(given)}' is installed"
+        finding = f"{key}.type", what, meant(str(given), known)
+    elif "name" in table:
+        finding = f"{key}.name", "unknown key", "a device has the name of its table"
+    else:
+        try:
+            kind: type[Device] = plugins.plugin(plugins.DEVICES, str(given))
+        except plugins.PluginError as error:
+            finding = f"{key}.type", error.problem, error.fix
+        else:
+            return _convert({**table, "name": name}, kind, key, text, source)
+    raise ConfigError(source, [Finding(line_of(finding[0], key_lines(text)), *finding)])
+
+
+def _kind(tree: dict[str, Any], text: str, source: str) -> type[Config]:
+    """The sections of the kind of machine that a configuration is for."""
+    lines, name, known = key_lines(text), tree.get("system"), system_names()
+    if "system" not in tree:
+        raise ConfigError(source, [Finding(1, "system", "is missing", f"known: {', '.join(known)}")])
+    if not isinstance(name, str) or name not in known:
+        problem = f"no kind of machine '{name}' is installed"
+        raise ConfigError(
+            source, [Finding(line_of("system", lines), "system", problem, f"known: {', '.join(known)}")]
+        )
+    try:
+        return find_system(name).config
+    except plugins.PluginError as error:
+        line = line_of("system", lines)
+        raise ConfigError(source, [Finding(line, "system", error.problem, error.fix)]) from error
+
+
+def built_in() -> list[str]:
+    """Names of the configurations that come with the installed machines."""
+    folders = {CONFIGS, *(plugins.folder(plugins.MACHINES, name) for name in system_names())}
+    files = (file.name for folder in folders for file in resources.files(folder).iterdir())
+    return sorted({name.removesuffix(".toml") for name in files if name.endswith(".toml")})
+
+
+def _folder(name: str) -> Any:
+    """Where a configuration of that name comes with a machine."""
+    for folder in (CONFIGS, *(plugins.folder(plugins.MACHINES, system) for system in system_names())):
+        files = resources.files(folder)
+        if _exists(files / f"{name}.toml"):
+            return files
+    problem = "no such file or built-in configuration"
+    raise ConfigError(name, [Finding(0, "", problem, _nearest(name, built_in()))])
+
+
+def _nearest(name: str, known: list[str]) -> str:
+    near = nearest(name.lower(), known)
+    guess = f'did you mean "{near}"? ' if near else ""
+    return f"{guess}built in: {', '.join(known)}"
+
+
+def _exists(entry: Any) -> bool:
+    """Whether something of that name is there; no name is too long or too odd to ask."""
+    try:
+        return bool(entry.is_file() or entry.is_dir() or (isinstance(entry, Path) and entry.exists()))
+    except (OSError, ValueError):
+        return False
+
+
+def _read(entry: Any, name: str, most: int) -> str:
+    """Text of a file, or of a resource, of a known size."""
+    what = "this is not a configuration" if most == MAX_BYTES else "this is not a model"
+    if _exists(entry) and not entry.is_file():  # a pipe would be waited for
+        raise ConfigError(name, [Finding(0, "", "is not a regular file", what)])
+    try:
+        with entry.open("rb") as file:
+            content: bytes = file.read(most + 1)
+    except (OSError, ValueError) as error:
+        reason = error.strerror if isinstance(error, OSError) else str(error)
+        raise ConfigError(name, [Finding(0, "", f"cannot be read: {reason}", "check the path")]) from error
+    if len(content) > most:
+        raise ConfigError(name, [Finding(0, "", f"larger than {most} bytes", what)])
+    try:
+        return content.decode("utf-8")
+    except UnicodeDecodeError as error:
+        line = content[: error.start].count(b"\n") + 1
+        raise ConfigError(name, [Finding(line, "", "is not UTF-8 text", what)]) from error
+
+
+def _read_model(config: Config, text: str, source: str, folder: Any) -> tuple[str, str]:
+    line = key_lines(text).get("model", 0)
+    if config.model.startswith("/") or ".." in config.model.split("/"):
+        raise ConfigError(
+            source,
+            [Finding(line, "model", f'"{config.model}" leaves the folder', "put the URDF beside the file")],
+        )
+    entry = folder / config.model
+    if not _exists(entry):
+        raise ConfigError(
+            source, [Finding(line, "model", f'no file "{config.model}" beside it', "check the name")]
+        )
+    return _read(entry, config.model, MAX_MODEL_BYTES), config.model
+
+
+def _read_quantity(kind: type, value: Any) -> Any:
+    if issubclass(kind, Quantity | Vector):
+        return kind.read(value)
+    raise NotImplementedError(kind)
+
+
+_AT = re.compile(r" - at `(?:key in )?\$?(.*?)`$")
+
+
+def _locate(
+    error: msgspec.ValidationError, tree: dict[str, Any], kind: type[Struct], at: str, lines: dict[str, int]
+) -> Finding:
+    message = str(error)
+    path = match[1].lstrip(".") if (match := _AT.search(message)) else ""
+    message = _AT.sub("", message)
+    path = _name_dict_keys(path, tree, kind)
+    key = ".".join(filter(None, (at, path)))
+    if match := re.search(r"unknown field `(.*?)`", message):
+        own = ".".join(filter(None, (key, match[1])))
+        known = [name for name in known_fields(path, kind, tree) if not (at and not path and name == "name")]
+        return Finding(line_of(own, lines), own, "unknown key", meant(match[1], known))
+    if match := re.search(r"missing required field `(.*?)`", message):
+        own = ".".join(filter(None, (key, match[1])))
+        fix = "add it; the built-in configurations show how"
+        return Finding(line_of(key, lines) if key else 1, own, "is missing", fix)
+    if isinstance(error.__cause__, UnitError):
+        problem, _, fix = str(error.__cause__).partition("; ")
+        return Finding(line_of(key, lines), key, problem, fix)
+    return Finding(line_of(key, lines), key, message, advice(path, kind, tree))
+
+
+def _name_dict_keys(path: str, tree: dict[str, Any], root: type[Struct]) -> str:
+    """Msgspec writes ``[...]`` for a key of a table of anything; find which one fails."""
+    if "[...]" not in path:
+        return path
+    head, _, tail = path.partition("[...]")
+    node: Any = tree
+    for part in filter(None, head.split(".")):
+        node = node[part]
+    kind = value_type(head, root, tree)
+    for key, value in node.items():
+        try:
+            msgspec.convert(value, kind, dec_hook=_read_quantity)
+        except msgspec.ValidationError:
+            return f"{head}.{key}{tail}"
+    return head

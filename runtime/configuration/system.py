@@ -1,0 +1,105 @@
+"""What a kind of machine brings along, and the kinds that are installed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from random import Random
+from typing import Any, Generic, Protocol, TypeVar
+
+from ...configs import plugins
+from ...devices.frames import Frames
+from ...devices.image import ProcessImage
+from ...devices.network import Network
+from ...models import Robot
+from ...sim.person import Deed
+from ..core.machine import Machine, MachineFigures, MachineLimits
+from ..core.sections import Config
+from ..core.stages import Mark
+
+
+class Plant(Protocol):
+    """A simulated machine behind its simulated devices."""
+
+    @property
+    def time(self) -> float:
+        """Plant time [s]."""
+
+    @property
+    def safe(self) -> bool:
+        """Whether every drive is in its safe state."""
+
+    def exchange(self, frames_in: Frames, frames_out: Frames) -> None:
+        """Let the devices take frames and answer."""
+
+    def step(self, dt: float) -> None:
+        """Advance plant time by dt."""
+
+    def obey(self, deed: Deed) -> None:
+        """A person acts instead of the script."""
+
+
+C = TypeVar("C", bound=Config)
+
+
+@dataclass(frozen=True, slots=True)
+class Stance(Generic[C]):
+    """Where a simulated session begins, and where a hand may want to lead the machine from there.
+
+    Attributes:
+        config: begins there; the hand in it is still the configured one.
+        place: of the handle at the beginning: position [m] and, where the hand holds directions, angles
+            [rad].
+        lower, upper: of what the hand may want, one entry a coordinate; beyond the machine's limits here and
+            there.
+    """
+
+    config: C
+    place: Sequence[float]
+    lower: Sequence[float]
+    upper: Sequence[float]
+
+
+@dataclass(frozen=True, slots=True)
+class System(Generic[C]):
+    """A kind of machine; an entry point of the group ``hapticd.machines`` names it.
+
+    Attributes:
+        config: the sections of its configuration; its tag is the name of the entry point.
+        machine: builds its controller.
+        limits: what a session may touch.
+        figures: what people see of it besides.
+        plant: builds its simulation.
+        check: findings (key, problem, fix) that only the model can tell.
+        stance: a random beginning of a simulated session; without it every session begins as configured.
+    """
+
+    config: type[C]
+    machine: Callable[[C, Robot, ProcessImage, Mark], Machine]
+    limits: Callable[[C], MachineLimits]
+    figures: Callable[[], MachineFigures]
+    plant: Callable[[C, Robot, Network], Plant]
+    check: Callable[[C, Robot], list[tuple[str, str, str]]]
+    stance: Callable[[C, Robot, Random], Stance[C]] | None = None
+
+
+def system_names() -> list[str]:
+    """The kinds of machines that are installed."""
+    return plugins.names(plugins.MACHINES)
+
+
+def find_system(name: str) -> System[Any]:
+    """The kind of machine of a name.
+
+    Raises:
+        KeyError: none of that name is installed.
+        PluginError: what is installed under it is not such a kind.
+    """
+    found = plugins.plugin(plugins.MACHINES, name)
+    if not isinstance(found, System):
+        raise plugins.PluginError(name, f"is a {type(found).__name__}", "let its entry point name a System")
+    tag = found.config.__struct_config__.tag
+    if tag != name:
+        fix = "let the entry point have the name of the tag"
+        raise plugins.PluginError(name, f"its configuration has the tag '{tag}'", fix)
+    return found

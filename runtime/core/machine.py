@@ -1,0 +1,161 @@
+"""What the cycle needs to know of a machine; each system implements it once."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...safety import AxisLimits, Plausibility, Thresholds
+from .modes import Mode
+
+GATE_SHARE = 0.5
+"""Where between a joint's limit and the monitor's margin the gate neutralises commands further out."""
+MOST_PERMILLE = 32.767
+"""Largest torque in multiples of the rated one that an INT16 in permille carries."""
+RAMP_SHARE = 0.8
+"""Share of the declared stop time that is left for braking after detection."""
+SPEED_MARGIN = 1.1
+"""Measured over-speed that stops the machine (docs/fault-matrix.md, row 25)."""
+DRIFT = 0.04
+"""Part of a force-torque sensor's full scale that it may show before arming, when nobody pulls (row 13)."""
+GRAVITY, GRAVITY_MARGIN = 9.81, 1.0
+"""What an accelerometer at rest measures, and how far it may be off before arming [m/s^2]."""
+REST_S = 10e-3
+"""For so long axes must be slow to be at rest."""
+
+
+@dataclass(frozen=True, slots=True)
+class LimitSpec:
+    """A limit that a session may touch.
+
+    Attributes:
+        name: for people, with the unit of its values.
+        lower, upper: infinite where there is none.
+        unit: "rad", "m" or "N m".
+    """
+
+    name: str
+    lower: float
+    upper: float
+    unit: str
+
+
+class Machine(Protocol):
+    """One machine's controller between the process image and the gate; synchronous, free of clocks.
+
+    Attributes:
+        outputs: of the drives, as pairs of group and quantity in the process image; the gate writes them.
+        axes: what the gate checks, one entry an axis.
+        thresholds: what the monitor compares with.
+        play: how far a hand may pull each axis from where it is held or braked: as far as the whole torque
+            of the hold goes, and what is further is not held [rad or m].
+        plausibility: what its measurements must pass; takes each tick before ``estimate``.
+        state: numpy structure of what the log keeps of a tick.
+        braking: longest time that ``brake`` takes from full speed [s].
+        position, velocity: measured, one an axis.
+        raw_wrench: as the sensor reports it, None where a sensor it needs gives nothing valid.
+        inertial: whether the other accelerometers give valid values.
+        commands: for the gate, one an axis.
+        solved: whether the last ``update`` ended with an answer to stand by.
+    """
+
+    outputs: tuple[tuple[str, str], ...]
+    axes: tuple[AxisLimits, ...]
+    thresholds: Thresholds
+    play: tuple[float, ...]
+    plausibility: Plausibility
+    state: np.dtype[np.void]
+    commands: list[float]
+    solved: bool
+    position: list[float]
+    velocity: list[float]
+    raw_wrench: list[float] | None
+    inertial: bool
+    braking: float
+
+    @property
+    def inside_limits(self) -> bool:
+        """Whether the measured posture may be engaged."""
+
+    def unrest(self, first: bool) -> list[str]:
+        """What sensors show at rest and must not before a start, each as a sentence for people (row 13).
+
+        Args:
+            first: whether it is the first start: nobody holds the handle yet.
+        """
+
+    def estimate(self) -> None:
+        """Take the latched process image."""
+
+    def engage(self) -> None:
+        """Start from the measured posture, at rest."""
+
+    def update(self, gain: float, trust: float) -> None:
+        """Compute the commands of this tick.
+
+        Args:
+            gain: 0 to 1, how far the operator's wrench moves the machine while it engages.
+            trust: 0 to 1, how far the measured wrench is believed.
+        """
+
+    def brake(self, dropped: Sequence[bool]) -> bool:
+        """Compute commands that bring the machine to rest and hold it; whether it is at rest, as measured.
+
+        A stop trusts no force sensor: what the last wrench contributed fades out. It begins with what was
+        written last.
+
+        Args:
+            dropped: one an axis, whether its drive was switched off because nobody knows what it does.
+        """
+
+    def bind_state(self, state: NDArray[np.void]) -> None:
+        """Where ``fill`` writes: (1,) of ``state``."""
+
+    def fill(self) -> None:
+        """Write the state of this tick."""
+
+
+class MachineLimits(Protocol):
+    """What a session of a machine may touch.
+
+    Attributes:
+        specs: the limits.
+    """
+
+    specs: tuple[LimitSpec, ...]
+
+    def values(self, state: np.void) -> Sequence[float]:
+        """Measured values in the order of ``specs``, from one logged state."""
+
+
+@dataclass(frozen=True, slots=True)
+class FigureSpec:
+    """A number that sums up a session by its mean and its largest value.
+
+    Attributes:
+        name: for people.
+        unit: of its values as people read them, e.g. "mm"; empty for counts.
+    """
+
+    name: str
+    unit: str
+
+
+class MachineFigures(Protocol):
+    """What people see of a machine's state beside its limits.
+
+    Attributes:
+        specs: of the figures in the summary.
+    """
+
+    specs: tuple[FigureSpec, ...]
+
+    def values(self, state: np.void) -> Sequence[float]:
+        """The figures in the order of ``specs``, from a logged state of a tick that was controlled."""
+
+    def live(self, mode: Mode, state: np.void) -> Sequence[str]:
+        """Words for the live line, the essential first; nothing that was not measured in this mode."""

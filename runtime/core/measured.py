@@ -1,0 +1,93 @@
+"""What the measurements of a machine must pass, from the limits of its axes and the scales of its sensors."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from math import inf
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...devices.image import ProcessImage
+from ...safety import Axes, Course, Motion, Pairs, Values
+
+Array = NDArray[np.float64]
+
+JUMP_MARGIN = 1.5
+"""Largest speed, in multiples of the allowed one, at which a position is believed by itself (row 10)."""
+RUNAWAY_MARGIN = 4.0
+"""The same where the measured velocity confirms it: whoever throws an axis is not a wrong encoder, and its
+motor must brake."""
+TOP_SPEED_S = 2e-3
+"""Nothing gets from standstill to its top speed faster. The fastest here, the redundant interface under a
+hand that pulls with 150 N, takes 4 ms."""
+FULL_SCALE_S = 4e-3
+"""No force or acceleration gets from nothing to its sensor's full scale faster; what an impact adds beyond
+counts as invalid for a tick or two."""
+QUANTUM = 1e-3
+"""Part of the way at top speed in a tick that counts as motion: an increment or two of the encoders here."""
+ACTING = 0.1
+"""Part of an axis' largest command that no friction withstands: either it moves, or its encoder is frozen
+(row 9)."""
+REACH = 0.1
+"""Way by the measured velocity, in ticks at top speed, that an encoder must have seen (row 9)."""
+WINDOW_S, WINDOW_TICKS = 10e-3, 10
+"""For so long position and velocity are compared, and at least for so many ticks (row 9)."""
+CONTRADICTED = 0.1
+"""Part of the way at top speed in that time by which they may contradict each other: what a drive's filter
+of 1 ms delays while an axis brakes at twice its rated acceleration, and a brake that closes within a tick."""
+
+
+def axes(
+    image: ProcessImage,
+    group: str,
+    speed: Sequence[float],
+    encoders: Mapping[str, Sequence[float]],
+    command: tuple[Array, Sequence[float], Array | None],
+    dt: float,
+    pairs: Sequence[Pairs] = (),
+) -> Axes:
+    """The checks of a group of drives, n axes.
+
+    Args:
+        image: the process image.
+        group: its name.
+        speed: largest of each axis, (n,) [rad/s or m/s].
+        encoders: names of the positions, each with how far they may lag behind the axis' way, (n,).
+        command: what the drives are told, its largest magnitudes, and what balances it, if measured; (n,).
+        dt: of a tick [s].
+        pairs: of its encoders.
+    """
+    fresh, devices, velocity = image.fresh, image.network.groups[group], image[f"{group}.velocity"]
+    way = dt * np.array(speed)
+    told, most, opposing = command
+    acting, quantum = ACTING * np.array(most), QUANTUM * way
+    believed, nowhere = JUMP_MARGIN * way, np.full(len(way), inf)
+    fastest = [RUNAWAY_MARGIN * v for v in speed]
+    rate = Values(velocity, devices, fresh, fastest, (way / TOP_SPEED_S).tolist())
+    window = max(WINDOW_TICKS, round(WINDOW_S / dt))
+    values, motions, courses = [rate], [], []
+    for name, slack in encoders.items():
+        position = image[f"{group}.{name}"]
+        place = Values(position, devices, fresh, nowhere.tolist(), believed.tolist(), rate, dt)
+        values.append(place)
+        # behind a spring an encoder goes its own way; the other encoder and the torque sensor judge that
+        tolerance = np.where(np.array(slack) > 0.0, inf, CONTRADICTED * window * way)
+        courses.append(Course(place, rate, tolerance.tolist(), window, dt))
+        reach = REACH * way + slack
+        motions.append(
+            Motion(
+                *(position, velocity, told, opposing),
+                *(acting.tolist(), quantum.tolist(), reach.tolist(), dt),
+            )
+        )
+    return Axes(values, motions, courses, pairs)
+
+
+def sensor(
+    image: ProcessImage, group: str, i: int, values: Array, scale: Sequence[float], dt: float
+) -> Values:
+    """The checks of what the i-th sensor of a group measures, (n,), with its full scales."""
+    device = image.network.groups[group][i]
+    step = [full * dt / FULL_SCALE_S for full in scale]
+    return Values(values, [device] * len(scale), image.fresh, scale, step)

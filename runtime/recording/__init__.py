@@ -1,0 +1,1 @@
+"""What is kept of a session: records, recordings, replay and summary."""

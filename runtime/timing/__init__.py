@@ -1,0 +1,1 @@
+"""The fixed-rate loop, and what keeps it from being punctual."""

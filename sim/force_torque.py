@@ -1,0 +1,20 @@
+"""A simulated six-axis force-torque sensor."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from ..devices.force_torque import SensorStatus
+from .node import SimNode
+
+
+class SimForceTorque(SimNode):
+    """A sensor that is ready.
+
+    Attributes:
+        wrench: (6,) force and torque in its frame [N, N m]; the plant sets it.
+        status: bits of `SensorStatus`.
+    """
+
+    wrench: Sequence[float]
+    status = int(SensorStatus.READY)

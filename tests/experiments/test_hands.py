@@ -1,0 +1,182 @@
+"""Random hands on the simulated machines: few and short here, `hapticd hands` asks many."""
+
+import shlex
+from dataclasses import replace
+from itertools import pairwise
+from math import dist
+from random import Random
+
+import msgspec
+import numpy as np
+import pytest
+from hapticd.experiments.hands import NOT_STARTED, Session, Tally, session, sessions
+from hapticd.experiments.random_hand import Temper, stranger
+from hapticd.machines.giant.config import GiantConfig
+from hapticd.machines.giant.kinematics import points
+from hapticd.models import Robot
+from hapticd.runtime.command_line.cli import main
+from hapticd.runtime.configuration.config import Loaded, load
+from hapticd.runtime.configuration.session import build
+from hapticd.runtime.configuration.system import System, find_system
+from hapticd.runtime.core.sections import Config
+from hapticd.runtime.live.lockstep import Lockstep
+
+MACHINES = ("giant", "rhi")
+TEMPER = Temper(force=30.0, torque=5.0, speed=1.0)
+
+
+class Shifted:
+    """Wants to be somewhere else."""
+
+    def at(self, t: float) -> tuple[list[float], list[float]]:
+        return [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]
+
+
+def a_stranger(machine: str, seed: int, seconds: float = 12.0, temper: Temper = TEMPER) -> Config:
+    loaded = load(machine)
+    robot = Robot.from_urdf(loaded.model_text, loaded.model_source)
+    return stranger(loaded.config, find_system(machine), robot, seed, seconds, temper)
+
+
+@pytest.mark.parametrize("machine", MACHINES)
+@pytest.mark.parametrize("seed", range(4))
+def test_a_stranger_is_a_valid_configuration_and_holds_the_handle_where_it_is(
+    machine: str, seed: int
+) -> None:
+    config = a_stranger(machine, seed)
+    lockstep = Lockstep(build(replace(load(machine), config=config)))
+    lockstep.run(200)
+    # whoever pulls at a machine that stands keeps it from starting
+    assert not lockstep.session.cycle.machine.unrest(True)
+    assert config.simulation is not None
+    hand = config.simulation.hand
+    assert hand.force <= TEMPER.force and hand.path[-1].at >= 12.0
+    moving = [(a, b) for a, b in pairwise(hand.path) if a.position != b.position]
+    assert all(dist(a.position, b.position) <= TEMPER.speed * (b.at - a.at) for a, b in moving)
+    assert len(moving) > 2
+
+
+@pytest.mark.parametrize("machine", MACHINES)
+def test_a_seed_is_a_hand(machine: str) -> None:
+    assert a_stranger(machine, 3) == a_stranger(machine, 3)
+    assert a_stranger(machine, 3) != a_stranger(machine, 4)
+    assert a_stranger(machine, 3, 6.0) == a_stranger(machine, 3, 25.0)
+    long = a_stranger(machine, 3, 40.0)
+    assert long.simulation is not None and long.simulation.hand.path[-1].at >= 40.0
+
+
+def test_a_machine_that_says_nothing_of_its_space_begins_as_configured() -> None:
+    loaded = load("rhi")
+    robot = Robot.from_urdf(loaded.model_text, loaded.model_source)
+    system = find_system("rhi")
+    silent = System(*(getattr(system, name) for name in system.__slots__[:6]))
+    config = stranger(loaded.config, silent, robot, 1, 8.0, TEMPER)
+    assert config.simulation is not None and loaded.config.simulation is not None
+    assert config.simulation.rhi == loaded.config.simulation.rhi  # type: ignore[attr-defined]
+    own = np.array([point.position for point in loaded.config.simulation.hand.path])
+    path = np.array([point.position for point in config.simulation.hand.path])
+    assert (path[0] == own[0]).all() and len(path) > 4
+    assert (path >= own.min(axis=0) - 1e-9).all() and (path <= own.max(axis=0) + 1e-9).all()
+
+
+def test_giants_begin_inside_their_limits_all_over_their_space() -> None:
+    loaded = load("giant")
+    assert isinstance(loaded.config, GiantConfig)
+    robot = Robot.from_urdf(loaded.model_text, loaded.model_source)
+    stance = find_system("giant").stance
+    assert stance is not None
+    elbows = []
+    for seed in range(50):
+        config = stance(loaded.config, robot, Random(seed)).config
+        q, ppu = config.simulation.giant.posture, config.simulation.giant.ppu
+        handle, elbow = points(q, ppu)
+        box, tilt = config.giant.box, config.giant.manipulator.tilt
+        for place in (handle, elbow):
+            assert all(low < x < high for x, low, high in zip(place, box.lower, box.upper, strict=True))
+        assert tilt[0] < q[3] + q[4] < tilt[1]
+        elbows.append(elbow)
+    assert np.ptp(elbows, axis=0)[:2].min() > 2.0
+
+
+@pytest.mark.parametrize("machine", MACHINES)
+def test_a_gentle_hand_stops_nothing_and_passes_no_limit(machine: str) -> None:
+    gentle = Temper(force=5.0, torque=1.0, speed=0.2)
+    found = session(load(machine), 2, 5.0, gentle)
+    assert (found.stop, found.seconds) == ("", 5.0)
+    assert found.excess and max(found.excess.values()) < 1e-3
+
+
+def test_what_stops_a_session_and_when_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    def press(lockstep: Lockstep) -> None:
+        if lockstep.inputs.tick == 1000:
+            lockstep.plant._plc.emergency_stop = (True, True)  # type: ignore[attr-defined]
+
+    found = session(load("rhi"), 1, 5.0, TEMPER, press)
+    assert found.stop == "e_stop" and found.detail and found.seconds == pytest.approx(1.002, abs=2e-3)
+
+
+def test_a_machine_that_does_not_start_is_no_session_that_finished() -> None:
+    def pull(lockstep: Lockstep) -> None:
+        lockstep.plant.hand._course = Shifted()  # type: ignore[attr-defined]
+
+    found = session(load("rhi"), 1, 1.0, TEMPER, pull)
+    assert found.stop == NOT_STARTED and "the handle is pulled" in found.detail
+
+
+def test_the_worst_session_is_the_earliest_of_the_strongest_stops_or_passes_a_limit_furthest() -> None:
+    calm = Session(1, "", "", 0, 9.0, {"a": -0.1, "b": 0.1})
+    wide = Session(2, "", "", 0, 9.0, {"a": 0.2, "b": -0.3})
+    late, early = (Session(s, "x", "why", 3, t) for s, t in ((3, 8.0), (4, 7.0)))
+    tally = Tally()
+    seen = []
+    for one in (calm, wide, late, early, replace(early, seed=5, seconds=2.0, reaction=2), calm):
+        tally.add(one)
+        assert tally.worst is not None
+        seen.append(tally.worst.seed)
+    assert seen == [1, 2, 3, 4, 4, 4]
+    assert (tally.sessions, tally.finished, dict(tally.stops)) == (6, 3, {"x": 3})
+    assert tally.worst_excess == {"a": 0.2, "b": 0.1}
+
+
+def test_processes_share_the_work_and_change_nothing() -> None:
+    loaded, seeds = load("rhi"), (7, 8, 9)
+    alone = list(sessions(loaded, seeds, 1.0, TEMPER, 1))
+    assert list(sessions(loaded, seeds, 1.0, TEMPER, 2)) == alone
+    assert [found.seed for found in alone] == [7, 8, 9]
+
+
+def test_the_command_prints_what_became_of_them_and_how_to_see_the_worst_again(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    words = ["hands", "rhi", "--count", "3", "--seed", "5", "--seconds", "1.5", "--force", "20", "--json"]
+    status = main(words)
+    found = msgspec.json.decode(capsys.readouterr().out)
+    assert list(found) == ["sessions", "finished", "stops", "worst_excess", "worst"]
+    assert found["sessions"] == 3 == found["finished"] + sum(found["stops"].values())
+    assert status == int(found["finished"] < 3)
+    again = shlex.split(found["worst"])[1:]
+    assert again[:5] == ["hands", "rhi", "--count", "1", "--seed"] and again[5] in ("5", "6", "7")
+    assert again[6:] == ["--seconds", "1.5", "--force", "20.0"]
+    main([*again, "--json"])
+    alone = msgspec.json.decode(capsys.readouterr().out)
+    limits = found["worst_excess"]
+    assert alone["worst_excess"]
+    assert any(excess == limits[name] for name, excess in alone["worst_excess"].items())
+    assert main(words[:-1]) == status
+    told = capsys.readouterr().out
+    assert f"the worst again: {found['worst']}" in told and all(name in told for name in limits)
+
+
+def test_a_machine_without_a_simulation_is_an_error_that_says_so(capsys: pytest.CaptureFixture[str]) -> None:
+    loaded = load("rhi")
+    bare: Loaded = replace(loaded, config=msgspec.structs.replace(loaded.config, simulation=None))
+    with pytest.raises(Exception, match=r"rhi.toml has no \[simulation\]"):
+        list(sessions(bare, [1], 1.0, TEMPER, 1))
+
+
+@pytest.mark.parametrize(
+    ("option", "value"), [("--seed", "-1"), ("--workers", "0"), ("--workers", "1000"), ("--force", "0")]
+)
+def test_words_that_make_no_sense_are_refused(option: str, value: str) -> None:
+    with pytest.raises(SystemExit):
+        main(["hands", "rhi", f"{option}={value}"])

@@ -1,0 +1,49 @@
+"""The two interfaces of ContactAware, and its equation (20) written down once more."""
+
+from __future__ import annotations
+
+import numpy as np
+from hapticd.machines.rhi import planar
+from hapticd.machines.rhi.manipulability import Shape, force_ellipsoid
+from hapticd.machines.rhi.redundant import RedundantArm
+from hapticd.models import Array, Robot
+
+LIMIT = np.array([3.0, 3.0, 1.0, 1.0])
+ROTOR = np.array([0.0132, 0.0181, 0.0025, 0.0035])
+U = np.array([0.0, 1.0])
+MU = 5.0
+X0 = np.array([0.5, 0.1])
+
+
+def four_dof() -> RedundantArm:
+    robot = Robot.from_urdf(planar.urdf("rhi", planar.FOUR_DOF), "rhi.urdf")
+    return RedundantArm(robot, planar.HANDLE, ("x", "y"), planar.FOUR_DOF_TRANSMISSION, ROTOR)
+
+
+def three_dof() -> RedundantArm:
+    robot = Robot.from_urdf(planar.urdf("example", planar.THREE_DOF), "example.urdf")
+    return RedundantArm(robot, planar.HANDLE, ("x", "y"), np.eye(3), np.zeros(3))
+
+
+def home_shape(arm: RedundantArm, limit: Array = LIMIT) -> Shape:
+    return Shape.of_home(force_ellipsoid(arm.at(np.zeros(arm.n)).J, limit), MU)
+
+
+def printed_position(q: Array) -> Array:
+    d = planar.LENGTHS
+    c, s = np.cos, np.sin
+    x = d[0] * c(q[0]) + d[1] * s(q[1]) + d[2] * c(q[1] + q[2]) + d[3] * s(q[1] + q[3])
+    y = d[0] * s(q[0]) - d[1] * c(q[1]) + d[2] * s(q[1] + q[2]) - d[3] * c(q[1] + q[3])
+    return np.array([x, y])
+
+
+def printed_jacobian(q: Array) -> Array:
+    d1, d2, d3, d4 = planar.LENGTHS
+    c, s = np.cos, np.sin
+    s23, c23, s24, c24 = s(q[1] + q[2]), c(q[1] + q[2]), s(q[1] + q[3]), c(q[1] + q[3])
+    return np.array(
+        [
+            [-d1 * s(q[0]), d2 * c(q[1]) - d3 * s23 + d4 * c24, -d3 * s23, d4 * c24],
+            [d1 * c(q[0]), d2 * s(q[1]) + d3 * c23 + d4 * s24, d3 * c23, d4 * s24],
+        ]
+    )

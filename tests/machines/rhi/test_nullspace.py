@@ -1,0 +1,146 @@
+"""The null-space controller in C against numpy, an equality-constrained QP and the dynamics."""
+
+import numpy as np
+import pytest
+from hapticd.machines.rhi.manipulability import direction, stein, stein_gradient, velocity_ellipsoid
+from hapticd.machines.rhi.nullspace import Gains, NullSpace, dynamic_inverse, null_projection
+from hapticd.machines.rhi.redundant import RedundantArm
+
+from .rhi_device import LIMIT, U, four_dof, home_shape
+from .test_redundant import spatial
+
+GAINS = Gains(beta=20.0, damping=0.1, cap=np.inf)
+
+
+@pytest.fixture
+def arm() -> RedundantArm:
+    return four_dof()
+
+
+def at_random(arm: RedundantArm, rng: np.random.Generator) -> None:
+    arm.q[:], arm.qd[:] = rng.uniform(-2, 2, arm.n), rng.standard_normal(arm.n)
+    arm.update()
+
+
+@pytest.mark.parametrize("make", [four_dof, spatial])
+def test_null_space_torque_is_the_nearest_one_that_leaves_the_hand_alone(make: type[RedundantArm]) -> None:
+    """Against the QP: min (tau - tau_s)^T M^-1 (tau - tau_s) subject to J M^-1 tau = 0, by its KKT system."""
+    arm = make()
+    rng = np.random.default_rng(1)
+    limit = np.ones(arm.n)
+    space = NullSpace(arm, limit, home_shape(four_dof()), GAINS, np.eye(arm.m)[0])
+    for _ in range(200):
+        at_random(arm, rng)
+        if not space.secondary(rng.uniform()) or np.linalg.cond(arm.J) > 100.0:
+            continue
+        n, m = arm.n, arm.m
+        Minv = np.linalg.inv(arm.M)
+        kkt = np.block([[Minv, Minv @ arm.J.T], [arm.J @ Minv, np.zeros((m, m))]])
+        right = np.concatenate([Minv @ space.secondary_torque, np.zeros(m)])
+        optimum = np.linalg.solve(kkt, right)[:n]
+        scale = np.linalg.norm(space.secondary_torque)
+        assert np.linalg.norm(space.null - optimum) < 1e-12 * max(scale, 1.0) * np.linalg.cond(arm.M)
+        # and the hand stays: J M^-1 tau_N = 0
+        assert np.abs(arm.J @ Minv @ space.null).max() < 1e-9
+
+
+def test_the_qp_agrees_to_the_last_digits_on_the_device(arm: RedundantArm) -> None:
+    rng = np.random.default_rng(8)
+    space = NullSpace(arm, LIMIT, home_shape(arm), GAINS, U)
+    worst = 0.0
+    for _ in range(300):
+        at_random(arm, rng)
+        assert space.secondary(rng.uniform())
+        Minv = np.linalg.inv(arm.M)
+        null = np.linalg.svd(arm.J @ Minv)[2][2:].T  # tau = null y satisfies the constraint
+        weighted = null.T @ Minv
+        optimum = null @ np.linalg.solve(weighted @ null, weighted @ space.secondary_torque)
+        size = np.linalg.norm(space.secondary_torque)
+        worst = max(worst, np.linalg.norm(space.null - optimum) / size)
+    assert worst < 1e-12
+
+
+def test_the_c_core_computes_what_numpy_does(arm: RedundantArm) -> None:
+    rng = np.random.default_rng(2)
+    shape = home_shape(arm)
+    space = NullSpace(arm, LIMIT, shape, GAINS, U)
+    for _ in range(300):
+        at_random(arm, rng)
+        omega, v, w = rng.uniform(), rng.standard_normal(2), rng.standard_normal(2)
+        space.motion[:], space.contact[:] = direction(v), direction(w)
+        assert space.secondary(omega)
+        D = omega * shape.free(direction(v)) + (1.0 - omega) * shape.stiff(direction(w))  # (16)
+        B = np.linalg.inv(D)
+        gradient = stein_gradient(arm.J, arm.dJ, LIMIT, B)
+        secondary = -GAINS.beta * gradient - GAINS.damping * arm.qd  # (6)
+        projected = null_projection(arm.J, arm.M) @ secondary  # (3)
+        drive = np.linalg.norm(null_projection(arm.J, arm.M) @ (GAINS.beta * gradient))
+        assert space.cost == pytest.approx(float(stein(velocity_ellipsoid(arm.J, LIMIT), B)), rel=1e-9)
+        np.testing.assert_allclose(space.gradient, gradient, atol=1e-9 * np.abs(gradient).max())
+        np.testing.assert_allclose(space.secondary_torque, secondary, atol=1e-9 * np.abs(secondary).max())
+        np.testing.assert_allclose(space.null, projected, atol=1e-9 * np.abs(secondary).max())
+        assert space.drive == pytest.approx(drive, rel=1e-6, abs=1e-9)
+
+
+def test_dynamically_consistent_inverse_is_an_inverse(arm: RedundantArm) -> None:
+    at_random(arm, np.random.default_rng(3))
+    np.testing.assert_allclose(arm.J @ dynamic_inverse(arm.J, arm.M), np.eye(2), atol=1e-12)
+    N = null_projection(arm.J, arm.M)
+    np.testing.assert_allclose(N @ N, N, atol=1e-12)
+    np.testing.assert_allclose(N @ arm.J.T, 0.0, atol=1e-12)
+
+
+def test_following_the_torque_lowers_the_cost(arm: RedundantArm) -> None:
+    space = NullSpace(arm, LIMIT, home_shape(arm), GAINS, U)
+    arm.q[:] = 0.66, 0.65, 0.47, 0.1
+    arm.qd[:] = 0.0
+    costs = []
+    for _ in range(200):
+        arm.update()
+        assert space.secondary(0.0)
+        costs.append(space.cost)
+        arm.q += 1e-4 * np.linalg.solve(arm.M, space.null) * 0.05
+    assert (np.diff(costs) < 0.0).all()
+
+
+def test_the_gradient_torque_is_capped_and_the_damping_is_not(arm: RedundantArm) -> None:
+    space = NullSpace(arm, LIMIT, home_shape(arm), Gains(20.0, 0.1, 0.5), U)
+    arm.q[:], arm.qd[:] = (0.66, 0.65, 0.47, 0.1), (3.0, -2.0, 1.0, 4.0)
+    arm.update()
+    assert space.secondary(0.0)
+    pull = space.secondary_torque + 0.1 * arm.qd
+    assert space.drive > 0.5
+    assert np.linalg.norm(null_projection(arm.J, arm.M) @ pull) == pytest.approx(0.5)
+    np.testing.assert_allclose(
+        pull / np.linalg.norm(pull), -space.gradient / np.linalg.norm(space.gradient), atol=1e-12
+    )
+
+
+def test_composition_keeps_every_limit_the_direction_of_the_force_and_prefers_it(arm: RedundantArm) -> None:
+    rng = np.random.default_rng(5)
+    space = NullSpace(arm, LIMIT, home_shape(arm), GAINS, U)
+    for _ in range(300):
+        at_random(arm, rng)
+        assert space.secondary(0.0)
+        force, part = rng.standard_normal(2) * rng.uniform(0, 40), rng.uniform(0.5, 1.0)
+        space.want(force)
+        np.testing.assert_allclose(space.wanted, arm.J.T @ force, atol=1e-12)
+        space.compose(part)
+        assert (np.abs(space.torque) <= LIMIT).all()
+        posture = space.null + arm.J.T @ space.coupling
+        np.testing.assert_allclose(
+            space.torque, space.alpha * space.wanted + space.share * posture, atol=1e-12
+        )
+        worst = np.max(np.abs(space.wanted) / LIMIT)
+        assert space.alpha == pytest.approx(min(1.0, part / worst))
+        if space.share < 1.0:  # no larger share would keep the limits
+            assert np.max(np.abs(space.torque) / LIMIT) == pytest.approx(1.0)
+
+
+def test_a_singular_posture_is_said_to_be_one(arm: RedundantArm) -> None:
+    space = NullSpace(arm, LIMIT, home_shape(arm), GAINS, U)
+    arm.at(np.array([0.0, np.pi / 2, -np.pi / 2, 0.0]))  # the whole chain stretched along x
+    assert not space.secondary(1.0)
+    arm.q[:] = np.nan
+    arm.update()
+    assert not space.secondary(1.0)
