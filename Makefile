@@ -28,11 +28,11 @@ run:
 
 test:
 	@./setup.sh test
-	@$(BIN)/python -m pytest -n auto $(ARGS)
+	@$(BIN)/python -m pytest -n auto --dist loadgroup $(ARGS)
 
 conformance:
 	@./setup.sh test
-	@$(BIN)/python -m pytest -n auto --hapticd-machine giant --hapticd-machine rhi --hapticd-machine panda $(ARGS)
+	@$(BIN)/python -m pytest -n auto --dist loadgroup --hapticd-machine giant --hapticd-machine rhi --hapticd-machine panda $(ARGS)
 
 vm-test:
 	@./setup.sh test

@@ -6,6 +6,7 @@ pytest loads this module wherever hapticd is installed, so it imports nothing el
 from __future__ import annotations
 
 import importlib
+import os
 import sys
 from pathlib import Path
 from typing import Any
@@ -15,6 +16,8 @@ import pytest
 SUITE = Path(__file__).parent / "conformance"
 PACKAGE = "hapticd.testing.conformance"
 OPTION = "--hapticd-machine"
+BEHIND_LIVE = 10
+"""Nice value: about a tenth of the processor that a live test leaves to it."""
 
 pytest.register_assert_rewrite(PACKAGE)
 
@@ -83,12 +86,32 @@ class SuiteModule(pytest.Module):
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Where several processes run the tests: a machine is one process's, and live tests run one by one."""
+    """Where several processes run the tests: a machine is one process's, live tests run one by one and first.
+
+    That takes ``--dist loadgroup``.
+    """
     for item in items:
         if item.path.parent == SUITE and isinstance(item, pytest.Function):
             machine = item.callspec.params["machine_name"]
             live = item.get_closest_marker("live")
             item.add_marker(pytest.mark.xdist_group("live" if live else f"hapticd {machine}"))
+    items.sort(key=lambda item: item.path.parent != SUITE or item.get_closest_marker("live") is None)
+
+
+def pytest_runtest_setup(item: pytest.Item) -> None:
+    """What does not depend on wall time makes way."""
+    if item.path.parent == SUITE:
+        make_way(item)
+
+
+def make_way(item: pytest.Item) -> None:
+    """Gives a process, one of several that run tests, a low priority before its first test that is not live.
+
+    Live tests come first, so the process that runs them has not made way yet.
+    """
+    several = "PYTEST_XDIST_WORKER" in os.environ
+    if several and not item.get_closest_marker("live") and os.getpriority(os.PRIO_PROCESS, 0) < BEHIND_LIVE:
+        os.setpriority(os.PRIO_PROCESS, 0, BEHIND_LIVE)
 
 
 @pytest.hookimpl(tryfirst=True)

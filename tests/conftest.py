@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any
 
 import pytest
 from hapticd.devices.axis_drive import AxisDrive
@@ -19,6 +18,7 @@ from hapticd.devices.joint_drive import JointDrive
 from hapticd.devices.network import Network
 from hapticd.devices.safety_plc import SafetyPlc
 from hapticd.sim.nodes import SimNodes
+from hapticd.testing.plugin import make_way
 
 PERIOD = 1e-3
 Step = Callable[[], object]
@@ -45,29 +45,22 @@ assert all(path.exists() for path in LIVE)
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Mark what depends on wall time."""
+    """Where several processes run the tests: those of a file stay together: they share what they prepare.
+
+    Those that depend on wall time stay together, too, and come first.
+    """
     for item in items:
         if item.path in LIVE:
             item.add_marker(pytest.mark.live)
+        if item.path.is_relative_to(TESTS):
+            live = item.get_closest_marker("live")
+            item.add_marker(pytest.mark.xdist_group("live" if live else item.nodeid.partition("::")[0]))
+    items.sort(key=lambda item: item.get_closest_marker("live") is None)
 
 
-@pytest.hookimpl(optionalhook=True)
-def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
-    """What one process runs, where several of them run the tests.
-
-    Tests of one file stay together, for they share what they prepare; those that depend on wall time stay
-    together, too, and run one by one.
-    """
-    from xdist.scheduler import LoadScopeScheduling
-
-    live = {path.relative_to(config.rootpath).as_posix() for path in LIVE}
-
-    class ByFile(LoadScopeScheduling):
-        def _split_scope(self, nodeid: str) -> str:
-            file = nodeid.partition("::")[0]
-            return "live" if file in live else file
-
-    return ByFile(config, log)
+def pytest_runtest_setup(item: pytest.Item) -> None:
+    """What does not depend on wall time makes way."""
+    make_way(item)
 
 
 def giant_devices() -> list[Device]:

@@ -86,7 +86,7 @@ class PlantServer:
         self._requests, self._answers = Frames(), Frames()
         self.unsafe = 0.0
         self._until = monotonic()
-        self._deferred = 0
+        self._silent = self._deferred = 0
         self._met = False
 
     def serve(self) -> bool:
@@ -106,7 +106,7 @@ class PlantServer:
         periods = self._requests.count(SYNC)
         if periods:
             self._met = True
-            self.unsafe, self._deferred = 0.0, 0
+            self.unsafe, self._silent, self._deferred = 0.0, 0, 0
             for _ in range(periods):
                 self._plant.step(self._period)
             # the period that a SYNC pays for passes before silence begins to count
@@ -134,8 +134,9 @@ class PlantServer:
 
     def _wait_a_slice(self) -> None:
         """A slice passes, unless the daemon starves; what it is then seen to have run, it was only slow."""
+        self._silent += 1
         self._deferred += 1
-        if self._starved(self._deferred == 1):
+        if self._starved(self._silent == 1):
             return
         for _ in range(min(self._deferred, 1 + int(min(self._ran_s() / SLICE_S, self._deferred)))):
             if not self._plant.safe:

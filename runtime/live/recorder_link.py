@@ -38,8 +38,9 @@ from .recorder import (
 
 RECORDER_S = 0.2
 """Between two looks at the recorder."""
-HUNG_LOOKS = 4
-"""Looks without a record taken out of the ring after which the recorder counts as hung."""
+HUNG_LOOKS = 10
+"""Looks without a record taken out of the ring after which the recorder counts as hung: the ring holds more
+than twice as long, and a busy disk or host may keep a sound recorder for a second."""
 
 
 class RecorderLink:

@@ -167,16 +167,16 @@ def test_a_killed_recorder_is_told_at_once_and_ends_in_an_error(
     assert "there is no summary" in live.errors
 
 
-def test_a_recorder_that_hangs_is_told_within_about_a_second_and_the_machine_goes_on(
+def test_a_recorder_that_hangs_is_told_within_about_two_seconds_and_the_machine_goes_on(
     start: Callable[..., Live],
 ) -> None:
-    live = start("giant", "--duration", "5")
+    live = start("giant", "--duration", "6")
     live.wait_for("ENGAGING")
     recorder = live.child("runtime.live.recorder")
     os.kill(recorder, signal.SIGSTOP)
     stopped = time.monotonic()
-    live.wait_for("the recorder hangs: nothing was recorded for 0.8 s")
-    assert time.monotonic() - stopped < 3.0  # 1 s on a machine that does nothing else
+    live.wait_for("the recorder hangs: nothing was recorded for 2 s")
+    assert time.monotonic() - stopped < 4.5  # 2.2 s on a machine that does nothing else
     assert live.process.poll() is None
     os.kill(recorder, signal.SIGCONT)
     live.wait_for("not recorded any more: what runs goes on, and the machine is not armed again")
@@ -187,9 +187,9 @@ def test_a_recorder_that_hangs_is_told_within_about_a_second_and_the_machine_goe
 def test_a_recorder_that_hung_before_the_press_lets_nothing_start(
     start: Callable[..., Live], write_config: Callable[..., Path]
 ) -> None:
-    later = 'dead_man = [{ at = "3.5 s", pressed = true }]'
+    later = 'dead_man = [{ at = "5 s", pressed = true }]'
     config = write_config(('dead_man = [{ at = "0.3 s", pressed = true }]', later))
-    live = start(str(config), "--duration", "4.5")
+    live = start(str(config), "--duration", "6")
     live.wait_for("READY")
     recorder = live.child("runtime.live.recorder")
     os.kill(recorder, signal.SIGSTOP)

@@ -1,13 +1,14 @@
 """A process that waits for a processor is told from one that runs, sleeps, is stopped or is gone."""
 
 import os
+import select
 import signal
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
-from hapticd.runtime.timing.starvation import Starvation
+from hapticd.runtime.timing.starvation import LONGEST_DOZE_S, Starvation
 
 
 @pytest.fixture
@@ -54,6 +55,24 @@ def test_a_sleeping_and_a_stopped_process_do_not_starve(
     os.kill(pid, signal.SIGSTOP)
     os.waitpid(pid, os.WUNTRACED)
     assert not any(looks(Starvation(pid), 0.005))
+
+
+def wait_for_events() -> None:
+    select.epoll().poll()
+
+
+def test_a_process_in_its_event_loop_counts_as_not_woken_for_a_tenth_of_a_second(
+    child: Callable[[Callable[[], None]], int],
+) -> None:
+    pid = child(wait_for_events)
+    while Path(f"/proc/{pid}/wchan").read_text() not in ("ep_poll", "do_epoll_wait"):
+        time.sleep(0.005)
+    starvation = Starvation(pid)
+    assert starvation.now(True)
+    assert starvation.now(False)
+    time.sleep(LONGEST_DOZE_S)
+    assert not starvation.now(False)
+    assert starvation.now(True)  # another silence
 
 
 def test_a_process_that_runs_is_seen_to_run_before_a_watchdog_would_act(
