@@ -13,6 +13,7 @@ from ..binding import bind, pointer
 from ..hqp import Level
 from ..models import Array
 from ._kernels import ffi, lib
+from .ability import Ability
 from .limits import Limits
 
 REACHED = 1e-6
@@ -102,7 +103,7 @@ def input_shapes(m: int, n: int) -> dict[str, tuple[int, ...]]:
 class ChainLevels:
     """Levels over x = [qdd_m, qdd_a, constraint torques], see csrc/chain.h.
 
-    Coupling; set A of the manipulator; sums of joints; one level a point; set A of the twin; set B of the
+    Coupling; the motors' torques, where they are known; set A of the manipulator; sums of joints; one level a point; set A of the twin; set B of the
     manipulator; set B of the twin; the twin's dynamics. Under the printed rule the range of the constraint
     torques and their size follow; under Gauss's principle the posture, where the coupling leaves one free.
 
@@ -130,8 +131,12 @@ class ChainLevels:
         dt: float,
         rule: Rule = "torques",
         directions: Sequence[int] = ALL_DIRECTIONS,
+        ability: Ability | None = None,
     ) -> None:
         """The inputs are those of ``input_shapes``, each a C-contiguous float64 array.
+
+        Where it is known what the motors can give, no more is asked of them, and what moves towards a limit
+        counts on no more to brake.
 
         Raises:
             BindError: for inputs or limits of another shape.
@@ -163,14 +168,14 @@ class ChainLevels:
         self._x_pointer = ffi.NULL
         self._write = lib.chain_dynamics if torques else lib.chain_gauss
         self.posture = np.zeros(m)
-        self.safe_levels = 6 + len(points)
+        self._motors = [self._torque_level(ability)] if ability else []
+        self.safe_levels = 6 + len(points) + len(self._motors)
         self.range_level = self.safe_levels + 1
         self.levels = self._levels()
 
     def assemble(self) -> bool:
         """Write the levels from the inputs; False where they cannot be formed (levels unusable)."""
-        lib.chain_limits(self._c)
-        return bool(self._write(self._c) == 0)
+        return bool(lib.chain_limits(self._c) == 0 and self._write(self._c) == 0)
 
     def set_range(self) -> None:
         """Write the bounds of level 10 from ``active``, (26) and (31)."""
@@ -206,6 +211,13 @@ class ChainLevels:
             bind(lib, structs, sizes, k, x=point.position, J=point.J, drift=point.drift, C=C, lb=lb, ub=ub)
             self._boxes.append((C, lb, ub))
 
+    def _torque_level(self, ability: Ability) -> Level:
+        sizes = {"m": self.m, **self._sizes}
+        inputs = {name: getattr(ability, name) for name in ("inertia", "load", "feedback", "least", "most")}
+        C, lb, ub = np.zeros((self.m, self.dim)), np.zeros(self.m), np.zeros(self.m)
+        bind(lib, self._c, sizes, **inputs, C_torque=C, lb_torque=lb, ub_torque=ub)
+        return Level(C=C, lb=lb, ub=ub)
+
     def _levels(self) -> tuple[Level, ...]:
         m, n, dim = self.m, self.n, self.dim
         rows, torques = self._c.rows, self._c.torques
@@ -222,6 +234,7 @@ class ChainLevels:
 
         levels = [
             Level(A=self._array("A1", rows, dim), b=self._array("b1", rows)),
+            *self._motors,
             Level(C=manipulator, **bounds(2, m)),
             Level(C=sums, **bounds(3, len(sums))),
             *(Level(C=C, lb=lb, ub=ub) for C, lb, ub in self._boxes),

@@ -13,6 +13,7 @@ from ..binding import pointer
 from ..hqp import Solution, Solver, Status
 from ..models import Array, Robot
 from ._kernels import lib
+from .ability import Ability
 from .chain import ALL_DIRECTIONS, BoxedPoint, ChainLevels, Gains, Horizons, JointSum, Rule
 from .limits import Limits
 from .serial import Frame, SerialChain
@@ -73,11 +74,14 @@ class ForceControl:
     that is decided: ``previous`` takes the limits of the last tick's optimum (the paper's rule),
     ``redetect`` starts from those and solves again in the same tick until no further limit is reached.
     ``gauss`` needs no such decision: the twin's acceleration deviates from the free one as little as the
-    limits allow, in the metric of its inertia, so that constraint forces are the multipliers of the limits.
+    limits allow, in the metric of its inertia, so that constraint forces are the multipliers of the limits;
+    what the motors can give is then a limit like the others.
 
     Attributes:
         arm: kinematics at the commanded state; handle: of it, relative to the PPU.
         twin: the rendered mechanism.
+        ability: what the motors can give at this tick, to be filled between ``prepare`` and ``assemble`` where
+            ``limited`` says that it is asked for.
         q, qd, qdd: commanded state of the manipulator, (m,) [rad or m, s].
         solution: of the last solve.
         solves, iterations: of the last tick.
@@ -123,8 +127,11 @@ class ForceControl:
             for frame in [frames[box.frame]]
         ]
         rule: Rule = "gauss" if detection == "gauss" else "torques"
+        self.limited = rule == "gauss"
+        self.ability = Ability(m)
+        able = self.ability if self.limited else None
         self._chain = ChainLevels(
-            inputs, limits, twin.limits, sums, points, gains, horizons, dt, rule, directions
+            inputs, limits, twin.limits, sums, points, gains, horizons, dt, rule, directions, able
         )
         rows = [level.rows for level in self._chain.levels]
         self._solver = Solver(self._chain.dim, rows, max_iterations=MAX_ITERATIONS)

@@ -76,6 +76,11 @@ class SerialChain:
         state = [pointer(array, "const double", self.n) for array in (q, qd, qdd)]
         return [self._chain, *state, pointer(gravity, "const double", 3), pointer(tau, "double", self.n)]
 
+    def inertia_arguments(self, q: Array, M: Array) -> Sequence[object]:
+        """Arguments of ``lib.serial_inertia`` for these arrays: (n,) and (n, n)."""
+        n = self.n
+        return [self._chain, pointer(q, "const double", n), pointer(M, "double", n, n)]
+
     def _fill(self, robot: Robot) -> None:
         model = robot.model
         if self.n > lib.SERIAL_MAX_JOINTS:

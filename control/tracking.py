@@ -10,6 +10,7 @@ import numpy as np
 from ..binding import bind
 from ..models import Array, Robot
 from ._kernels import ffi, lib
+from .ability import Ability
 from .serial import SerialChain
 
 
@@ -21,12 +22,28 @@ class SeriesElasticity:
     stiffness: Array
 
 
+@dataclass(frozen=True, slots=True)
+class Admitted:
+    """What the gate lets through to a joint's drive, one entry a joint.
+
+    Attributes:
+        torque: [N m or N]; power: torque times measured speed [W].
+        lower, upper: measured links beyond which no torque leads further out [rad or m].
+    """
+
+    torque: Array
+    power: Array
+    lower: Array
+    upper: Array
+
+
 class Tracking:
     """Torques that make the links follow the commanded state.
 
     Feedforward of the link side (gravity, inertia, the operator's wrench, viscous friction) gives the
     spring torque; the spring's deflection under it moves the reference of a motor-side PD controller.
-    The measured motor state is one tick old, so it is compared with the reference of that tick.
+    The measured motor state is one tick old, so it is compared with the reference of that tick: what it adds
+    is known before the acceleration of the tick is chosen.
     """
 
     def __init__(
@@ -36,6 +53,8 @@ class Tracking:
         elasticity: SeriesElasticity,
         proportional: Array,
         derivative: Array,
+        admitted: Admitted,
+        ability: Ability,
         inputs: Mapping[str, Array],
     ) -> None:
         """Bind to the arrays of others that are read where they are.
@@ -46,8 +65,10 @@ class Tracking:
             elasticity: of its joints.
             proportional: motor-side gains, (6,) [N m/rad].
             derivative: motor-side gains, (6,) [N m s/rad].
+            admitted: to the drives.
+            ability: filled by ``forecast``.
             inputs: ``q, qd, qdd`` commanded link state, (6,); ``J`` of the handle, (6, 6); ``wrench`` of the
-                operator on it in B, (6,) [N, N m]; ``motor, motor_rate`` measured, (6,) [rad, rad/s].
+                operator on it in B, (6,) [N, N m]; ``motor, motor_rate, link`` measured, (6,) [rad, rad/s].
         """
         n = manipulator.nv
         self._still = manipulator.model.gravity.linear.copy()
@@ -66,16 +87,35 @@ class Tracking:
             torque=self.torque,
             reference=np.zeros(n),
             rate=np.zeros(n),
+            most_torque=admitted.torque,
+            most_power=admitted.power,
+            lower=admitted.lower,
+            upper=admitted.upper,
+            inertia=ability.inertia,
+            load=ability.load,
+            feedback=ability.feedback,
+            least=ability.least,
+            most=ability.most,
             **inputs,
         )
-        self._inverse_dynamics = chain.torque_arguments(
-            inputs["q"], inputs["qd"], inputs["qdd"], self._gravity, self._rigid
+        q, qd, self._none = inputs["q"], inputs["qd"], np.zeros(n)
+        self._inverse_dynamics, self._at_rest = (
+            chain.torque_arguments(q, qd, qdd, self._gravity, self._rigid)
+            for qdd in (inputs["qdd"], self._none)
         )
+        self._inertia = chain.inertia_arguments(q, ability.inertia)
         self._fresh = True
 
     def reset(self) -> None:
         """Forget the reference of the last tick."""
         self._fresh = True
+
+    def forecast(self, qdd_ppu: Array) -> None:
+        """Fill the ability for the commanded state, before the acceleration of this tick is known."""
+        np.subtract(self._still[:2], qdd_ppu, out=self._gravity[:2])
+        lib.serial_torques(*self._at_rest)
+        lib.serial_inertia(*self._inertia)
+        lib.tracking_forecast(self._core, self._fresh)
 
     def update(self, qdd_ppu: Array) -> Array:
         """Motor torques (6,) [N m]; own buffer.

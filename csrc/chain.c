@@ -133,11 +133,76 @@ static void coupling(const chain *c, const motion *H) {
     }
 }
 
+/* Accelerations within reach of the motors at this state, in either direction. */
+typedef struct {
+    double up[CHAIN_MAX_JOINTS], down[CHAIN_MAX_JOINTS];           /* of a joint by its own motor */
+    double room_up[CHAIN_MAX_JOINTS], room_down[CHAIN_MAX_JOINTS]; /* torques that are left */
+    double L[CHAIN_MAX_JOINTS * CHAIN_MAX_JOINTS];                 /* of the inertia */
+} reach;
+
+/* Shares of what is within reach that the viable sets count on: joints brake together and the feedback of
+ * the tracking needs its part; and the least of a rated acceleration or torque, however strong the hand. */
+static const double JOINT_SHARE = 0.7, POINT_SHARE = 0.5, LEAST_SHARE = 0.1;
+/* Largest acceleration that boxes and sums count on [m/s^2 or rad/s^2], and return from outside [m/s]. */
+static const double POINT_MOST = 15.0, POINT_LEAST = 1.0, HOMING = 0.05;
+
+static double between(double x, double lower, double upper) {
+    return x < lower ? lower : x > upper ? upper : x;
+}
+
+/* Without an inertia the joints reach what they are rated for. Returns 0, or -1 where it is not positive
+ * definite. */
+static int find_reach(const chain *c, reach *r) {
+    const int m = c->m;
+    for (int i = 0; i < m; i++) r->up[i] = r->down[i] = c->manipulator[i].acceleration;
+    if (!c->inertia) return 0;
+    for (int i = 0; i < m; i++) {
+        const double rated = c->manipulator[i].acceleration, M = c->inertia[(m + 1) * i];
+        const double least = LEAST_SHARE * (c->most[i] - c->least[i]);
+        r->room_up[i] = fmax(c->most[i] - c->load[i], least);
+        r->room_down[i] = fmax(c->load[i] - c->least[i], least);
+        r->up[i] = between(JOINT_SHARE * r->room_up[i] / M, LEAST_SHARE * rated, rated);
+        r->down[i] = between(JOINT_SHARE * r->room_down[i] / M, LEAST_SHARE * rated, rated);
+    }
+    memcpy(r->L, c->inertia, (size_t)(m * m) * sizeof *r->L);
+    return factor(m, r->L);
+}
+
+/* (8) of what moves along `row` of the joints. */
+static bounds_interval in_reach(const chain *c, const reach *r, const double *row, double lower, double upper,
+                                double x, double v) {
+    const int m = c->m;
+    if (!c->inertia) return bounds_c(lower, upper, x, v, c->point_horizon);
+    double y[CHAIN_MAX_JOINTS], up = 0.0, down = 0.0; /* accelerations by all motors together */
+    memcpy(y, row, (size_t)m * sizeof *y);
+    solve_inertia(m, r->L, y, 1, 1);
+    for (int j = 0; j < m; j++) {
+        up += y[j] * (y[j] > 0.0 ? r->room_up[j] : -r->room_down[j]);
+        down += y[j] * (y[j] > 0.0 ? r->room_down[j] : -r->room_up[j]);
+    }
+    up = between(POINT_SHARE * up, POINT_LEAST, POINT_MOST);
+    down = between(POINT_SHARE * down, POINT_LEAST, POINT_MOST);
+    return bounds_point(lower, upper, down, up, x, v, c->point_horizon, c->viability_horizon, HOMING);
+}
+
+/* The torques of the motors: least <= inertia qdd_m + load + feedback <= most. */
+static void torques(const chain *c) {
+    const int m = c->m, dim = dimension(c);
+    if (!c->inertia) return;
+    for (int i = 0; i < m; i++) {
+        const double at_rest = c->load[i] + c->feedback[i];
+        memcpy(c->C_torque + dim * i, c->inertia + m * i, (size_t)m * sizeof *c->C_torque);
+        c->lb_torque[i] = c->least[i] - at_rest;
+        c->ub_torque[i] = c->most[i] - at_rest;
+    }
+}
+
 /* Levels 2 and 7 of the manipulator, 6 and 8 of the twin: (13), (17), (18), (19). */
-static void joint_limits(const chain *c) {
+static void joint_limits(const chain *c, const reach *r) {
     for (int i = 0; i < c->m; i++) {
         const bounds_interval a = bounds_a(&c->manipulator[i], c->q[i], c->qd[i], c->dt);
-        const bounds_interval b = bounds_b(&c->manipulator[i], c->q[i], c->qd[i], c->viability_horizon);
+        const bounds_interval b =
+            bounds_able(&c->manipulator[i], r->down[i], r->up[i], c->q[i], c->qd[i], c->viability_horizon);
         c->lb2[i] = a.lower, c->ub2[i] = a.upper;
         c->lb7[i] = b.lower, c->ub7[i] = b.upper;
     }
@@ -150,36 +215,41 @@ static void joint_limits(const chain *c) {
 }
 
 /* Level 3, (14): sums of joints, with the bounds (8). */
-static void sums(const chain *c) {
+static void sums(const chain *c, const reach *r) {
     const int m = c->m;
     for (int k = 0; k < c->sums; k++) {
         double s = 0.0, sd = 0.0;
         for (int j = 0; j < m; j++)
             s += c->weight[m * k + j] * c->q[j], sd += c->weight[m * k + j] * c->qd[j];
-        const bounds_interval limit = bounds_c(c->sum_lower[k], c->sum_upper[k], s, sd, c->point_horizon);
+        const bounds_interval limit =
+            in_reach(c, r, c->weight + m * k, c->sum_lower[k], c->sum_upper[k], s, sd);
         c->lb3[k] = limit.lower, c->ub3[k] = limit.upper;
     }
 }
 
 /* Levels 4 and 5, (15) and (16): lb <= J qdd_m + drift <= ub with the bounds (8) of a point in its box. */
-static void box(const chain *c, const chain_point *point) {
+static void box(const chain *c, const reach *r, const chain_point *point) {
     const int m = c->m, dim = dimension(c);
     const motion p = carried(c, point->x, point->J, point->drift);
     for (int i = 0; i < 3; i++) {
         const bounds_interval limit =
-            bounds_c(point->lower[i], point->upper[i], p.x[i], p.v[i], c->point_horizon);
+            in_reach(c, r, point->J + m * i, point->lower[i], point->upper[i], p.x[i], p.v[i]);
         for (int j = 0; j < m; j++) point->C[dim * i + j] = point->J[m * i + j];
         point->lb[i] = limit.lower - p.drift[i];
         point->ub[i] = limit.upper - p.drift[i];
     }
 }
 
-void chain_limits(const chain *c) {
+int chain_limits(const chain *c) {
     const motion H = carried(c, c->x_H, c->J, c->drift);
+    reach r;
+    if (find_reach(c, &r) < 0) return -1;
     coupling(c, &H);
-    joint_limits(c);
-    sums(c);
-    for (int k = 0; k < c->points; k++) box(c, &c->point[k]);
+    torques(c);
+    joint_limits(c, &r);
+    sums(c, &r);
+    for (int k = 0; k < c->points; k++) box(c, &r, &c->point[k]);
+    return 0;
 }
 
 /* The column of T for a constraint that acts on the manipulator along `row` of its joints: what reaches

@@ -59,10 +59,16 @@ typedef struct {
     const double *force_a SHAPE(n); /* J_a^T (w - w_ref) - tau_dis + tau_dri - c_a */
     const double *x_E SHAPE(3), *R_E SHAPE(3, 3), *v_E SHAPE(6);
 
+    /* what the motors can give, all or none of them: inertia with rotors, torque at qdd_m = 0 without the
+     * feedback of the tracking, that feedback, and the torques between which a motor may be commanded */
+    const double *inertia OPTIONAL(m, m), *load OPTIONAL(m), *feedback OPTIONAL(m);
+    const double *least OPTIONAL(m), *most OPTIONAL(m);
+
     double *error SHAPE(6); /* from H to E: translation, and rotation vector in B; a result */
 
     /* rows of the levels, dim = columns; those not named here are constant and set by the caller */
     double *A1 SHAPE(rows, dim), *b1 SHAPE(rows);
+    double *C_torque OPTIONAL(m, dim), *lb_torque OPTIONAL(m), *ub_torque OPTIONAL(m);
     double *lb2 SHAPE(m), *ub2 SHAPE(m), *lb3 SHAPE(sums), *ub3 SHAPE(sums);
     double *lb6 SHAPE(n), *ub6 SHAPE(n), *lb7 SHAPE(m), *ub7 SHAPE(m);
     double *lb8 SHAPE(n), *ub8 SHAPE(n);
@@ -70,8 +76,9 @@ typedef struct {
     double *lb10 SHAPE(torques), *ub10 SHAPE(torques);
 } chain;
 
-/* Writes levels 1 to 8. */
-void chain_limits(const chain *c);
+/* Writes levels 1 to 8, and that of the motors' torques. Returns 0, or -1 where the inertia is not positive
+ * definite; the levels are then unusable. */
+int chain_limits(const chain *c);
 
 /* Writes level 9 with constraint torques, (20); needs six joints and six directions. Returns 0, or -1 where
  * the manipulator is singular or M_a not positive definite; the levels are then unusable. */

@@ -1,16 +1,48 @@
 #include "tracking.h"
 
-void tracking_update(const tracking *t, int fresh) {
+#include <math.h>
+
+/* Of what the drives are admitted, as much is planned with: rounding must not pass it. */
+static const double PLANNED = 0.99;
+
+/* Spring torque that the link side needs: rigid body + friction - J^T w. */
+static double through_spring(const tracking *t, int i) {
+    double spring = t->rigid[i] + t->friction[i] * t->qd[i];
+    for (int k = 0; k < 6; k++) spring -= t->J[t->n * k + i] * t->wrench[k];
+    return spring;
+}
+
+/* What the deviation of the measured motor from the reference of the last tick adds. */
+static double fed_back(const tracking *t, int i) {
+    return t->p[i] * (t->reference[i] - t->motor[i]) + t->d[i] * (t->rate[i] - t->motor_rate[i]);
+}
+
+static void refer(const tracking *t, int i, double spring) {
+    t->reference[i] = t->q[i] + spring / t->stiffness[i];
+    t->rate[i] = t->qd[i];
+}
+
+void tracking_forecast(const tracking *t, int fresh) {
     const int n = t->n;
     for (int i = 0; i < n; i++) {
-        /* spring torque that the link side needs: rigid body + friction - J^T w */
-        double spring = t->rigid[i] + t->friction[i] * t->qd[i];
-        for (int k = 0; k < 6; k++) spring -= t->J[n * k + i] * t->wrench[k];
-        const double deflected = t->q[i] + spring / t->stiffness[i];
-        if (fresh) t->reference[i] = deflected, t->rate[i] = t->qd[i];
-        t->torque[i] = t->rotor[i] * t->qdd[i] + spring + t->p[i] * (t->reference[i] - t->motor[i]) +
-                       t->d[i] * (t->rate[i] - t->motor_rate[i]);
-        t->reference[i] = deflected, t->rate[i] = t->qd[i];
+        const double load = through_spring(t, i);
+        if (fresh) refer(t, i, load);
+        t->load[i] = load;
+        t->feedback[i] = fed_back(t, i);
+        t->inertia[(n + 1) * i] += t->rotor[i];
+        const double speed = fabs(t->motor_rate[i]);
+        const double most = PLANNED * fmin(t->most_torque[i], t->most_power[i] / speed);
+        t->most[i] = t->link[i] <= t->upper[i] ? most : 0.0;
+        t->least[i] = t->link[i] >= t->lower[i] ? -most : 0.0;
+    }
+}
+
+void tracking_update(const tracking *t, int fresh) {
+    for (int i = 0; i < t->n; i++) {
+        const double spring = through_spring(t, i);
+        if (fresh) refer(t, i, spring);
+        t->torque[i] = t->rotor[i] * t->qdd[i] + spring + fed_back(t, i);
+        refer(t, i, spring);
     }
 }
 

@@ -16,7 +16,18 @@ typedef struct {
     const double *J SHAPE(6, n), *wrench SHAPE(6), *motor SHAPE(n), *motor_rate SHAPE(n);
     double *reference SHAPE(n), *rate SHAPE(n); /* motor-side reference of the last tick; updated */
     double *torque SHAPE(n);                    /* result */
+
+    /* what the drives are admitted: torque, its product with the measured speed, and the measured positions
+     * of the links beyond which no torque leads further out */
+    const double *most_torque SHAPE(n), *most_power SHAPE(n);
+    const double *link SHAPE(n), *lower SHAPE(n), *upper SHAPE(n);
+    /* forecast of a tick: inertia of links and rotors, torque at qdd = 0 without the feedback, the feedback,
+     * and the torques between which the drives are admitted */
+    double *inertia SHAPE(n, n), *load SHAPE(n), *feedback SHAPE(n), *least SHAPE(n), *most SHAPE(n);
 } tracking;
+
+/* Before qdd is known: `rigid` is that of qdd = 0 and `inertia` that of the links alone. */
+void tracking_forecast(const tracking *t, int fresh);
 
 /* `fresh`: there was no last tick. */
 void tracking_update(const tracking *t, int fresh);

@@ -56,10 +56,13 @@ class SerialArm:
             for key in ("rotor_inertia", "p_gain", "d_gain")
         )
         elasticity = SeriesElasticity(rotor, np.array(ratings.stiffness, float))
-        self._rendering = Rendering(robot, control, self._joints, elasticity, (p_gain, d_gain), mark, dt)
+        self.axes = ratings.axes.limits(config)
+        self._rendering = Rendering(
+            robot, control, self._joints, elasticity, (p_gain, d_gain), self.axes, mark, dt
+        )
         self._measure(config, robot)
         self.state = state_layout(robot.nv, len(arm.sums or ()), len(arm.boxes or ()), len(arm.directions))
-        self.axes, self.play, self.braking = ratings.axes.limits(config), ratings.play, ratings.braking
+        self.play, self.braking = ratings.play, ratings.braking
         self.thresholds = ratings.axes.thresholds(config, image)
         scales = self._force_torque.scales[0]
         self._force = sensor(image, "force_torque", 0, self._force_torque.wrench[0], scales, dt)
@@ -124,7 +127,7 @@ class SerialArm:
     def update(self, gain: float, trust: float) -> None:
         """One tick of HapticGiant, Fig. 4, on a base that stands."""
         self._standstill.reset()
-        self.solved = self._rendering.render(self._estimator.wrench, gain, trust)
+        self.solved = self._rendering.render(self._estimator.wrench, gain, trust, STILL)
         self._command()
 
     def brake(self, dropped: Sequence[bool]) -> bool:

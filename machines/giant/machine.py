@@ -80,17 +80,19 @@ class Giant:
             giant.ppu.gain, _ppu_limits(config), dt, control.q, self._observer.q, self._observer.qd
         )
         tracking = giant.tracking
+        ratings = _ratings(config, robot)
+        joints = ratings.axes.limits(config)
         self._rendering = Rendering(
             manipulator,
             control,
             self._joints,
             SeriesElasticity(np.array(tracking.rotor_inertia), np.array(tracking.stiffness)),
             (np.array(tracking.p_gain), np.array(tracking.d_gain)),
+            joints,
             mark,
             dt,
         )
-        ratings = _ratings(config, robot)
-        self.axes = (*ratings.axes.limits(config), *_gantry_limits(config, dt))
+        self.axes = (*joints, *_gantry_limits(config, dt))
         self.thresholds = _thresholds(config, image)
         # the gantry yields as far as it may
         self.play = (*ratings.play, *[config.safety.ppu_margin] * len(PPU_JOINTS))
@@ -162,7 +164,7 @@ class Giant:
         """One tick of HapticGiant, Fig. 4."""
         self._base[:] = self._observer.qdd
         self._standstill.reset()
-        self.solved = self._rendering.render(self._estimator.wrench, gain, trust)
+        self.solved = self._rendering.render(self._estimator.wrench, gain, trust, self._base)
         self._prepositioning.update()
         self._command(gain)
         self._rendering.advance()

@@ -8,12 +8,13 @@ from math import exp, hypot
 import numpy as np
 
 from ...control.force_control import ForceControl
-from ...control.tracking import SeriesElasticity, Tracking
+from ...control.tracking import Admitted, SeriesElasticity, Tracking
 from ...control.twin import CartesianTwin
 from ...devices.torque_drive import JointDrives
 from ...models import Array, Robot
 from ...runtime.core.machine import DRIFT
 from ...runtime.core.stages import Mark, Stage
+from ...safety import AxisLimits
 from . import sections as s
 
 AT_REST = 1e-6
@@ -21,6 +22,8 @@ AT_REST = 1e-6
 JOINTS_AT_REST = 0.25
 """Measured speeds below this are standstill: a hand goes on pulling at the springs of joints that are held
 [rad/s or m/s]."""
+ADMITTED = ("command", "power", "lower", "upper")
+"""What the gate admits to an axis, as the tracking plans with it."""
 STOP_FADE_S = 5e-3
 """Time constant with which the operator's wrench leaves the feedforward of a stop."""
 FEEDFORWARD_GAIN = 10.0
@@ -46,10 +49,11 @@ class Rendering:
         joints: JointDrives,
         elasticity: SeriesElasticity,
         gains: tuple[Array, Array],
+        axes: Sequence[AxisLimits],
         mark: Mark,
         dt: float,
     ) -> None:
-        """Motor-side gains of the joints: proportional and derivative, (m,) each."""
+        """Motor-side gains of the joints: proportional and derivative, (m,) each; what the gate admits."""
         self.control = control
         self.felt, self.wrench = np.zeros(6), np.zeros(6)
         self.fade = exp(-dt / STOP_FADE_S)
@@ -59,9 +63,12 @@ class Rendering:
             control.arm,
             elasticity,
             *gains,
+            Admitted(*(np.array([getattr(axis, name) for axis in axes], float) for name in ADMITTED)),
+            control.ability,
             {
                 **{"q": control.q, "qd": control.qd, "qdd": control.qdd, "J": control.handle.J},
                 **{"wrench": self.wrench, "motor": joints.position, "motor_rate": joints.velocity},
+                "link": joints.link_position,
             },
         )
 
@@ -75,18 +82,21 @@ class Rendering:
         self.control.reset(q)
         self._tracking.reset()
 
-    def render(self, wrench: Array, gain: float, trust: float) -> bool:
+    def render(self, wrench: Array, gain: float, trust: float, base: Array) -> bool:
         """Motion of arm and twin under the operator's wrench (6,); whether the solver stands by its answer.
 
         Args:
             wrench: measured, at the handle in B [N, N m].
             gain: 0 to 1, how far it moves the machine while it engages.
             trust: 0 to 1, how far it is believed.
+            base: acceleration of what carries the arm, (2,) [m/s^2].
         """
         control = self.control
         np.multiply(wrench, trust * gain, out=self.felt)
         np.multiply(wrench, trust * min(1.0, FEEDFORWARD_GAIN * gain), out=self.wrench)
         control.prepare(self.felt)
+        if control.limited:
+            self._tracking.forecast(base)
         self._mark(Stage.MODEL)
         regular = control.assemble()
         self._mark(Stage.ASSEMBLE)
