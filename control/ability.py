@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..models import Array
-
 
 class Ability:
     """Torques that accelerations take, and torques that the drives are admitted.
 
-    A motor's torque is ``inertia @ qdd + load + feedback``; the drives are admitted ``least`` to ``most`` of it.
+    A motor's torque is ``inertia @ qdd + load + feedback``, of which the drives are admitted ``least`` to
+    ``most``.
 
     Attributes:
         inertia: of links and rotors, (m, m) [kg m^2 or kg].

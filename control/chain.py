@@ -103,9 +103,10 @@ def input_shapes(m: int, n: int) -> dict[str, tuple[int, ...]]:
 class ChainLevels:
     """Levels over x = [qdd_m, qdd_a, constraint torques], see csrc/chain.h.
 
-    Coupling; the motors' torques, where they are known; set A of the manipulator; sums of joints; one level a point; set A of the twin; set B of the
-    manipulator; set B of the twin; the twin's dynamics. Under the printed rule the range of the constraint
-    torques and their size follow; under Gauss's principle the posture, where the coupling leaves one free.
+    Coupling; the motors' torques, where they are known; set A of the manipulator; sums of joints; one level a
+    point; set A of the twin; set B of the manipulator; set B of the twin; the twin's dynamics. Under the
+    printed rule the range of the constraint torques and their size follow; under Gauss's principle the
+    posture, where the coupling leaves one free.
 
     The inputs stay with their owners, who write them in place; ``assemble`` reads them where they are.
 

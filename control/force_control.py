@@ -80,8 +80,8 @@ class ForceControl:
     Attributes:
         arm: kinematics at the commanded state; handle: of it, relative to the PPU.
         twin: the rendered mechanism.
-        ability: what the motors can give at this tick, to be filled between ``prepare`` and ``assemble`` where
-            ``limited`` says that it is asked for.
+        ability: what the motors can give at this tick, to be filled between ``prepare`` and ``assemble``;
+            None where the levels do not ask for it.
         q, qd, qdd: commanded state of the manipulator, (m,) [rad or m, s].
         solution: of the last solve.
         solves, iterations: of the last tick.
@@ -102,10 +102,12 @@ class ForceControl:
         directions: Sequence[int] = ALL_DIRECTIONS,
         handle: str = "handle",
         posture: Posture | None = None,
+        limited: bool = False,
     ) -> None:
         """The directions, 0 to 5, in which handle and twin are coupled; the frame that is the handle.
 
         Without a posture to be drawn to, what the coupling leaves free is damped by nothing but limits.
+        ``limited``: no more is asked of the motors than they can give.
         """
         names = list(dict.fromkeys([handle, *(box.frame for box in boxes)]))
         self.arm = SerialChain(manipulator, names)
@@ -127,11 +129,9 @@ class ForceControl:
             for frame in [frames[box.frame]]
         ]
         rule: Rule = "gauss" if detection == "gauss" else "torques"
-        self.limited = rule == "gauss"
-        self.ability = Ability(m)
-        able = self.ability if self.limited else None
+        self.ability = Ability(m) if limited else None
         self._chain = ChainLevels(
-            inputs, limits, twin.limits, sums, points, gains, horizons, dt, rule, directions, able
+            inputs, limits, twin.limits, sums, points, gains, horizons, dt, rule, directions, self.ability
         )
         rows = [level.rows for level in self._chain.levels]
         self._solver = Solver(self._chain.dim, rows, max_iterations=MAX_ITERATIONS)

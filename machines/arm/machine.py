@@ -194,6 +194,7 @@ def force_control(config: ArmConfig, robot: Robot, dt: float) -> ForceControl:
         directions=coupled,
         handle=arm.frames.handle,
         posture=_home(config),
+        limited=gains.detection == "gauss",
     )
 
 

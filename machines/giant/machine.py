@@ -239,6 +239,7 @@ def _force_control(config: GiantConfig, manipulator: Robot, ppu: PpuObserver, dt
         dt,
         Horizons(control.viability_horizon, control.point_horizon),
         ppu,
+        limited=control.detection == "gauss",
     )
 
 

@@ -7,6 +7,7 @@ from math import exp, hypot
 
 import numpy as np
 
+from ...control.ability import Ability
 from ...control.force_control import ForceControl
 from ...control.tracking import Admitted, SeriesElasticity, Tracking
 from ...control.twin import CartesianTwin
@@ -64,7 +65,7 @@ class Rendering:
             elasticity,
             *gains,
             Admitted(*(np.array([getattr(axis, name) for axis in axes], float) for name in ADMITTED)),
-            control.ability,
+            control.ability or Ability(control.arm.n),
             {
                 **{"q": control.q, "qd": control.qd, "qdd": control.qdd, "J": control.handle.J},
                 **{"wrench": self.wrench, "motor": joints.position, "motor_rate": joints.velocity},
@@ -95,7 +96,7 @@ class Rendering:
         np.multiply(wrench, trust * gain, out=self.felt)
         np.multiply(wrench, trust * min(1.0, FEEDFORWARD_GAIN * gain), out=self.wrench)
         control.prepare(self.felt)
-        if control.limited:
+        if control.ability:
             self._tracking.forecast(base)
         self._mark(Stage.MODEL)
         regular = control.assemble()

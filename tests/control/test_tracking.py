@@ -4,8 +4,9 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from hapticd.configs import read_text
+from hapticd.control.ability import Ability
 from hapticd.control.serial import SerialChain
-from hapticd.control.tracking import SeriesElasticity, Tracking
+from hapticd.control.tracking import Admitted, SeriesElasticity, Tracking
 from hapticd.models import Robot
 from hapticd.sim.dynamics import SeriesElasticArm
 
@@ -14,21 +15,30 @@ ROTOR = np.array([1.5, 1.5, 0.6, 0.6, 0.15, 0.15])
 STIFFNESS = np.array([15e3, 15e3, 8e3, 8e3, 2.5e3, 2.5e3])
 P, D = np.array([6000, 6000, 2500, 2500, 500, 500.0]), np.array([180, 180, 75, 75, 15, 15.0])
 
+ADMITTED = Admitted(*(np.full(6, most) for most in (100.0, 250.0, -2.0, 2.0)))
+
 
 @pytest.fixture
 def robot() -> Robot:
     return Robot.from_urdf(read_text("giant.urdf"), "giant.urdf").without(["ppu_x", "ppu_y"])
 
 
+def track(robot: Robot, state: dict[str, np.ndarray]) -> Tracking:
+    elasticity = SeriesElasticity(ROTOR, STIFFNESS)
+    return Tracking(robot, SerialChain(robot, []), elasticity, P, D, ADMITTED, Ability(6), state)
+
+
 def inputs() -> dict[str, np.ndarray]:
-    vectors = {name: np.zeros(6) for name in ("q", "qd", "qdd", "wrench", "motor", "motor_rate")}
+    vectors = {name: np.zeros(6) for name in ("q", "qd", "qdd", "wrench", "motor", "motor_rate", "link")}
     return vectors | {"J": np.zeros((6, 6))}
 
 
 def test_feedforward_is_gravity_inertia_friction_and_wrench_and_the_rotor(robot: Robot) -> None:
     rng = np.random.default_rng(8)
     state = inputs()
-    tracking = Tracking(robot, SerialChain(robot, []), SeriesElasticity(ROTOR, STIFFNESS), P, D, state)
+    tracking = Tracking(
+        robot, SerialChain(robot, []), SeriesElasticity(ROTOR, STIFFNESS), P, D, ADMITTED, Ability(6), state
+    )
     model = robot.model.copy()
     data = model.createData()
     for _ in range(20):
@@ -52,7 +62,9 @@ def test_feedforward_is_gravity_inertia_friction_and_wrench_and_the_rotor(robot:
 
 def test_the_measured_motor_is_compared_with_the_reference_of_its_own_tick(robot: Robot) -> None:
     state = inputs()
-    tracking = Tracking(robot, SerialChain(robot, []), SeriesElasticity(ROTOR, STIFFNESS), P, D, state)
+    tracking = Tracking(
+        robot, SerialChain(robot, []), SeriesElasticity(ROTOR, STIFFNESS), P, D, ADMITTED, Ability(6), state
+    )
     state["qd"][:] = 0.5
     state["motor_rate"][:] = 0.5
     tracking.update(np.zeros(2))
@@ -72,7 +84,9 @@ def test_a_series_elastic_arm_follows_a_moving_reference_under_a_push(robot: Rob
     start = np.array([0.2, 1.4, -0.7, 0.5, 0.7, 0.1])
     arm.reset(start)
     state = inputs()
-    tracking = Tracking(robot, SerialChain(robot, []), SeriesElasticity(ROTOR, STIFFNESS), P, D, state)
+    tracking = Tracking(
+        robot, SerialChain(robot, []), SeriesElasticity(ROTOR, STIFFNESS), P, D, ADMITTED, Ability(6), state
+    )
     push = np.array([20.0, -10.0, 15.0, 0.5, 1.0, -0.3])
     state["motor"][:], state["motor_rate"][:] = arm.motor, arm.motor_rate
     worst = 0.0
