@@ -16,13 +16,15 @@ static int near(const plausible_values *v, int i, int32_t age) {
 }
 
 int plausible_accept(const plausible_values *v, int elapsed) {
-    int old = 0;
+    int old = 0, came = 0, changed = 0;
     for (int i = 0; i < v->n; i++) {
         const int32_t age = older(v->age[i], elapsed);
         const int arrived = v->fresh[v->device[i] * v->stride];
         /* comparisons that a NaN fails */
         const int fits = fabs(v->value[i]) <= v->most[i] && near(v, i, age);
         v->rejected[i] = arrived && !fits;
+        came |= arrived;
+        changed |= arrived && v->value[i] != v->accepted[i];
         if (arrived && fits) {
             v->accepted[i] = v->value[i];
             v->age[i] = 0;
@@ -35,6 +37,7 @@ int plausible_accept(const plausible_values *v, int elapsed) {
             v->value[i] = v->accepted[i] + (v->rate ? v->rate[i] * v->dt * ahead : 0.0);
         }
     }
+    if (came) *v->still = changed ? 0 : older(*v->still, 1);
     return old;
 }
 
@@ -44,6 +47,7 @@ int plausible_move(const plausible_motion *m, int free_to_move) {
         m->frozen[i] = 0;
         if (!(fabs(m->position[i] - m->anchor[i]) <= m->quantum[i])) {
             m->anchor[i] = m->position[i];
+            m->loaded[i] = m->load ? m->load[i] : 0.0;
             m->travel[i] = 0.0;
             m->still[i] = m->pushed[i] = 0;
             continue;
@@ -55,8 +59,9 @@ int plausible_move(const plausible_motion *m, int free_to_move) {
         m->still[i] = older(m->still[i], 1);
         m->travel[i] += m->velocity[i] * m->dt;
         m->pushed[i] = pushes ? along + (along * m->pushed[i] > 0 ? m->pushed[i] : 0) : 0;
-        const int must_move =
-            fabs(m->travel[i]) > m->reach[i] || m->pushed[i] >= m->limit || m->pushed[i] <= -m->limit;
+        const double yielded = m->load ? m->compliance[i] * (m->load[i] - m->loaded[i]) : 0.0;
+        const int must_move = fabs(m->travel[i] - yielded) > m->reach[i] || m->pushed[i] >= m->limit ||
+                              m->pushed[i] <= -m->limit;
         m->frozen[i] = m->still[i] >= m->limit && must_move;
         frozen += m->frozen[i];
     }
@@ -73,7 +78,7 @@ int plausible_travel(const plausible_course *c, int elapsed) {
         if (c->position_age[i] == 0 && c->velocity_age[i] == 0) {
             if (c->gap[i] == 1)
                 c->error[i] += x - c->last_position[i] - 0.5 * c->dt * (v + c->last_velocity[i]);
-            if (c->gap[i] >= PLAUSIBILITY_NEVER)
+            if (c->gap[i] >= PLAUSIBILITY_NEVER || elapsed > 1) /* a way of unknown duration tells no speed */
                 for (int k = 0; k < c->window; k++) c->places[k * c->n + i] = x;
             c->last_position[i] = x;
             c->last_velocity[i] = v;
@@ -83,7 +88,8 @@ int plausible_travel(const plausible_course *c, int elapsed) {
         c->apart[i] = apart ? older(c->apart[i], 1) : 0;
         c->wrong[i] = c->apart[i] >= c->limit;
         wrong += c->wrong[i];
-        c->speed[i] = fmax(fabs(v), fabs(x - place[i]) / (c->window * c->dt));
+        c->way[i] = fabs(x - place[i]) / (c->window * c->dt);
+        c->speed[i] = fmax(fabs(v), c->way[i]);
         error[i] = c->error[i];
         place[i] = x;
     }

@@ -30,6 +30,7 @@ typedef struct {
     double *accepted SHAPE(n);   /* last accepted value */
     int32_t *age SHAPE(n);       /* ticks since that; PLAUSIBILITY_NEVER before the first */
     uint8_t *rejected SHAPE(n);  /* 1 where this tick's value was not accepted */
+    int32_t *still SHAPE(1);     /* how often in a row fresh values came that were all the same as before */
 } plausible_values;
 
 /* Takes a tick; `elapsed` ticks after the last. Returns how many values are not of this tick, for whatever
@@ -48,9 +49,12 @@ typedef struct {
     const double *acting SHAPE(n);      /* command less opposing torque beyond which the axis must move */
     const double *quantum SHAPE(n);     /* less is no motion */
     const double *reach SHAPE(n);       /* travel by the measured velocity that an encoder must see */
-    double *anchor SHAPE(n);            /* where it stands */
-    double *travel SHAPE(n);            /* by the measured velocity since then */
-    int32_t *still SHAPE(n);            /* ticks since then */
+    const double *load OPTIONAL(n); /* torque in the spring between what the velocity is of and the encoder */
+    const double *compliance OPTIONAL(n); /* of it: with the load, both or none */
+    double *anchor SHAPE(n);              /* where it stands */
+    double *loaded SHAPE(n);              /* load when it got there */
+    double *travel SHAPE(n);              /* by the measured velocity since then */
+    int32_t *still SHAPE(n);              /* ticks since then */
     int32_t *pushed SHAPE(n); /* ticks of them that the command acts in one direction, negative: backwards */
     uint8_t *frozen SHAPE(n); /* 1 where it stands still although the axis must move */
 } plausible_motion;
@@ -76,12 +80,13 @@ typedef struct {
     int32_t *gap SHAPE(n);   /* ticks since them; PLAUSIBILITY_NEVER before the first */
     int32_t *apart SHAPE(n); /* ticks in a row that both contradict each other */
     uint8_t *wrong SHAPE(n); /* 1 where that is enough */
+    double *way SHAPE(n);    /* magnitude of the speed by the way within the window */
     double *speed SHAPE(n);  /* by the velocity or by the way within the window: the larger magnitude */
 } plausible_course;
 
 /* Takes a tick; `elapsed` ticks after the last. Returns how many axes contradict themselves. Only
    samples of neighbouring ticks are compared: whether a plant that lost its host's processor, too, moved on
-   in a gap is not known here, and nor is what the velocity did meanwhile. */
+   in a gap is not known here, and nor is what the velocity did meanwhile; the way begins anew after one. */
 int plausible_travel(const plausible_course *c, int elapsed);
 
 /* Pairs of encoders on both sides of a spring, or of nothing that yields. */

@@ -35,6 +35,9 @@ JUMPS = 2
 MISMATCHES = 10
 """Ticks within a window in which two encoders contradict each other before the machine stops (row 11)."""
 
+ASTRAY = 5
+"""Ticks in a row in which an axis does not follow its controller before the machine stops (row 44)."""
+
 SPORADIC_HOLD = Rule(Reaction.HOLD, SPORADIC + 1, WINDOW)
 
 
@@ -196,7 +199,8 @@ def _limits(t: Thresholds, trust: Trust) -> Check:
         return (
             all(map(le, t.lower, seen.position))
             and all(map(le, seen.position, t.upper))
-            and all(map(le, map(abs, seen.velocity), t.speed))
+            and all(map(le, map(abs, seen.velocity), t.motor_speed))
+            and all(map(le, seen.way, t.speed))
         )
 
     def check(seen: Observation) -> Verdict:
@@ -204,14 +208,33 @@ def _limits(t: Thresholds, trust: Trust) -> Check:
         reaction = tally.push(not fine)
         if fine:
             return PASS
-        axes = zip(t.axes, seen.position, seen.velocity, t.lower, t.upper, t.speed, strict=True)
+        rows = zip(
+            *(t.axes, seen.position, seen.velocity, t.lower, t.upper, t.motor_speed, seen.way, t.speed),
+            strict=True,
+        )
         name, q, qd, lower, upper, speed = next(
-            axis for axis in axes if not (axis[3] <= axis[1] <= axis[4] and abs(axis[2]) <= axis[5])
+            (name, q, qd, lower, upper, most) if abs(qd) > most else (name, q, way, lower, upper, fast)
+            for name, q, qd, lower, upper, most, way, fast in rows
+            if not (lower <= q <= upper and abs(qd) <= most and way <= fast)
         )
         detail = f"{name} at {q:g} with {qd:g} per second; allowed {lower:g} to {upper:g}, {speed:g}"
         if reaction and seen.armed:
             return Verdict(reaction, "beyond_limit", detail)
         return Verdict(Reaction.RECORD, "near_limit", detail)
+
+    return check
+
+
+def _following(t: Thresholds, trust: Trust) -> Check:
+    tally = Tally(Rule(Reaction.RAMP, ASTRAY, ASTRAY))
+
+    def check(seen: Observation) -> Verdict:
+        astray = True in seen.astray
+        reaction = tally.push(astray)
+        if not (astray and reaction):
+            return PASS
+        name = t.axes[list(seen.astray).index(True)]
+        return Verdict(reaction, "not_following", f"{name} does not follow: it is blocked, or overloaded")
 
     return check
 
@@ -292,6 +315,7 @@ CHECKS: dict[str, Maker] = {
     "10": _jumps,
     "11": _mismatches,
     "25": _limits,
+    "44": _following,
     "12": _wrench,
     "12, accelerometers": _inertial,
     "17, 18": _solver,

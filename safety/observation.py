@@ -13,7 +13,8 @@ class Thresholds:
     Attributes:
         axes: names of the axes.
         lower, upper: hard position limits, infinite where there is none [rad or m].
-        speed: largest measured speeds [rad/s or m/s].
+        speed: largest speeds of the axes, nearest to the person [rad/s or m/s].
+        motor_speed: largest measured velocities; a motor before a spring may turn a little faster.
         devices: names of the devices, in the order of ``Observation.missed``.
         rate: ticks a second.
         overruns_stop: whether skipped ticks stop the machine (a real bus) or are only recorded.
@@ -23,6 +24,7 @@ class Thresholds:
     lower: tuple[float, ...]
     upper: tuple[float, ...]
     speed: tuple[float, ...]
+    motor_speed: tuple[float, ...]
     devices: tuple[str, ...]
     rate: float
     overruns_stop: bool
@@ -48,7 +50,9 @@ class Observation:
         frozen: per axis, whether an encoder stands still although the axis must move.
         contradicted: per axis, whether its position and its velocity contradict each other.
         stale: per axis, whether its last accepted measurement is too old to brake on.
+        astray: per axis, whether it is further from where its controller has it than loads explain.
         position, velocity: measured, one an axis.
+        way: speed by the way that the encoder nearest to the person went lately, one an axis.
         armed: whether the drives are meant to run.
         dead_man, e_stop: state of the two-channel inputs; ``dead_man`` False where channels disagree.
         field_clear: whether the scanned field is free of people.
@@ -69,8 +73,10 @@ class Observation:
     frozen: Sequence[bool] = ()
     contradicted: Sequence[bool] = ()
     stale: Sequence[bool] = ()
+    astray: Sequence[bool] = ()
     position: Sequence[float] = ()
     velocity: Sequence[float] = ()
+    way: Sequence[float] = ()
     armed: bool = False
     dead_man: bool = False
     e_stop: bool = True

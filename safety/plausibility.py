@@ -20,7 +20,8 @@ from ._plausibility import ffi, lib
 FRESH_TICKS = 3
 """A stop steers by measurements that are at most so old."""
 FROZEN_TICKS = 20
-"""An encoder that stands still for so long while its axis must move is frozen (row 9)."""
+"""An encoder that stands still for so long while its axis must move is frozen (row 9); so is a force-torque
+sensor whose values stand still to the last bit while the machine moves (row 12)."""
 
 CONTRADICTED_TICKS = 3
 """Position and velocity that contradict each other for so long: one wrong sample does for one (row 9)."""
@@ -68,6 +69,7 @@ class Values:
         self.age = np.full(n, lib.PLAUSIBILITY_NEVER, np.int32)
         self.rejected = np.zeros(n, np.bool_)
         self.current = False
+        self._still = np.zeros(1, np.int32)
         self._core = ffi.new("plausible_values *", {"n": n, "dt": dt, "stride": fresh.strides[0]})
         bind(
             lib,
@@ -82,7 +84,13 @@ class Values:
             accepted=np.zeros(n),
             age=self.age,
             rejected=self.rejected,
+            still=self._still,
         )
+
+    @property
+    def still(self) -> int:
+        """How often in a row fresh values came that were all the same: what measures has noise."""
+        return int(self._still[0])
 
     def accept(self, elapsed: int) -> bool:
         """Take or replace the values of a tick, so many ticks after the last one; gives ``current``."""
@@ -107,6 +115,7 @@ class Motion:
         quantum: Sequence[float],
         reach: Sequence[float],
         dt: float,
+        spring: tuple[Array, Sequence[float]] | None = None,
     ) -> None:
         """Bind to the arrays of others that are read where they are, (n,) each.
 
@@ -119,8 +128,10 @@ class Motion:
             quantum: less than this is no motion.
             reach: travel by the measured velocity that an encoder must have seen.
             dt: of a tick [s].
+            spring: between what the velocity is of and the encoder: torque in it, and compliance.
         """
         n = position.size
+        load, compliance = spring or (None, None)
         self.frozen = np.zeros(n, np.bool_)
         self._core = ffi.new("plausible_motion *", {"n": n, "limit": FROZEN_TICKS, "dt": dt})
         bind(
@@ -133,7 +144,10 @@ class Motion:
             acting=np.array(acting, float),
             quantum=np.array(quantum, float),
             reach=np.array(reach, float),
+            load=load,
+            compliance=None if compliance is None else np.array(compliance, float),
             anchor=np.full(n, np.inf),
+            loaded=np.zeros(n),
             travel=np.zeros(n),
             still=np.zeros(n, np.int32),
             pushed=np.zeros(n, np.int32),
@@ -150,7 +164,8 @@ class Course:
 
     Attributes:
         wrong: whether both contradict each other, (n,).
-        speed: by the velocity, or by the way within the window, whichever is larger, (n,) [1/s].
+        way: speed by the way within the window, (n,) [1/s].
+        speed: that, or the velocity, whichever is larger, (n,) [1/s].
     """
 
     def __init__(
@@ -166,7 +181,7 @@ class Course:
             dt: of a tick [s].
         """
         n = position.value.size
-        self.wrong, self.speed = np.zeros(n, np.bool_), np.zeros(n)
+        self.wrong, self.speed, self.way = np.zeros(n, np.bool_), np.zeros(n), np.zeros(n)
         self._core = ffi.new(
             "plausible_course *", {"n": n, "window": window, "limit": CONTRADICTED_TICKS, "dt": dt}
         )
@@ -188,6 +203,7 @@ class Course:
             apart=np.zeros(n, np.int32),
             wrong=self.wrong,
             speed=self.speed,
+            way=self.way,
         )
 
     def fine(self, elapsed: int) -> bool:
@@ -291,6 +307,11 @@ class Plausibility:
     def speed(self) -> list[float]:
         """Speed of each axis by the encoder nearest to the person: the larger of two, see ``Course``."""
         return [v for group in self._groups for v in group.courses[-1].speed.tolist()]
+
+    @property
+    def way(self) -> list[float]:
+        """Speed of each axis by the way that the encoder nearest to the person went within a window."""
+        return [v for group in self._groups for v in group.courses[-1].way.tolist()]
 
     def accept(self, elapsed: int, free: bool) -> None:
         """Take a tick, before anything else reads its measurements.

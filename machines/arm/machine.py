@@ -20,7 +20,7 @@ from ...devices.image import ProcessImage
 from ...devices.torque_drive import JointDrives
 from ...models import Array, Robot
 from ...runtime.core.machine import REST_S
-from ...runtime.core.measured import sensor
+from ...runtime.core.measured import alive, sensor
 from ...runtime.core.stages import Mark
 from ...runtime.core.torque_axes import TorqueAxes
 from ...safety import Plausibility
@@ -70,6 +70,7 @@ class SerialArm:
         self._standstill = Standstill((JOINTS_AT_REST,) * robot.nv, round(REST_S * config.loop.rate))
         self.position: list[float] = [0.0] * robot.nv
         self.velocity: list[float] = [0.0] * robot.nv
+        self.astray: list[bool] = [False] * robot.nv
         self.raw_wrench: list[float] | None = None
         self.inertial = True  # it needs no accelerometer
         self.commands: list[float] = [0.0] * robot.nv
@@ -113,7 +114,7 @@ class SerialArm:
         acceleration = handle.J[:3] @ self._driven + handle.drift[:3] - self._gravity
         np.matmul(acceleration, handle.rotation, out=self._specific)
         self._driven[:] = 0.0  # until this tick commands a motion
-        if self._force.current and self._force_torque.valid(0):
+        if alive(self._force, self.velocity, self.thresholds) and self._force_torque.valid(0):
             self.raw_wrench = self._force_torque.wrench[0].tolist()
             self._estimator.update()
         else:  # the last estimate stands, and is faded out
@@ -128,11 +129,13 @@ class SerialArm:
         """One tick of HapticGiant, Fig. 4, on a base that stands."""
         self._standstill.reset()
         self.solved = self._rendering.render(self._estimator.wrench, gain, trust, STILL)
+        self.astray = self._rendering.astray
         self._command()
 
     def brake(self, dropped: Sequence[bool]) -> bool:
         """Joints to rest at their rated accelerations; then hold."""
         self._rendering.slow_down()
+        self.astray = self._rendering.astray
         self._command()
         return self._standstill.update(self.plausibility.speed, dropped) and self._rendering.still
 

@@ -21,7 +21,7 @@ from ...devices.imu import Imus
 from ...devices.torque_drive import JointDrives
 from ...models import Robot
 from ...runtime.core.machine import GATE_SHARE, GRAVITY, GRAVITY_MARGIN, REST_S
-from ...runtime.core.measured import axes, sensor
+from ...runtime.core.measured import alive, axes, sensor
 from ...runtime.core.stages import Mark
 from ...runtime.core.torque_axes import TorqueAxes, thresholds
 from ...safety import AxisLimits, Plausibility, Thresholds, Values
@@ -93,7 +93,7 @@ class Giant:
             dt,
         )
         self.axes = (*joints, *_gantry_limits(config, dt))
-        self.thresholds = _thresholds(config, image)
+        self.thresholds = _thresholds(config, image, ratings.axes.swing)
         # the gantry yields as far as it may
         self.play = (*ratings.play, *[config.safety.ppu_margin] * len(PPU_JOINTS))
         self._force = sensor(
@@ -107,6 +107,8 @@ class Giant:
         self.plausibility = _plausibility(config, image, ratings, sensors)
         self.position: list[float] = [0.0] * len(self.axes)
         self.velocity: list[float] = [0.0] * len(self.axes)
+        self._gantry_follows = [False] * len(PPU_JOINTS)
+        self.astray: list[bool] = [False] * len(self.axes)
         self.raw_wrench: list[float] | None = None
         self.inertial = False
         self.braking = braking_time(config)
@@ -145,7 +147,7 @@ class Giant:
             self._observer.reset()
             self._started = True
         self._observer.update()
-        current = self._force.current and self._held.current
+        current = alive(self._force, self.velocity, self.thresholds) and self._held.current
         if current and self._force_torque.valid(0) and imus.valid(HANDLE):
             self.raw_wrench = self._force_torque.wrench[0].tolist()
             self._estimator.update()
@@ -165,6 +167,7 @@ class Giant:
         self._base[:] = self._observer.qdd
         self._standstill.reset()
         self.solved = self._rendering.render(self._estimator.wrench, gain, trust, self._base)
+        self.astray = self._rendering.astray + self._gantry_follows
         self._prepositioning.update()
         self._command(gain)
         self._rendering.advance()
@@ -172,6 +175,7 @@ class Giant:
     def brake(self, dropped: Sequence[bool]) -> bool:
         """Joints to rest at their rated accelerations, the PPU at its own; then hold."""
         self._rendering.slow_down()
+        self.astray = self._rendering.astray + self._gantry_follows
         self._feed_base(dropped[len(JOINTS) :])
         self._prepositioning.velocity[:] = self._axes.target_velocity
         self._prepositioning.stop()
@@ -267,9 +271,9 @@ def _plausibility(
     return Plausibility((ratings.axes.checks(config, image), gantry), sensors)
 
 
-def _thresholds(config: GiantConfig, image: ProcessImage) -> Thresholds:
+def _thresholds(config: GiantConfig, image: ProcessImage, swing: Sequence[float]) -> Thresholds:
     manipulator, ppu, safety = config.giant.manipulator, config.giant.ppu, config.safety
     margins = [safety.position_margin] * len(JOINTS) + [safety.ppu_margin] * len(PPU_JOINTS)
     ranges = (*manipulator.lower, *ppu.lower), (*manipulator.upper, *ppu.upper)
     speed = (*manipulator.velocity, *[ppu.velocity] * len(PPU_JOINTS))
-    return thresholds(config, image, (*JOINTS, *PPU_JOINTS), ranges, margins, speed)
+    return thresholds(config, image, (*JOINTS, *PPU_JOINTS), ranges, margins, speed, (*swing, 0.0, 0.0))

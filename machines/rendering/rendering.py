@@ -23,6 +23,9 @@ AT_REST = 1e-6
 JOINTS_AT_REST = 0.25
 """Measured speeds below this are standstill: a hand goes on pulling at the springs of joints that are held
 [rad/s or m/s]."""
+ASTRAY_SHARE = 0.5
+"""Part of a motor's torque that its feedback alone may give while it follows the hand: what the model gets
+wrong takes less."""
 ADMITTED = ("command", "power", "lower", "upper")
 """What the gate admits to an axis, as the tracking plans with it."""
 STOP_FADE_S = 5e-3
@@ -38,6 +41,7 @@ class Rendering:
 
     Attributes:
         control: the force control.
+        astray: whether each joint is further from where it is led than loads explain, after a tick.
         felt: wrench of the operator that moves the twin, (6,) [N, N m].
         wrench: the one that the joints hold against, (6,) [N, N m].
         fade: what is left after a tick of what fades out in a stop.
@@ -57,6 +61,11 @@ class Rendering:
         """Motor-side gains of the joints: proportional and derivative, (m,) each; what the gate admits."""
         self.control = control
         self.felt, self.wrench = np.zeros(6), np.zeros(6)
+        n = control.arm.n
+        self._nowhere = self.astray = [False] * n
+        self._link, self._led = joints.link_position, np.zeros(n)
+        # the feedback alone then gives this part of a motor's torque
+        self._leash = ASTRAY_SHARE * np.array([axis.command for axis in axes]) / gains[0]
         self.fade = exp(-dt / STOP_FADE_S)
         self._mark = mark
         self._tracking = Tracking(
@@ -81,6 +90,7 @@ class Rendering:
     def engage(self, q: Array) -> None:
         """Twin on the handle, everything at rest at measured joints (m,), even a little outside limits."""
         self.control.reset(q)
+        self._led[:] = q
         self._tracking.reset()
 
     def render(self, wrench: Array, gain: float, trust: float, base: Array) -> bool:
@@ -93,6 +103,8 @@ class Rendering:
             base: acceleration of what carries the arm, (2,) [m/s^2].
         """
         control = self.control
+        strays = np.abs(self._link - self._led) > self._leash
+        self.astray = strays.tolist() if strays.any() else self._nowhere
         np.multiply(wrench, trust * gain, out=self.felt)
         np.multiply(wrench, trust * min(1.0, FEEDFORWARD_GAIN * gain), out=self.wrench)
         control.prepare(self.felt)
@@ -109,6 +121,7 @@ class Rendering:
 
     def slow_down(self) -> None:
         """Joints to rest at their rated accelerations; what the last wrench contributed fades out."""
+        self.astray = self._nowhere
         np.multiply(self.wrench, self.fade, out=self.wrench)
         self.control.arm.update()
         self.control.brake()
@@ -120,6 +133,7 @@ class Rendering:
 
     def advance(self) -> None:
         """Arm and twin over this tick."""
+        self._led[:] = self.control.q
         self.control.advance()
 
 

@@ -16,7 +16,7 @@ from ...devices.joint_drive import JointDrive
 from ...devices.torque_drive import JointDrives
 from ...models import Robot
 from ...runtime.core.machine import DRIFT, REST_S
-from ...runtime.core.measured import sensor
+from ...runtime.core.measured import alive, sensor
 from ...runtime.core.stages import Mark, Stage
 from ...runtime.core.torque_axes import TorqueAxes
 from ...safety import Plausibility
@@ -101,6 +101,7 @@ class RedundantInterface:
         self._standstill = Standstill((AT_REST,) * arm.n, round(REST_S * config.loop.rate))
         self.position: list[float] = [0.0] * arm.n
         self.velocity: list[float] = [0.0] * arm.n
+        self.astray = [False] * arm.n  # it renders forces, and leads its motors nowhere
         self.raw_wrench: list[float] | None = None
         self.inertial = True  # it needs no accelerometer
         self.braking = max(v / a for v, a in zip(motors.velocity, motors.acceleration, strict=True))
@@ -126,7 +127,7 @@ class RedundantInterface:
         drives, arm = self._drives, self._arm
         arm.q[:], arm.qd[:] = drives.link_position, drives.velocity
         self.position, self.velocity = arm.q.tolist(), arm.qd.tolist()
-        valid = self._force.current and self._force_torque.valid(0)
+        valid = alive(self._force, self.velocity, self.thresholds) and self._force_torque.valid(0)
         self.raw_wrench = self._measured.tolist() if valid else None
         arm.update()
         np.matmul(arm.rotation, self._measured_force, out=self._hand)

@@ -57,6 +57,7 @@ class Machine(Protocol):
         state: numpy structure of what the log keeps of a tick.
         braking: longest time that ``brake`` takes from full speed [s].
         position, velocity: measured, one an axis.
+        astray: whether each axis is further from where its controller has it than loads explain.
         raw_wrench: as the sensor reports it, None where a sensor it needs gives nothing valid.
         inertial: whether the other accelerometers give valid values.
         commands: for the gate, one an axis.
@@ -73,6 +74,7 @@ class Machine(Protocol):
     solved: bool
     position: list[float]
     velocity: list[float]
+    astray: list[bool]
     raw_wrench: list[float] | None
     inertial: bool
     braking: float

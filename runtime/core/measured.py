@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...devices.image import ProcessImage
-from ...safety import Axes, Course, Motion, Pairs, Values
+from ...safety import FROZEN_TICKS, Axes, Course, Motion, Pairs, Thresholds, Values
 
 Array = NDArray[np.float64]
 
@@ -31,6 +31,9 @@ ACTING = 0.1
 (row 9)."""
 REACH = 0.1
 """Way by the measured velocity, in ticks at top speed, that an encoder must have seen (row 9)."""
+STILL_SHARE = 0.02
+"""Measured speed, as a share of the largest allowed one, at which a handle moves so little that a sensor
+on it may show the same all the time."""
 WINDOW_S, WINDOW_TICKS = 10e-3, 10
 """For so long position and velocity are compared, and at least for so many ticks (row 9)."""
 CONTRADICTED = 0.1
@@ -46,6 +49,7 @@ def axes(
     command: tuple[Array, Sequence[float], Array | None],
     dt: float,
     pairs: Sequence[Pairs] = (),
+    spring: tuple[str, Array, Sequence[float]] | None = None,
 ) -> Axes:
     """The checks of a group of drives, n axes.
 
@@ -57,6 +61,7 @@ def axes(
         command: what the drives are told, its largest magnitudes, and what balances it, if measured; (n,).
         dt: of a tick [s].
         pairs: of its encoders.
+        spring: the encoder behind it, torque in it (n,), and compliance (n,).
     """
     fresh, devices, velocity = image.fresh, image.network.groups[group], image[f"{group}.velocity"]
     way = dt * np.array(speed)
@@ -79,9 +84,17 @@ def axes(
             Motion(
                 *(position, velocity, told, opposing),
                 *(acting.tolist(), quantum.tolist(), reach.tolist(), dt),
+                spring[1:] if spring and spring[0] == name else None,
             )
         )
     return Axes(values, motions, courses, pairs)
+
+
+def alive(sensor: Values, velocity: Sequence[float], limits: Thresholds) -> bool:
+    """Whether a sensor on a machine that moves, with these measured velocities, measures at all (row 12)."""
+    if not sensor.current or sensor.still < FROZEN_TICKS:
+        return sensor.current
+    return all(abs(v) <= STILL_SHARE * most for v, most in zip(velocity, limits.speed, strict=True))
 
 
 def sensor(

@@ -103,7 +103,9 @@ class Senses:
         found = machine.plausibility.findings
         seen.rejected, seen.mismatched, seen.frozen = found.rejected, found.mismatched, found.frozen
         seen.contradicted, seen.stale = found.contradicted, found.stale
+        seen.astray = machine.astray
         seen.position, seen.velocity = machine.position, machine.velocity
+        seen.way = machine.plausibility.way
         seen.armed = mode.powered
         seen.dead_man, seen.e_stop, seen.field_clear, seen.sto = self._signals.state()
         seen.wrench, seen.inertial = machine.raw_wrench, machine.inertial

@@ -21,6 +21,10 @@ FROZEN_LOAD = 0.01
 half a contradiction meanwhile."""
 
 
+SWING_S = 20e-3
+"""Time in which a spring takes the whole torque of its motor."""
+
+
 @dataclass(frozen=True, slots=True)
 class TorqueAxes:
     """What a machine's motors may do, one entry each [rad or m, s, N m or N].
@@ -61,7 +65,14 @@ class TorqueAxes:
     def thresholds(self, config: Config, image: ProcessImage) -> Thresholds:
         """For the monitor."""
         ranges = self.lower, self.upper
-        return thresholds(config, image, self.names, ranges, self.margins(config), self.velocity)
+        swing = self.swing
+        return thresholds(config, image, self.names, ranges, self.margins(config), self.velocity, swing)
+
+    @property
+    def swing(self) -> tuple[float, ...]:
+        """How much faster than its link a motor may turn, because the spring between them gives."""
+        stiffness = self.stiffness or [inf] * len(self.names)
+        return tuple(torque / k / SWING_S for torque, k in zip(self.torque, stiffness, strict=True))
 
     def checks(self, config: Config, image: ProcessImage, balance: Array | None = None) -> Axes:
         """For the plausibility of what they measure.
@@ -91,6 +102,7 @@ class TorqueAxes:
             (drives.target_torque, self.torque, drives.load_torque if balance is None else balance),
             1.0 / config.loop.rate,
             [pairs],
+            ("link_position", drives.load_torque, compliance) if frozen else None,
         )
 
 
@@ -101,6 +113,7 @@ def thresholds(
     ranges: tuple[Sequence[float], Sequence[float]],
     margin: Sequence[float],
     velocity: Sequence[float],
+    swing: Sequence[float],
 ) -> Thresholds:
     """What the monitor compares with.
 
@@ -111,6 +124,7 @@ def thresholds(
         ranges: lower and upper limits of each.
         margin: how far behind them each may get.
         velocity: limit of each.
+        swing: how much faster than the axis its motor may turn.
     """
     lower, upper = ranges
     return Thresholds(
@@ -118,6 +132,7 @@ def thresholds(
         lower=tuple(low - most for low, most in zip(lower, margin, strict=True)),
         upper=tuple(high + most for high, most in zip(upper, margin, strict=True)),
         speed=tuple(SPEED_MARGIN * v for v in velocity),
+        motor_speed=tuple(SPEED_MARGIN * v + more for v, more in zip(velocity, swing, strict=True)),
         devices=tuple(device.name for device in image.network.devices),
         rate=config.loop.rate,
         overruns_stop=config.loop.on_overrun == "stop",
