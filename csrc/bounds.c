@@ -34,12 +34,12 @@ static double least_for_viability(double gap, double v, double a_max, double dt)
     return fmin(stop, (-b - sqrt(discriminant)) / (2.0 * a));
 }
 
-static bounds_interval position_and_velocity(const bounds_limits *limits, double q, double qd, double down,
-                                             double up, double dt) {
+static bounds_interval position_and_velocity(const bounds_limits *limits, double q, double qd, double a_max,
+                                             double dt) {
     double lower = (-limits->velocity - qd) / dt;
     double upper = (limits->velocity - qd) / dt;
-    if (isfinite(limits->lower)) lower = fmax(lower, least_for_position(q - limits->lower, qd, up, dt));
-    if (isfinite(limits->upper)) upper = fmin(upper, -least_for_position(limits->upper - q, -qd, down, dt));
+    if (isfinite(limits->lower)) lower = fmax(lower, least_for_position(q - limits->lower, qd, a_max, dt));
+    if (isfinite(limits->upper)) upper = fmin(upper, -least_for_position(limits->upper - q, -qd, a_max, dt));
     return (bounds_interval){lower, upper};
 }
 
@@ -47,27 +47,23 @@ bounds_interval bounds_a(const bounds_limits *limits, double q, double qd, doubl
     /* close to the limit a joint must not be thrown back faster than it came */
     const double rebound = 2.0 * fabs(qd) / dt;
     const bounds_interval a =
-        position_and_velocity(limits, clamp(q, limits->lower, limits->upper), qd, rebound, rebound, dt);
+        position_and_velocity(limits, clamp(q, limits->lower, limits->upper), qd, rebound, dt);
     return closed(a.lower, a.upper);
 }
 
 bounds_interval bounds_b(const bounds_limits *limits, double q, double qd, double dt) {
-    return bounds_able(limits, limits->acceleration, limits->acceleration, q, qd, dt);
-}
-
-bounds_interval bounds_able(const bounds_limits *limits, double down, double up, double q, double qd,
-                            double dt) {
     const double a_max = limits->acceleration;
     q = clamp(q, limits->lower, limits->upper);
     /* speeds from which the joint can still brake in front of its limits (Del Prete, (10)) */
-    const double fastest_down = fmin(limits->velocity, sqrt(2.0 * up * (q - limits->lower)));
-    const double fastest_up = fmin(limits->velocity, sqrt(2.0 * down * (limits->upper - q)));
+    const double fastest_down = fmin(limits->velocity, sqrt(2.0 * a_max * (q - limits->lower)));
+    const double fastest_up = fmin(limits->velocity, sqrt(2.0 * a_max * (limits->upper - q)));
     qd = clamp(qd, -fastest_down, fastest_up);
 
-    bounds_interval b = position_and_velocity(limits, q, qd, down, up, dt);
-    if (isfinite(limits->lower)) b.lower = fmax(b.lower, least_for_viability(q - limits->lower, qd, up, dt));
+    bounds_interval b = position_and_velocity(limits, q, qd, a_max, dt);
+    if (isfinite(limits->lower))
+        b.lower = fmax(b.lower, least_for_viability(q - limits->lower, qd, a_max, dt));
     if (isfinite(limits->upper))
-        b.upper = fmin(b.upper, -least_for_viability(limits->upper - q, -qd, down, dt));
+        b.upper = fmin(b.upper, -least_for_viability(limits->upper - q, -qd, a_max, dt));
     return closed(fmax(b.lower, -a_max), fmin(b.upper, a_max));
 }
 
@@ -77,16 +73,25 @@ bounds_interval bounds_c(double lower, double upper, double q, double qd, double
     return closed(scale * (lower - ahead), scale * (upper - ahead));
 }
 
-/* Least acceleration of what is `gap` above its lower limit, moves at v and can brake with a_max. */
-static double least_for_point(double gap, double v, double a_max, double dt) {
-    if (!(gap > 0.0) || isinf(gap)) return -INFINITY;
-    return least_for_viability(gap, fmax(v, -sqrt(2.0 * a_max * gap)), a_max, dt);
+/* Speed at which a limit may be approached from `gap` away: braking with `a`, which gives way to an
+ * exponential approach; from beyond it, that at which to return. */
+static double approach(const bounds_pace *pace, double gap, double a) {
+    const double tail = a * pace->settle * pace->settle; /* where both meet */
+    if (gap > tail) return sqrt(2.0 * a * (gap - 0.5 * tail));
+    return fmax(gap / pace->settle, -pace->homing);
 }
 
-bounds_interval bounds_point(double lower, double upper, double down, double up, double q, double qd,
-                             double horizon, double viability, double homing) {
-    const double outside = homing * horizon;
-    const bounds_interval c = bounds_c(lower, upper, clamp(q, lower - outside, upper + outside), qd, horizon);
-    return closed(fmax(c.lower, least_for_point(q - lower, qd, up, viability)),
-                  fmin(c.upper, -least_for_point(upper - q, -qd, down, viability)));
+/* Largest acceleration towards a limit that is `gap` away, at a speed v towards it. */
+static double towards(const bounds_pace *pace, double gap, double v, double velocity, double a) {
+    const double to_velocity = (velocity - v) / pace->settle;
+    if (isinf(gap)) return to_velocity;
+    return fmin(to_velocity, (approach(pace, gap - pace->ease * v, a) - v) / pace->ease);
+}
+
+bounds_interval bounds_able(const bounds_limits *limits, const bounds_pace *pace, double down, double up,
+                            double q, double qd) {
+    const double a_max = limits->acceleration;
+    const double upper = towards(pace, limits->upper - q, qd, limits->velocity, down);
+    const double lower = -towards(pace, q - limits->lower, -qd, limits->velocity, up);
+    return closed(clamp(lower, -a_max, a_max), clamp(upper, -a_max, a_max));
 }

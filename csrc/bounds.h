@@ -22,18 +22,20 @@ bounds_interval bounds_a(const bounds_limits *limits, double q, double qd, doubl
 /* Set B of (7): position, velocity and acceleration hold for ever (viability). */
 bounds_interval bounds_b(const bounds_limits *limits, double q, double qd, double dt);
 
-/* Set B of a joint that can brake no harder than its motor allows: `down` and `up` are the accelerations
- * within reach in either direction, > 0. Set B itself is that of a joint that reaches what it is rated for.
- */
-bounds_interval bounds_able(const bounds_limits *limits, double down, double up, double q, double qd,
-                            double dt);
+/* How gently limits are met: springs between motors and links ring where accelerations step. */
+typedef struct {
+    double ease;   /* looks so far ahead [s] */
+    double settle; /* time constant of the last of the way, and of speeds [s] */
+    double homing; /* fastest return from outside [1/s] */
+} bounds_pace;
+
+/* Position, velocity and acceleration of what can brake no harder than its motors allow: `down` and `up` are
+ * the accelerations within reach in either direction, > 0. In place of set B, for ever like that; from
+ * outside it returns. */
+bounds_interval bounds_able(const bounds_limits *limits, const bounds_pace *pace, double down, double up,
+                            double q, double qd);
 
 /* (8): the position is inside its limits one horizon ahead; returns from outside, too. */
 bounds_interval bounds_c(double lower, double upper, double q, double qd, double horizon);
-
-/* (8) within the viable set: what moves towards a limit can still brake in front of it with what is within
- * reach, and what is outside returns at no more than `homing` [1/s]. `viability`: horizon of the braking. */
-bounds_interval bounds_point(double lower, double upper, double down, double up, double q, double qd,
-                             double horizon, double viability, double homing);
 
 #endif

@@ -143,8 +143,10 @@ typedef struct {
 /* Shares of what is within reach that the viable sets count on: joints brake together and the feedback of
  * the tracking needs its part; and the least of a rated acceleration or torque, however strong the hand. */
 static const double JOINT_SHARE = 0.7, POINT_SHARE = 0.5, LEAST_SHARE = 0.1;
-/* Largest acceleration that boxes and sums count on [m/s^2 or rad/s^2], and return from outside [m/s]. */
-static const double POINT_MOST = 15.0, POINT_LEAST = 1.0, HOMING = 0.05;
+/* Largest and least acceleration that boxes and sums count on [m/s^2 or rad/s^2]. */
+static const double POINT_MOST = 15.0, POINT_LEAST = 1.0;
+/* The slowest springs here ring with some 16 Hz. */
+static const bounds_pace PACE = {.ease = 20e-3, .settle = 50e-3, .homing = 0.05};
 
 static double between(double x, double lower, double upper) {
     return x < lower ? lower : x > upper ? upper : x;
@@ -182,7 +184,8 @@ static bounds_interval in_reach(const chain *c, const reach *r, const double *ro
     }
     up = between(POINT_SHARE * up, POINT_LEAST, POINT_MOST);
     down = between(POINT_SHARE * down, POINT_LEAST, POINT_MOST);
-    return bounds_point(lower, upper, down, up, x, v, c->point_horizon, c->viability_horizon, HOMING);
+    const bounds_limits free = {lower, upper, INFINITY, INFINITY};
+    return bounds_able(&free, &PACE, down, up, x, v);
 }
 
 /* The torques of the motors: least <= inertia qdd_m + load + feedback <= most. */
@@ -202,7 +205,8 @@ static void joint_limits(const chain *c, const reach *r) {
     for (int i = 0; i < c->m; i++) {
         const bounds_interval a = bounds_a(&c->manipulator[i], c->q[i], c->qd[i], c->dt);
         const bounds_interval b =
-            bounds_able(&c->manipulator[i], r->down[i], r->up[i], c->q[i], c->qd[i], c->viability_horizon);
+            c->inertia ? bounds_able(&c->manipulator[i], &PACE, r->down[i], r->up[i], c->q[i], c->qd[i])
+                       : bounds_b(&c->manipulator[i], c->q[i], c->qd[i], c->viability_horizon);
         c->lb2[i] = a.lower, c->ub2[i] = a.upper;
         c->lb7[i] = b.lower, c->ub7[i] = b.upper;
     }

@@ -106,8 +106,10 @@ int plausible_agree(const plausible_pairs *p) {
             p->deflection_stood[i] = deflection;
         }
         const double apart = deflection - p->compliance[i] * p->load[i];
+        const double lag = p->relaxing * fabs(deflection - p->deflection[i]);
+        p->deflection[i] = deflection;
         const int stuck = !(fabs(deflection - p->deflection_stood[i]) <= p->reach[i]);
-        p->mismatched[i] = stuck || !(fabs(apart) <= p->tolerance[i]);
+        p->mismatched[i] = stuck || !(fabs(apart) <= p->tolerance[i] + lag);
         mismatched += p->mismatched[i];
     }
     return mismatched;

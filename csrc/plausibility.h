@@ -96,7 +96,9 @@ typedef struct {
     const double *load SHAPE(n);                  /* measured torque through the spring */
     const double *compliance SHAPE(n);            /* of the spring, 0 where there is none */
     const double *tolerance SHAPE(n);             /* largest contradiction */
-    const double *quantum SHAPE(n);               /* change of the load torque that is less is none */
+    double relaxing;                /* ticks that the deflection may lag behind the torque: springs damp */
+    double *deflection SHAPE(n);    /* motor less link in the last tick */
+    const double *quantum SHAPE(n); /* change of the load torque that is less is none */
     const double *reach SHAPE(n); /* change of motor less link that does not come without the load torque's */
     double *load_stood SHAPE(n);  /* where the load torque stands */
     double *deflection_stood SHAPE(n); /* motor less link when it got there */

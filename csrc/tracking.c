@@ -30,10 +30,12 @@ void tracking_forecast(const tracking *t, int fresh) {
         t->load[i] = load;
         t->feedback[i] = fed_back(t, i);
         t->inertia[(n + 1) * i] += t->rotor[i];
-        const double speed = fabs(t->motor_rate[i]);
-        const double most = PLANNED * fmin(t->most_torque[i], t->most_power[i] / speed);
-        t->most[i] = t->link[i] <= t->upper[i] ? most : 0.0;
-        t->least[i] = t->link[i] >= t->lower[i] ? -most : 0.0;
+        /* power is what drives: a motor may brake with all it has */
+        const double power = t->most_power[i], rate = t->motor_rate[i], most = t->most_torque[i];
+        t->most[i] =
+            t->link[i] <= t->upper[i] ? PLANNED * (rate > 0.0 ? fmin(most, power / rate) : most) : 0.0;
+        t->least[i] =
+            t->link[i] >= t->lower[i] ? -PLANNED * (rate < 0.0 ? fmin(most, power / -rate) : most) : 0.0;
     }
 }
 

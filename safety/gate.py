@@ -39,7 +39,7 @@ class AxisLimits:
         name: of the axis.
         command: largest magnitude.
         step: largest change from one tick to the next, infinite where the drive limits it.
-        power: largest command times measured speed, infinite where it is no torque [W].
+        power: largest command times measured speed along it, infinite where it is no torque [W].
         lower, upper: measured positions at which commands further out are neutralised [rad or m].
     """
 
@@ -194,7 +194,7 @@ def _clamp(
         safe, why = 0.0, f"pushes further at {position:g}, beyond {axis.upper:g}"
     if safe < 0.0 and not position >= axis.lower:
         safe, why = 0.0, f"pushes further at {position:g}, beyond {axis.lower:g}"
-    if not abs(safe * velocity) <= axis.power:
+    if not safe * velocity <= axis.power:  # what brakes takes power out, and may take all it can
         most = axis.power / abs(velocity) if isfinite(velocity) else 0.0
         safe, why = _limited(safe, most), f"exceeds {axis.power:g} W"
     return safe, why

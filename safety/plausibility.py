@@ -226,6 +226,7 @@ class Pairs:
         compliance: Sequence[float],
         tolerance: Sequence[float],
         frozen: tuple[Sequence[float], Sequence[float]] | None = None,
+        relaxing: float = 0.0,
     ) -> None:
         """Bind to the arrays of others that are read where they are, (n,) each.
 
@@ -237,11 +238,12 @@ class Pairs:
             tolerance: largest difference that is no contradiction.
             frozen: changes of the torque that are none, and of the difference that do not come without;
                 None where the torque does not act on it.
+            relaxing: ticks by which a deflection may lag behind its torque.
         """
         n = motor.size
         self.mismatched = np.zeros(n, np.bool_)
         quantum, reach = frozen or ([np.inf] * n, [np.inf] * n)
-        self._core = ffi.new("plausible_pairs *", {"n": n})
+        self._core = ffi.new("plausible_pairs *", {"n": n, "relaxing": relaxing})
         bind(
             lib,
             self._core,
@@ -252,6 +254,7 @@ class Pairs:
             tolerance=np.array(tolerance, float),
             quantum=np.array(quantum, float),
             reach=np.array(reach, float),
+            deflection=np.zeros(n),
             load_stood=np.full(n, np.nan),
             deflection_stood=np.zeros(n),
             mismatched=self.mismatched,

@@ -21,6 +21,8 @@ FROZEN_LOAD = 0.01
 half a contradiction meanwhile."""
 
 
+RELAXING_S = 2e-3
+"""By so long the deflection of a spring may lag behind the torque through it: what damps it carries, too."""
 SWING_S = 20e-3
 """Time in which a spring takes the whole torque of its motor."""
 
@@ -93,7 +95,10 @@ class TorqueAxes:
         ]
         stuck = [FROZEN_LOAD * most for most in self.torque], [0.5 * way for way in yields]
         frozen = None if all(map(isinf, stiffness)) else stuck
-        pairs = Pairs(drives.position, drives.link_position, drives.load_torque, compliance, apart, frozen)
+        pairs = Pairs(
+            *(drives.position, drives.link_position, drives.load_torque, compliance, apart, frozen),
+            RELAXING_S * config.loop.rate,
+        )
         return axes(
             image,
             "joints",

@@ -11,6 +11,7 @@ THRESHOLDS = Thresholds(
     lower=(-inf, -1.6),
     upper=(inf, 1.6),
     speed=(2.75, 1.3),
+    motor_speed=(3.6, 1.3),
     devices=("joint_1", "ppu_x", "safety_plc"),
     rate=1000.0,
     overruns_stop=True,
@@ -28,6 +29,7 @@ def good(**changes: object) -> Observation:
         stale=[False] * 2,
         position=[0.1, 0.2],
         velocity=[0.0, 0.0],
+        way=[0.0, 0.0],
         armed=True,
         dead_man=True,
         e_stop=False,
@@ -125,7 +127,14 @@ def test_times_are_times_at_any_rate() -> None:
 
 @pytest.mark.parametrize(
     "changes",
-    [{"position": [0.0, 1.7]}, {"position": [nan, 0.0]}, {"velocity": [2.8, 0.0]}, {"velocity": [0.0, nan]}],
+    [
+        {"position": [0.0, 1.7]},
+        {"position": [nan, 0.0]},
+        {"velocity": [3.7, 0.0]},
+        {"velocity": [0.0, nan]},
+        {"way": [2.8, 0.0]},
+        {"way": [0.0, nan]},
+    ],
 )
 def test_three_ticks_past_a_hard_limit_stop(monitor: Monitor, changes: dict[str, object]) -> None:
     assert reactions(monitor, 3, **changes) == [Reaction.RECORD, Reaction.RECORD, Reaction.RAMP]
@@ -133,6 +142,19 @@ def test_three_ticks_past_a_hard_limit_stop(monitor: Monitor, changes: dict[str,
     assert reactions(monitor, 2, **changes) == [Reaction.RECORD, Reaction.RECORD]
     assert monitor.judge(good()).reaction is Reaction.PASS
     assert reactions(monitor, 1, **changes) == [Reaction.RAMP]  # the sixth within a hundred
+
+
+def test_a_motor_before_a_spring_may_turn_a_little_faster_than_its_axis(monitor: Monitor) -> None:
+    assert reactions(monitor, 10, velocity=[3.5, 0.0], way=[2.7, 0.0]) == [Reaction.PASS] * 10
+    assert reactions(monitor, 3, velocity=[0.0, 1.35])[-1] is Reaction.RAMP  # nothing gives in a gantry
+
+
+def test_an_axis_that_does_not_follow_for_five_ticks_stops(monitor: Monitor) -> None:
+    assert reactions(monitor, 4, astray=[True, False]) == [Reaction.PASS] * 4
+    assert monitor.judge(good(astray=[False, False])).reaction is Reaction.PASS
+    assert reactions(monitor, 5, astray=[False, True]) == [Reaction.PASS] * 4 + [Reaction.RAMP]
+    verdict = monitor.judge(good(astray=[False, True]))
+    assert (verdict.reason, "ppu_x does not follow" in verdict.detail) == ("not_following", True)
 
 
 def test_an_idle_machine_past_its_limits_is_only_recorded(monitor: Monitor) -> None:
