@@ -66,6 +66,7 @@ class Rendering:
         self._link, self._led = joints.link_position, np.zeros(n)
         # the feedback alone then gives this part of a motor's torque
         self._leash = ASTRAY_SHARE * np.array([axis.command for axis in axes]) / gains[0]
+        self._yield = 1.0 / gains[0] + 1.0 / elasticity.stiffness
         self.fade = exp(-dt / STOP_FADE_S)
         self._mark = mark
         self._tracking = Tracking(
@@ -103,10 +104,10 @@ class Rendering:
             base: acceleration of what carries the arm, (2,) [m/s^2].
         """
         control = self.control
-        strays = np.abs(self._link - self._led) > self._leash
-        self.astray = strays.tolist() if strays.any() else self._nowhere
+        held = trust * min(1.0, FEEDFORWARD_GAIN * gain)
         np.multiply(wrench, trust * gain, out=self.felt)
-        np.multiply(wrench, trust * min(1.0, FEEDFORWARD_GAIN * gain), out=self.wrench)
+        np.multiply(wrench, held, out=self.wrench)
+        self._judge(wrench, 1.0 - held)
         control.prepare(self.felt)
         if control.ability:
             self._tracking.forecast(base)
@@ -118,6 +119,14 @@ class Rendering:
         if not regular:
             control.brake()
         return solved
+
+    def _judge(self, wrench: Array, yielded: float) -> None:
+        """Whether the joints follow, while they yield to a part of the wrench that they do not hold yet."""
+        leash = self._leash
+        if yielded > 0.0:
+            leash = leash + yielded * np.abs(wrench @ self.control.handle.J) * self._yield
+        strays = np.abs(self._link - self._led) > leash
+        self.astray = strays.tolist() if strays.any() else self._nowhere
 
     def slow_down(self) -> None:
         """Joints to rest at their rated accelerations; what the last wrench contributed fades out."""

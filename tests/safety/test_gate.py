@@ -83,7 +83,8 @@ def test_an_output_of_another_tick_is_denied_and_stops(gate: Gate) -> None:
         (5.0, nan, 0.0, 0.0, "pushes further"),
         (-5.0, nan, 0.0, 0.0, "pushes further"),
         (80.0, 0.0, 4.0, 50.0, "exceeds 200 W"),
-        (-80.0, 0.0, 4.0, -50.0, "exceeds 200 W"),
+        (-80.0, 0.0, 4.0, -80.0, ""),  # brakes
+        (-80.0, 0.0, -4.0, -50.0, "exceeds 200 W"),
         (80.0, 0.0, nan, 0.0, "exceeds 200 W"),
         (80.0, 0.0, 2.5, 80.0, ""),
     ],
