@@ -121,3 +121,47 @@ def test_set_c_with_a_horizon_of_15_ms_arrives_without_bouncing() -> None:
         assert qd >= -0.2
     assert abs(q - 1.0) < 5e-3
     assert peak < 110.0
+
+
+PACE = (0.02, 0.05, 0.05)  # looks ahead, settles [s]; returns [rad/s]
+
+
+JOINT, AT_PACE = limits(*LIMITS), ffi.new("bounds_pace *", PACE)
+
+
+def able(q: float, qd: float, down: float, up: float) -> tuple[float, float]:
+    interval = lib.bounds_able(JOINT, AT_PACE, down, up, q, qd)
+    return interval.lower, interval.upper
+
+
+@pytest.mark.parametrize(("down", "up"), [(40.0, 40.0), (6.0, 20.0), (20.0, 6.0), (4.0, 4.0)])
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_whoever_stays_within_reach_meets_limits_with_no_more_than_that_and_gently(
+    down: float, up: float, seed: int
+) -> None:
+    rng = np.random.default_rng(seed)
+    lower, upper, velocity, acceleration = LIMITS
+    q, qd, last, push = 0.3, 0.0, 0.0, 0.0
+    for k in range(6000):
+        low, high = able(q, qd, down, up)
+        assert -acceleration - 1e-9 <= low <= high <= acceleration + 1e-9
+        if k % 400 == 0:
+            push = rng.choice([-1.0, 1.0]) * rng.uniform(1.0, 60.0)
+        wanted = np.clip(push, last - 4000.0 * DT, last + 4000.0 * DT)  # a hand has a jerk
+        qdd = float(np.clip(wanted, low, high))
+        if qdd != wanted:  # the limits, not the hand
+            assert -down - 0.3 <= qdd <= up + 0.3 or abs(qdd) <= abs(wanted)
+            assert abs(qdd - last) <= 6.0
+        q, qd, last = q + qd * DT + 0.5 * qdd * DT**2, qd + qdd * DT, qdd
+        assert lower - 1e-4 <= q <= upper + 1e-4
+        assert abs(qd) <= velocity + 1e-9
+
+
+def test_from_outside_it_returns_no_faster_than_it_may() -> None:
+    q, qd, fastest = LIMITS[1] + 0.08, 0.0, 0.0
+    for _ in range(4000):  # something pushes it further out all the time
+        qdd = min(10.0, able(q, qd, 20.0, 20.0)[1])
+        q, qd = q + qd * DT + 0.5 * qdd * DT**2, qd + qdd * DT
+        fastest = max(fastest, -qd)
+    assert 0.9 * PACE[2] < fastest < 1.1 * PACE[2]
+    assert q == pytest.approx(LIMITS[1], abs=1e-3)

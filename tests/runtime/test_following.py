@@ -1,0 +1,78 @@
+"""Joints that do not follow, and a force-torque sensor that froze, on a machine that moves."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import pytest
+from hapticd.runtime.core.modes import Mode
+from hapticd.testing.copies import in_a_copy
+
+from .conftest import Bench, parked
+
+WIRE = 2
+"""Ticks from the plant's sample to the tick that reads it."""
+
+
+def active(ticks: int) -> Bench:
+    return parked(Mode.ACTIVE, ticks)
+
+
+def stick(bench: Bench, joint: int) -> None:
+    """The brake of a joint closes and stays so, whatever its drive says."""
+    arm = bench.plant.arm
+    step = arm.step
+
+    def stuck(torque: Any, braked: Sequence[bool], *rest: Any) -> None:
+        step(torque, [closed or i == joint for i, closed in enumerate(braked)], *rest)
+
+    arm.step = stuck
+
+
+@pytest.mark.parametrize("joint", [0, 1, 2])
+@in_a_copy
+def test_a_joint_whose_brake_sticks_stops_the_machine(joint: int) -> None:
+    bench = active(1500)
+    stick(bench, joint)
+    bench.until(Mode.STOPPING, Mode.STOPPED, limit=1000)
+    assert bench.reason in ("not_following", "encoder_frozen")
+    bench.until(Mode.STOPPED, limit=500)
+    assert bench.safe
+
+
+@in_a_copy
+def test_the_base_joint_is_pulled_at_with_no_more_than_its_motor_before_it_is_found_stuck() -> None:
+    bench = active(500)
+    stick(bench, 0)
+    peak, ticks = 0.0, 0
+    while bench.mode is Mode.ACTIVE and ticks < 1000:
+        bench.run(1)
+        ticks += 1
+        peak = max(peak, abs(bench.torques[0]))
+    assert bench.reason == "not_following"
+    assert ticks < 150
+    assert peak <= 260.0
+
+
+@in_a_copy
+def test_a_frozen_force_torque_sensor_on_a_machine_that_moves_fades_out_and_stops_it() -> None:
+    bench = active(1500)
+    bench.break_sensor("force_torque", "wrench", [30.0, 0.0, 0.0, 0.0, 0.0, 0.0])
+    ticks = 0
+    while bench.mode is Mode.ACTIVE and ticks < 1000:
+        bench.run(1)
+        ticks += 1
+    assert bench.reason == "wrench_lost"
+    assert ticks <= WIRE + 20 + 21
+    assert np.linalg.norm(bench.plant.arm.twist[:3]) < 1.2
+
+
+@in_a_copy
+def test_a_sensor_that_shows_the_same_on_a_machine_at_rest_may_go_on() -> None:
+    bench = parked(Mode.READY, 0)
+    bench.break_sensor("force_torque", "wrench", [0.0] * 6)
+    bench.run(100)
+    assert bench.mode in (Mode.READY, Mode.ENABLING, Mode.ENGAGING)
+    assert bench.reason == ""
