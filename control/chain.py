@@ -117,6 +117,7 @@ class ChainLevels:
         error: from H to E after ``assemble``: translation and rotation vector in B, (6,) [m, rad].
         active: which limits are active, a flag word for each joint of twin and manipulator, sum and
             direction of a point, in that order.
+        spent: which motors give all they are admitted, after ``detect``, (m,).
         posture: acceleration that the manipulator takes where nothing else decides, (m,).
     """
 
@@ -165,6 +166,8 @@ class ChainLevels:
         self.error = self._array("error", 6)
         self.active: NDArray[np.uint8] = np.zeros(limits, np.uint8)
         self._active = pointer(self.active, "unsigned char", limits)
+        self.spent: NDArray[np.uint8] = np.zeros(m, np.uint8)
+        self._spent = pointer(self.spent, "unsigned char", m)
         self._x: Array | None = None
         self._x_pointer = ffi.NULL
         self._write = lib.chain_dynamics if torques else lib.chain_gauss
@@ -186,6 +189,7 @@ class ChainLevels:
         """Add the limits that x, (dim,), reaches to ``active``; how many were new."""
         if x is not self._x:  # bound once: the solver always answers in the same array
             self._x, self._x_pointer = x, pointer(x, "const double", self.dim, name="x")
+        lib.chain_spend(self._c, self._x_pointer, REACHED, self._spent)
         return int(lib.chain_detect(self._c, self._x_pointer, REACHED, self._active))
 
     def _array(self, name: str, *shape: int) -> Array:

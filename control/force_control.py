@@ -147,6 +147,11 @@ class ForceControl:
         return self._chain.active
 
     @property
+    def spent(self) -> NDArray[np.uint8]:
+        """Which motors gave all they are admitted in the last tick that was solved, (m,)."""
+        return self._chain.spent
+
+    @property
     def coupling_error(self) -> Array:
         """From the handle to the twin's end effector: translation and rotation vector in B, (6,)."""
         return self._chain.error
@@ -157,7 +162,7 @@ class ForceControl:
         self.arm.update()
         self._place()
         self.twin.reset(self._at, self.handle.rotation)
-        self._chain.active[:] = 0
+        self._chain.active[:] = self._chain.spent[:] = 0
         self._solver.reset()
 
     def _place(self) -> None:

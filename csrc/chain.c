@@ -343,3 +343,11 @@ int chain_detect(const chain *c, const double *x, double tolerance, unsigned cha
     }
     return added;
 }
+
+void chain_spend(const chain *c, const double *x, double tolerance, unsigned char *spent) {
+    for (int i = 0; c->inertia && i < c->m; i++) {
+        spent[i] = 0;
+        mark(row_times(c->C_torque + dimension(c) * i, x, c->m), c->lb_torque[i], c->ub_torque[i], tolerance,
+             &spent[i]);
+    }
+}

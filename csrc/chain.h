@@ -96,4 +96,8 @@ void chain_range(const chain *c, const unsigned char *active);
  * reaches, to within `tolerance` (1 + |bound|). Returns how many flags are new. */
 int chain_detect(const chain *c, const double *x, double tolerance, unsigned char *active);
 
+/* Sets the flag of each motor, (m), whose torque x takes to its bound, to within `tolerance` (1 + |bound|).
+ */
+void chain_spend(const chain *c, const double *x, double tolerance, unsigned char *spent);
+
 #endif

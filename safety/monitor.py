@@ -186,6 +186,14 @@ def _mismatches(t: Thresholds, trust: Trust) -> Check:
     return check
 
 
+def _overloaded(seen: Observation, verdict: Verdict) -> Verdict:
+    """The same, called by its cause where a hand is stronger than the machine."""
+    if not seen.overload:
+        return verdict
+    detail = f"{seen.overload} is pulled with more than its rated torque: {verdict.detail}"
+    return Verdict(verdict.reaction, "overloaded", detail)
+
+
 def _distrust(trust: Trust, axes: list[int]) -> None:
     for i in axes:
         trust.axes[i] = False
@@ -219,7 +227,7 @@ def _limits(t: Thresholds, trust: Trust) -> Check:
         )
         detail = f"{name} at {q:g} with {qd:g} per second; allowed {lower:g} to {upper:g}, {speed:g}"
         if reaction and seen.armed:
-            return Verdict(reaction, "beyond_limit", detail)
+            return _overloaded(seen, Verdict(reaction, "beyond_limit", detail))
         return Verdict(Reaction.RECORD, "near_limit", detail)
 
     return check
@@ -234,7 +242,7 @@ def _following(t: Thresholds, trust: Trust) -> Check:
         if not (astray and reaction):
             return PASS
         name = t.axes[list(seen.astray).index(True)]
-        return Verdict(reaction, "not_following", f"{name} does not follow: it is blocked, or overloaded")
+        return _overloaded(seen, Verdict(reaction, "not_following", f"{name} does not follow its controller"))
 
     return check
 

@@ -51,6 +51,7 @@ class Observation:
         contradicted: per axis, whether its position and its velocity contradict each other.
         stale: per axis, whether its last accepted measurement is too old to brake on.
         astray: per axis, whether it is further from where its controller has it than loads explain.
+        overload: axis of which more torque is asked than is rated, now or lately; "" for none.
         position, velocity: measured, one an axis.
         way: speed by the way that the encoder nearest to the person went lately, one an axis.
         armed: whether the drives are meant to run.
@@ -74,6 +75,7 @@ class Observation:
     contradicted: Sequence[bool] = ()
     stale: Sequence[bool] = ()
     astray: Sequence[bool] = ()
+    overload: str = ""
     position: Sequence[float] = ()
     velocity: Sequence[float] = ()
     way: Sequence[float] = ()

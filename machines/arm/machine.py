@@ -37,7 +37,7 @@ def state_layout(m: int, sums: int, points: int, directions: int) -> np.dtype[np
     """What the log keeps of a tick: numbers first, then flags and the solver."""
     active = directions + m + sums + 3 * points
     measured = [("link", "<f8", m), ("points", "<f8", (points, 3))]  # link side [rad or m]; boxed frames [m]
-    return np.dtype([*measured, *motion(m), *FELT, *solved(active)])
+    return np.dtype([*measured, *motion(m), *FELT, *solved(m, active)])
 
 
 class SerialArm:
@@ -71,6 +71,7 @@ class SerialArm:
         self.position: list[float] = [0.0] * robot.nv
         self.velocity: list[float] = [0.0] * robot.nv
         self.astray: list[bool] = [False] * robot.nv
+        self.overload = ""
         self.raw_wrench: list[float] | None = None
         self.inertial = True  # it needs no accelerometer
         self.commands: list[float] = [0.0] * robot.nv
@@ -130,12 +131,14 @@ class SerialArm:
         self._standstill.reset()
         self.solved = self._rendering.render(self._estimator.wrench, gain, trust, STILL)
         self.astray = self._rendering.astray
+        self.overload = self._rendering.overload
         self._command()
 
     def brake(self, dropped: Sequence[bool]) -> bool:
         """Joints to rest at their rated accelerations; then hold."""
         self._rendering.slow_down()
         self.astray = self._rendering.astray
+        self.overload = self._rendering.overload
         self._command()
         return self._standstill.update(self.plausibility.speed, dropped) and self._rendering.still
 

@@ -48,7 +48,7 @@ STATE = np.dtype(
         *motion(6),
         ("ppu", "<f8", (3, 2)),  # estimated position, velocity, acceleration [m, s]
         *FELT,
-        *solved(19),
+        *solved(6, 19),
     ]
 )
 
@@ -107,6 +107,7 @@ class Giant:
         self.plausibility = _plausibility(config, image, ratings, sensors)
         self.position: list[float] = [0.0] * len(self.axes)
         self.velocity: list[float] = [0.0] * len(self.axes)
+        self.overload = ""
         self._gantry_follows = [False] * len(PPU_JOINTS)
         self.astray: list[bool] = [False] * len(self.axes)
         self.raw_wrench: list[float] | None = None
@@ -168,6 +169,7 @@ class Giant:
         self._standstill.reset()
         self.solved = self._rendering.render(self._estimator.wrench, gain, trust, self._base)
         self.astray = self._rendering.astray + self._gantry_follows
+        self.overload = self._rendering.overload
         self._prepositioning.update()
         self._command(gain)
         self._rendering.advance()
@@ -176,6 +178,7 @@ class Giant:
         """Joints to rest at their rated accelerations, the PPU at its own; then hold."""
         self._rendering.slow_down()
         self.astray = self._rendering.astray + self._gantry_follows
+        self.overload = self._rendering.overload
         self._feed_base(dropped[len(JOINTS) :])
         self._prepositioning.velocity[:] = self._axes.target_velocity
         self._prepositioning.stop()

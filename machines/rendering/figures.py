@@ -27,7 +27,9 @@ class RenderingFigures:
         return [float(state["iterations"]), float(state["solves"]), *apart]
 
     def live(self, mode: Mode, state: np.void) -> list[str]:
-        """The operator's force; it is estimated only while it moves the machine."""
+        """The operator's force, which is estimated only while it moves the machine, and what yields to it."""
         if mode not in (Mode.ENGAGING, Mode.ACTIVE):
             return []
-        return [f"force {hypot(*state['wrench'][:3].tolist()):.0f} N"]
+        words = [f"force {hypot(*state['wrench'][:3].tolist()):.0f} N"]
+        spent = np.flatnonzero(state["spent"])
+        return [*words, f"joint {spent[0] + 1} at its rated torque"] if spent.size else words

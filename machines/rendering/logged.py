@@ -29,9 +29,15 @@ def motion(m: int) -> list[Field]:
     return [("q", "<f8", m), ("qd", "<f8", m), ("qdd", "<f8", m)]
 
 
-def solved(active: int) -> list[Field]:
-    """What follows after all numbers, with so many limits of levels 2 to 8."""
-    return [("active", "u1", active), ("status", "i1"), ("iterations", "<u2"), ("solves", "u1")]
+def solved(m: int, active: int) -> list[Field]:
+    """What follows after all numbers, with m motors and so many limits of levels 2 to 8."""
+    return [
+        ("spent", "u1", m),
+        ("active", "u1", active),
+        ("status", "i1"),
+        ("iterations", "<u2"),
+        ("solves", "u1"),
+    ]
 
 
 def felt(rendering: Rendering) -> tuple[Array, ...]:
@@ -52,13 +58,14 @@ class StateLog:
         count = sum(len(each) for each in numbers)
         self._logged = state.view(np.uint8)[: 8 * count].view(np.float64)
         self._solve = [state[name] for name in ("status", "iterations", "solves")]
-        self._active = state["active"][0]
+        self._flags = [(state[name][0], getattr(control, name)) for name in ("spent", "active")]
 
     def fill(self) -> None:
         """Copy the state of this tick."""
         control = self._control
         np.concatenate(self._numbers, out=self._logged)
-        self._active[:] = control.active
+        for logged, flags in self._flags:
+            logged[:] = flags
         solve = (control.solution.status, control.iterations, control.solves)
         for field, value in zip(self._solve, solve, strict=True):
             field[0] = value

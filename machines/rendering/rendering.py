@@ -26,6 +26,8 @@ JOINTS_AT_REST = 0.25
 ASTRAY_SHARE = 0.5
 """Part of a motor's torque that its feedback alone may give while it follows the hand: what the model gets
 wrong takes less."""
+OVERLOAD_S = 0.3
+"""An overload accounts for what it led to so much later."""
 ADMITTED = ("command", "power", "lower", "upper")
 """What the gate admits to an axis, as the tracking plans with it."""
 STOP_FADE_S = 5e-3
@@ -42,6 +44,8 @@ class Rendering:
     Attributes:
         control: the force control.
         astray: whether each joint is further from where it is led than loads explain, after a tick.
+        overload: axis at which the hand, and what the arm carries, ask for more torque than is rated, now or
+            lately; "" for none.
         felt: wrench of the operator that moves the twin, (6,) [N, N m].
         wrench: the one that the joints hold against, (6,) [N, N m].
         fade: what is left after a tick of what fades out in a stop.
@@ -63,9 +67,13 @@ class Rendering:
         self.felt, self.wrench = np.zeros(6), np.zeros(6)
         n = control.arm.n
         self._nowhere = self.astray = [False] * n
+        self.overload, self._since = "", 0
+        self._lately = round(OVERLOAD_S / dt)
+        self._names = [axis.name for axis in axes]
+        self._rated = np.array([axis.command for axis in axes], float)
         self._link, self._led = joints.link_position, np.zeros(n)
         # the feedback alone then gives this part of a motor's torque
-        self._leash = ASTRAY_SHARE * np.array([axis.command for axis in axes]) / gains[0]
+        self._leash = ASTRAY_SHARE * self._rated / gains[0]
         self._yield = 1.0 / gains[0] + 1.0 / elasticity.stiffness
         self.fade = exp(-dt / STOP_FADE_S)
         self._mark = mark
@@ -111,6 +119,7 @@ class Rendering:
         control.prepare(self.felt)
         if control.ability:
             self._tracking.forecast(base)
+            self._weigh(control.ability)
         self._mark(Stage.MODEL)
         regular = control.assemble()
         self._mark(Stage.ASSEMBLE)
@@ -127,6 +136,15 @@ class Rendering:
             leash = leash + yielded * np.abs(wrench @ self.control.handle.J) * self._yield
         strays = np.abs(self._link - self._led) > leash
         self.astray = strays.tolist() if strays.any() else self._nowhere
+
+    def _weigh(self, ability: Ability) -> None:
+        """Whether more is asked of a motor than it can hold, however the arm moves."""
+        over = np.abs(ability.load) > self._rated
+        self._since += 1
+        if over.any():
+            self.overload, self._since = self._names[int(over.argmax())], 0
+        elif self._since > self._lately:
+            self.overload = ""
 
     def slow_down(self) -> None:
         """Joints to rest at their rated accelerations; what the last wrench contributed fades out."""

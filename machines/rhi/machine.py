@@ -102,6 +102,7 @@ class RedundantInterface:
         self.position: list[float] = [0.0] * arm.n
         self.velocity: list[float] = [0.0] * arm.n
         self.astray = [False] * arm.n  # it renders forces, and leads its motors nowhere
+        self.overload = ""  # what its motors cannot render they leave out
         self.raw_wrench: list[float] | None = None
         self.inertial = True  # it needs no accelerometer
         self.braking = max(v / a for v, a in zip(motors.velocity, motors.acceleration, strict=True))

@@ -58,6 +58,7 @@ class Machine(Protocol):
         braking: longest time that ``brake`` takes from full speed [s].
         position, velocity: measured, one an axis.
         astray: whether each axis is further from where its controller has it than loads explain.
+        overload: axis of which more torque is asked than is rated, now or lately; "" for none.
         raw_wrench: as the sensor reports it, None where a sensor it needs gives nothing valid.
         inertial: whether the other accelerometers give valid values.
         commands: for the gate, one an axis.
@@ -75,6 +76,7 @@ class Machine(Protocol):
     position: list[float]
     velocity: list[float]
     astray: list[bool]
+    overload: str
     raw_wrench: list[float] | None
     inertial: bool
     braking: float
