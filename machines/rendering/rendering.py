@@ -100,6 +100,7 @@ class Rendering:
         """Twin on the handle, everything at rest at measured joints (m,), even a little outside limits."""
         self.control.reset(q)
         self._led[:] = q
+        self.overload = ""
         self._tracking.reset()
 
     def render(self, wrench: Array, gain: float, trust: float, base: Array) -> bool:
