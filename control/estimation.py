@@ -48,7 +48,8 @@ class WrenchEstimator:
 
     The accelerometer in the handle measures acceleration less gravity at the tool's centre of mass, so
     m times its reading is what weight and translation of the tool contribute. The tool's rotational
-    inertia, of the order of 1e-3 kg m^2, is neglected.
+    inertia, of the order of 1e-3 kg m^2, is neglected. What the sensor drifts by is taken off where nobody
+    pulls, so that a released handle does not wander off.
 
     Attributes:
         wrench: at the handle H in B, (6,) [N, N m].
@@ -62,6 +63,7 @@ class WrenchEstimator:
         measured: Array,
         specific_force: Array,
         rotation: Array,
+        dt: float,
     ) -> None:
         """Take the tool and the arrays that are read where they are.
 
@@ -72,8 +74,10 @@ class WrenchEstimator:
             measured: wrench in the sensor's frame, (6,) [N, N m].
             specific_force: at the handle in its frame, (3,) [m/s^2].
             rotation: of the handle in B, (3, 3).
+            dt: of a tick [s].
         """
         self.wrench = np.zeros(6)
+        self._drift = ffi.new("drift *", {"dt": dt})
         R, arm = T_handle_sensor[:3, :3].copy(), T_handle_sensor[:3, 3].copy()
         self._arguments = (
             mass,
@@ -83,6 +87,7 @@ class WrenchEstimator:
             pointer(measured, "const double", 6),
             pointer(specific_force, "const double", 3),
             pointer(rotation, "const double", 3, 3),
+            self._drift,
             pointer(self.wrench, "double", 6),
         )
 

@@ -2,6 +2,7 @@
 #ifndef HAPTICD_TRACKING_H
 #define HAPTICD_TRACKING_H
 
+#include "drift.h"
 #include "shape.h"
 
 enum { TRACKING_MAX_JOINTS = 24 };
@@ -32,12 +33,12 @@ void tracking_forecast(const tracking *t, int fresh);
 /* `fresh`: there was no last tick. */
 void tracking_update(const tracking *t, int fresh);
 
-/* Operator's wrench (6) at the handle in B from the sensor's reading (6).
+/* Operator's wrench (6) at the handle in B from the sensor's reading (6), less the sensor's drift.
  *
  * mass, centre (3): of the tool, in the sensor's frame; R_sensor (9), arm (3): pose of the sensor in the
  * handle's frame; specific_force (3): at the handle, in its frame; R_handle (9): of the handle in B. */
 void tracking_wrench(double mass, const double *centre, const double *R_sensor, const double *arm,
-                     const double *measured, const double *specific_force, const double *R_handle,
+                     const double *measured, const double *specific_force, const double *R_handle, drift *d,
                      double *wrench);
 
 #endif

@@ -60,7 +60,7 @@ class SerialArm:
         self._rendering = Rendering(
             robot, control, self._joints, elasticity, (p_gain, d_gain), self.axes, mark, dt
         )
-        self._measure(config, robot)
+        self._measure(config, robot, dt)
         self.state = state_layout(robot.nv, len(arm.sums or ()), len(arm.boxes or ()), len(arm.directions))
         self.play, self.braking = ratings.play, ratings.braking
         self.thresholds = ratings.axes.thresholds(config, image)
@@ -77,7 +77,7 @@ class SerialArm:
         self.commands: list[float] = [0.0] * robot.nv
         self.solved = True
 
-    def _measure(self, config: ArmConfig, robot: Robot) -> None:
+    def _measure(self, config: ArmConfig, robot: Robot, dt: float) -> None:
         """Kinematics at the measured joints, and the operator's wrench."""
         arm = config.arm
         names = list(dict.fromkeys([arm.frames.handle, *(box.frame for box in arm.boxes or ())]))
@@ -96,6 +96,7 @@ class SerialArm:
             self._force_torque.wrench[0],
             self._specific,
             self._handle.rotation,
+            dt,
         )
 
     @property

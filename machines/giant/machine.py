@@ -75,6 +75,7 @@ class Giant:
             self._force_torque.wrench[0],
             self._imus.acceleration[HANDLE],
             control.handle.rotation,
+            dt,
         )
         self._prepositioning = Prepositioning(
             giant.ppu.gain, _ppu_limits(config), dt, control.q, self._observer.q, self._observer.qd

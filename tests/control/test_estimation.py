@@ -36,7 +36,7 @@ def test_weight_and_inertia_of_the_tool_do_not_look_like_the_operator() -> None:
     T = np.eye(4)
     T[:3, :3], T[:3, 3] = pin.exp3(np.array([0.1, -0.3, 0.2])), [0.0, 0.01, -0.042]
     measured, specific, rotation = np.zeros(6), np.zeros(3), np.eye(3)
-    estimator = WrenchEstimator(mass, centre, T, measured, specific, rotation)
+    estimator = WrenchEstimator(mass, centre, T, measured, specific, rotation, DT)
     for _ in range(50):
         R = pin.exp3(rng.standard_normal(3))
         acceleration, applied = rng.standard_normal(3), rng.standard_normal(6)
@@ -59,3 +59,47 @@ def test_an_axis_at_rest_stays_at_rest() -> None:
         observer.update()
     assert observer.q == pytest.approx([1.0, -1.0])
     assert not observer.qd.any()
+
+
+class Sensor:
+    """A force-torque sensor without a tool."""
+
+    def __init__(self) -> None:
+        self.measured = np.zeros(6)
+        zero, T = np.zeros(3), np.eye(4)
+        self.estimator = WrenchEstimator(0.0, zero, T, self.measured, zero.copy(), np.eye(3), DT)
+        self.random = np.random.default_rng(7)
+
+    def run(self, seconds: float, force: object, tremor: float = 0.0) -> np.ndarray:
+        """The estimate after a time under a force, with noise and a hand that trembles."""
+        for k in range(round(seconds / DT)):
+            noise = 0.03 * self.random.standard_normal(6)
+            noise[3:] *= 0.05
+            self.measured[:] = np.concatenate([force, np.zeros(3)]) + noise
+            self.measured[0] += tremor * np.sin(2 * np.pi * 2.0 * k * DT)
+            self.estimator.update()
+        return self.estimator.wrench
+
+
+def test_a_small_steady_wrench_is_drift_and_fades_out() -> None:
+    sensor = Sensor()
+    assert np.linalg.norm(sensor.run(0.9, [1.0, -1.0, 1.0])[:3]) > 1.5
+    assert np.linalg.norm(sensor.run(7.0, [1.0, -1.0, 1.0])[:3]) < 0.15
+    assert np.linalg.norm(sensor.run(0.1, [11.0, -1.0, 1.0])[:3]) == pytest.approx(10.0, abs=0.2)
+
+
+@pytest.mark.parametrize(("force", "tremor"), [([3.0, 0.0, 0.0], 0.0), ([1.0, 0.0, 0.0], 0.5)])
+def test_what_a_hand_does_is_no_drift(force: list[float], tremor: float) -> None:
+    sensor = Sensor()
+    sensor.run(8.0, force, tremor)
+    assert np.linalg.norm(sensor.run(0.5, [0.0] * 3)[:3]) < 0.2  # it lets go, and nothing pushes
+
+
+def test_drift_beyond_its_bound_is_not_taken_off_and_what_is_no_number_spoils_nothing() -> None:
+    sensor = Sensor()
+    for step in range(8):
+        sensor.run(4.0, [0.7 * step, 0.0, 0.0])
+    assert sensor.run(0.1, [0.7 * 7, 0.0, 0.0])[0] > 2.5
+    sensor.measured[2] = np.nan
+    sensor.estimator.update()
+    assert np.isfinite(sensor.run(0.01, [0.0] * 3)).all()

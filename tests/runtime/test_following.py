@@ -1,4 +1,4 @@
-"""Joints that do not follow, and a force-torque sensor that froze, on a machine that moves."""
+"""Joints that do not follow, and a force-torque sensor that froze or is biased, on a machine that moves."""
 
 from __future__ import annotations
 
@@ -76,3 +76,17 @@ def test_a_sensor_that_shows_the_same_on_a_machine_at_rest_may_go_on() -> None:
     bench.run(100)
     assert bench.mode in (Mode.READY, Mode.ENABLING, Mode.ENGAGING)
     assert bench.reason == ""
+
+
+@in_a_copy
+def test_a_released_handle_does_not_wander_off_on_a_biased_sensor() -> None:
+    bench = active(500)
+    bench.plant.hand.update = lambda *_: np.zeros(6)
+    sensor = bench.nodes["force_torque"]
+    bias = np.array([1.0, -1.0, 1.0, 0.1, 0.1, -0.1])
+    bench.after_sensing(lambda: setattr(sensor, "wrench", (np.array(sensor.wrench) + bias).tolist()))
+    bench.run(10_000)
+    assert bench.mode is Mode.ACTIVE
+    velocity = bench.plant.arm.twist[:3] + np.array([*bench.plant.ppu.velocity, 0.0])
+    assert np.linalg.norm(velocity) < 0.01
+    assert np.linalg.norm(bench.plant.arm.twist[3:]) < 0.1

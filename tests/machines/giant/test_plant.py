@@ -63,7 +63,13 @@ def test_sensor_and_estimator_are_inverse_to_each_other() -> None:
         still = [0.0] * 3  # the estimator neglects the tool's rotation
         sensed = np.array(plant.tool.sensed(specific, still, still, force, torque))
         estimator = WrenchEstimator(
-            plant.tool.tool.mass, np.array(plant.tool.tool.centre), T, sensed, np.array(specific), np.eye(3)
+            plant.tool.tool.mass,
+            np.array(plant.tool.tool.centre),
+            T,
+            sensed,
+            np.array(specific),
+            np.eye(3),
+            1e-3,
         )
         estimator.update()
         np.testing.assert_allclose(estimator.wrench, [*force, *torque], atol=1e-12)
