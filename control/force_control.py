@@ -24,6 +24,9 @@ MAX_REDETECTIONS = 5
 MAX_ITERATIONS = 64
 """Iterations of one solve: the bound on its time. Recorded sessions needed 49 at most."""
 
+LEAST_BRAKING = 0.2
+"""Part of the rated accelerations with which joints brake at least, whatever their motors can give."""
+
 Detection = Literal["previous", "redetect", "gauss"]
 
 
@@ -233,6 +236,15 @@ class ForceControl:
             np.multiply(qd, -1.0 / self._dt, out=qdd)
             np.minimum(qdd, limits.acceleration, out=qdd)
             np.maximum(qdd, -limits.acceleration, out=qdd)
+
+    def soften(self, ability: Ability) -> None:
+        """Brake the manipulator no harder than its motors can, all joints in proportion."""
+        torque = ability.inertia @ self.qdd
+        fixed = ability.load + ability.feedback
+        room = np.where(torque > 0.0, ability.most - fixed, fixed - ability.least)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            share = np.where((room > 0.0) & (torque != 0.0), room / np.abs(torque), 1.0)
+        self.qdd *= min(1.0, max(LEAST_BRAKING, float(share.min())))
 
     def advance(self) -> None:
         """Integrate manipulator and twin over one tick under constant acceleration."""

@@ -56,6 +56,7 @@ class Tracking:
         admitted: Admitted,
         ability: Ability,
         inputs: Mapping[str, Array],
+        dt: float,
     ) -> None:
         """Bind to the arrays of others that are read where they are.
 
@@ -69,12 +70,13 @@ class Tracking:
             ability: filled by ``forecast``.
             inputs: ``q, qd, qdd`` commanded link state, (6,); ``J`` of the handle, (6, 6); ``wrench`` of the
                 operator on it in B, (6,) [N, N m]; ``motor, motor_rate, link`` measured, (6,) [rad, rad/s].
+            dt: of a tick [s].
         """
         n = manipulator.nv
         self._still = manipulator.model.gravity.linear.copy()
         self._gravity = self._still.copy()
         self._rigid, self.torque = np.zeros(n), np.zeros(n)
-        self._core = ffi.new("tracking *", {"n": n})
+        self._core = ffi.new("tracking *", {"n": n, "dt": dt})
         bind(
             lib,
             self._core,
@@ -87,6 +89,8 @@ class Tracking:
             torque=self.torque,
             reference=np.zeros(n),
             rate=np.zeros(n),
+            spring=np.zeros(n),
+            yielding=np.zeros(n),
             most_torque=admitted.torque,
             most_power=admitted.power,
             lower=admitted.lower,
@@ -104,18 +108,24 @@ class Tracking:
             for qdd in (inputs["qdd"], self._none)
         )
         self._inertia = chain.inertia_arguments(q, ability.inertia)
-        self._fresh = True
+        self._fresh, self._planned = True, False
 
     def reset(self) -> None:
         """Forget the reference of the last tick."""
         self._fresh = True
 
-    def forecast(self, qdd_ppu: Array) -> None:
-        """Fill the ability for the commanded state, before the acceleration of this tick is known."""
+    def forecast(self, qdd_ppu: Array, planned: bool = True) -> None:
+        """Fill the ability for the commanded state, before the acceleration of this tick is known.
+
+        Args:
+            qdd_ppu: acceleration of the PPU, (2,) [m/s^2].
+            planned: whether the torque that is left may serve the springs' yielding.
+        """
         np.subtract(self._still[:2], qdd_ppu, out=self._gravity[:2])
         lib.serial_torques(*self._at_rest)
         lib.serial_inertia(*self._inertia)
         lib.tracking_forecast(self._core, self._fresh)
+        self._planned = planned
 
     def update(self, qdd_ppu: Array) -> Array:
         """Motor torques (6,) [N m]; own buffer.
@@ -125,6 +135,6 @@ class Tracking:
         """
         np.subtract(self._still[:2], qdd_ppu, out=self._gravity[:2])
         lib.serial_torques(*self._inverse_dynamics)
-        lib.tracking_update(self._core, self._fresh)
-        self._fresh = False
+        lib.tracking_update(self._core, self._fresh, self._planned)
+        self._fresh = self._planned = False
         return self.torque

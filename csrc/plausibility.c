@@ -60,8 +60,8 @@ int plausible_move(const plausible_motion *m, int free_to_move) {
         m->travel[i] += m->velocity[i] * m->dt;
         m->pushed[i] = pushes ? along + (along * m->pushed[i] > 0 ? m->pushed[i] : 0) : 0;
         const double yielded = m->load ? m->compliance[i] * (m->load[i] - m->loaded[i]) : 0.0;
-        const int must_move = fabs(m->travel[i] - yielded) > m->reach[i] || m->pushed[i] >= m->limit ||
-                              m->pushed[i] <= -m->limit;
+        const double went = fmin(fabs(m->travel[i]), fabs(m->travel[i] - yielded)); /* a load only excuses */
+        const int must_move = went > m->reach[i] || m->pushed[i] >= m->limit || m->pushed[i] <= -m->limit;
         m->frozen[i] = m->still[i] >= m->limit && must_move;
         frozen += m->frozen[i];
     }
@@ -78,8 +78,13 @@ int plausible_travel(const plausible_course *c, int elapsed) {
         if (c->position_age[i] == 0 && c->velocity_age[i] == 0) {
             if (c->gap[i] == 1)
                 c->error[i] += x - c->last_position[i] - 0.5 * c->dt * (v + c->last_velocity[i]);
-            if (c->gap[i] >= PLAUSIBILITY_NEVER || elapsed > 1) /* a way of unknown duration tells no speed */
+            if (c->gap[i] >= PLAUSIBILITY_NEVER ||
+                elapsed > 1) { /* a way of unknown duration tells no speed */
                 for (int k = 0; k < c->window; k++) c->places[k * c->n + i] = x;
+                c->since[i] = 0;
+            } else if (c->since[i] < c->window) {
+                c->since[i]++;
+            }
             c->last_position[i] = x;
             c->last_velocity[i] = v;
             c->gap[i] = 0;
@@ -88,7 +93,7 @@ int plausible_travel(const plausible_course *c, int elapsed) {
         c->apart[i] = apart ? older(c->apart[i], 1) : 0;
         c->wrong[i] = c->apart[i] >= c->limit;
         wrong += c->wrong[i];
-        c->way[i] = fabs(x - place[i]) / (c->window * c->dt);
+        if (c->since[i] >= PLAUSIBILITY_EXTRAPOLATED) c->way[i] = fabs(x - place[i]) / (c->since[i] * c->dt);
         c->speed[i] = fmax(fabs(v), c->way[i]);
         error[i] = c->error[i];
         place[i] = x;
@@ -106,7 +111,7 @@ int plausible_agree(const plausible_pairs *p) {
             p->deflection_stood[i] = deflection;
         }
         const double apart = deflection - p->compliance[i] * p->load[i];
-        const double lag = p->relaxing * fabs(deflection - p->deflection[i]);
+        const double lag = p->compliance[i] > 0.0 ? p->relaxing * fabs(deflection - p->deflection[i]) : 0.0;
         p->deflection[i] = deflection;
         const int stuck = !(fabs(deflection - p->deflection_stood[i]) <= p->reach[i]);
         p->mismatched[i] = stuck || !(fabs(apart) <= p->tolerance[i] + lag);

@@ -80,6 +80,7 @@ typedef struct {
     int32_t *gap SHAPE(n);   /* ticks since them; PLAUSIBILITY_NEVER before the first */
     int32_t *apart SHAPE(n); /* ticks in a row that both contradict each other */
     uint8_t *wrong SHAPE(n); /* 1 where that is enough */
+    int32_t *since SHAPE(n); /* ticks since the way began, at most the window */
     double *way SHAPE(n);    /* magnitude of the speed by the way within the window */
     double *speed SHAPE(n);  /* by the velocity or by the way within the window: the larger magnitude */
 } plausible_course;

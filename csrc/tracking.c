@@ -3,7 +3,9 @@
 #include <math.h>
 
 /* Of what the drives are admitted, as much is planned with: rounding must not pass it. */
-static const double PLANNED = 0.99;
+static const double PLANNED = 0.99, NOTHING = 1e-6, SPARED = 0.15;
+/* Time constant against the noise of the force-torque sensor [s]. */
+static const double SMOOTH = 4e-3;
 
 /* Spring torque that the link side needs: rigid body + friction - J^T w. */
 static double through_spring(const tracking *t, int i) {
@@ -17,34 +19,48 @@ static double fed_back(const tracking *t, int i) {
     return t->p[i] * (t->reference[i] - t->motor[i]) + t->d[i] * (t->rate[i] - t->motor_rate[i]);
 }
 
-static void refer(const tracking *t, int i, double spring) {
+/* The motor's reference is ahead of the link's by what the spring yields. */
+static void refer(const tracking *t, int i, double spring, int fresh) {
+    const double rate = fresh ? 0.0 : (spring - t->spring[i]) / (t->stiffness[i] * t->dt);
+    t->yielding[i] += (fresh ? 1.0 : t->dt / SMOOTH) * (rate - t->yielding[i]);
+    t->spring[i] = spring;
     t->reference[i] = t->q[i] + spring / t->stiffness[i];
     t->rate[i] = t->qd[i];
+}
+
+/* What the yielding of the spring asks of the damped motor, as far as there is torque to spare: where there
+ * is not, the hierarchy changes its plan with the feedback, and both would drive each other. */
+static double for_yielding(const tracking *t, int i, double planned) {
+    const double most = PLANNED * t->most_torque[i];
+    const double spare = fmax(0.0, fmin(SPARED * most, 0.5 * (most - fabs(planned))));
+    return fmin(fmax(t->d[i] * t->yielding[i], -spare), spare);
 }
 
 void tracking_forecast(const tracking *t, int fresh) {
     const int n = t->n;
     for (int i = 0; i < n; i++) {
         const double load = through_spring(t, i);
-        if (fresh) refer(t, i, load);
+        if (fresh) refer(t, i, load, fresh);
         t->load[i] = load;
         t->feedback[i] = fed_back(t, i);
         t->inertia[(n + 1) * i] += t->rotor[i];
-        /* power is what drives: a motor may brake with all it has */
-        const double power = t->most_power[i], rate = t->motor_rate[i], most = t->most_torque[i];
-        t->most[i] =
-            t->link[i] <= t->upper[i] ? PLANNED * (rate > 0.0 ? fmin(most, power / rate) : most) : 0.0;
-        t->least[i] =
-            t->link[i] >= t->lower[i] ? -PLANNED * (rate < 0.0 ? fmin(most, power / -rate) : most) : 0.0;
+        /* power is what drives: a motor may brake with all it has; rounding must not lead further out either
+         */
+        const double power = t->most_power[i], rate = t->motor_rate[i], all = PLANNED * t->most_torque[i];
+        const double up = rate > 0.0 ? fmin(all, PLANNED * power / rate) : all;
+        const double down = rate < 0.0 ? fmin(all, PLANNED * power / -rate) : all;
+        t->most[i] = t->link[i] <= t->upper[i] ? up : -NOTHING * all;
+        t->least[i] = t->link[i] >= t->lower[i] ? -down : NOTHING * all;
     }
 }
 
-void tracking_update(const tracking *t, int fresh) {
+void tracking_update(const tracking *t, int fresh, int planned) {
     for (int i = 0; i < t->n; i++) {
         const double spring = through_spring(t, i);
-        if (fresh) refer(t, i, spring);
-        t->torque[i] = t->rotor[i] * t->qdd[i] + spring + fed_back(t, i);
-        refer(t, i, spring);
+        if (fresh) refer(t, i, spring, fresh);
+        const double torque = t->rotor[i] * t->qdd[i] + spring + fed_back(t, i);
+        t->torque[i] = torque + (planned ? for_yielding(t, i, torque) : 0.0);
+        refer(t, i, spring, 0);
     }
 }
 

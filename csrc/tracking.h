@@ -9,6 +9,7 @@ enum { TRACKING_MAX_JOINTS = 24 };
 
 typedef struct {
     int n; /* joints, at most TRACKING_MAX_JOINTS */
+    double dt;
     /* constants: viscous friction, rotor inertia, spring stiffness, motor-side gains */
     const double *friction SHAPE(n), *rotor SHAPE(n), *stiffness SHAPE(n), *p SHAPE(n), *d SHAPE(n);
     /* inputs of a tick: commanded state, rigid-body torque of it, handle Jacobian, wrench on the handle,
@@ -16,7 +17,9 @@ typedef struct {
     const double *q SHAPE(n), *qd SHAPE(n), *qdd SHAPE(n), *rigid SHAPE(n);
     const double *J SHAPE(6, n), *wrench SHAPE(6), *motor SHAPE(n), *motor_rate SHAPE(n);
     double *reference SHAPE(n), *rate SHAPE(n); /* motor-side reference of the last tick; updated */
-    double *torque SHAPE(n);                    /* result */
+    double *spring SHAPE(n),
+        *yielding SHAPE(n);  /* its torque in the last tick, and its smoothed rate of yielding */
+    double *torque SHAPE(n); /* result */
 
     /* what the drives are admitted: torque, its product with the measured speed, and the measured positions
      * of the links beyond which no torque leads further out */
@@ -30,8 +33,8 @@ typedef struct {
 /* Before qdd is known: `rigid` is that of qdd = 0 and `inertia` that of the links alone. */
 void tracking_forecast(const tracking *t, int fresh);
 
-/* `fresh`: there was no last tick. */
-void tracking_update(const tracking *t, int fresh);
+/* `fresh`: there was no last tick; `planned`: there was a forecast of this one. */
+void tracking_update(const tracking *t, int fresh, int planned);
 
 /* Operator's wrench (6) at the handle in B from the sensor's reading (6), less the sensor's drift.
  *

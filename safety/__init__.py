@@ -6,12 +6,11 @@ from .gate import AxisLimits, Gate
 from .latch import TRIP_WORDS, StopLatch, Trip, describe, refusal
 from .monitor import Monitor
 from .observation import Observation, Thresholds
-from .plausibility import FROZEN_TICKS, Axes, Course, Findings, Motion, Pairs, Plausibility, Values
+from .plausibility import Axes, Course, Findings, Motion, Pairs, Plausibility, Values
 from .standstill import Standstill, strayed
 from .verdict import PASS, Reaction, Verdict, strongest
 
 __all__ = [
-    "FROZEN_TICKS",
     "PASS",
     "TRIP_WORDS",
     "Axes",

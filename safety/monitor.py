@@ -35,8 +35,8 @@ JUMPS = 2
 MISMATCHES = 10
 """Ticks within a window in which two encoders contradict each other before the machine stops (row 11)."""
 
-ASTRAY = 5
-"""Ticks in a row in which an axis does not follow its controller before the machine stops (row 44)."""
+ASTRAY_S = 5e-3
+"""For so long an axis may not follow its controller before the machine stops (row 44)."""
 
 SPORADIC_HOLD = Rule(Reaction.HOLD, SPORADIC + 1, WINDOW)
 
@@ -234,7 +234,7 @@ def _limits(t: Thresholds, trust: Trust) -> Check:
 
 
 def _following(t: Thresholds, trust: Trust) -> Check:
-    tally = Tally(Rule(Reaction.RAMP, ASTRAY, ASTRAY))
+    tally = Tally(Rule(Reaction.RAMP, t.ticks(ASTRAY_S), t.ticks(ASTRAY_S)))
 
     def check(seen: Observation) -> Verdict:
         astray = True in seen.astray

@@ -20,8 +20,7 @@ from ._plausibility import ffi, lib
 FRESH_TICKS = 3
 """A stop steers by measurements that are at most so old."""
 FROZEN_TICKS = 20
-"""An encoder that stands still for so long while its axis must move is frozen (row 9); so is a force-torque
-sensor whose values stand still to the last bit while the machine moves (row 12)."""
+"""An encoder that stands still for so long while its axis must move is frozen (row 9)."""
 
 CONTRADICTED_TICKS = 3
 """Position and velocity that contradict each other for so long: one wrong sample does for one (row 9)."""
@@ -203,6 +202,7 @@ class Course:
             apart=np.zeros(n, np.int32),
             wrong=self.wrong,
             speed=self.speed,
+            since=np.zeros(n, np.int32),
             way=self.way,
         )
 

@@ -106,7 +106,11 @@ class SerialArm:
 
     def unrest(self, first: bool) -> list[str]:
         """Sensors that show at rest what they should not; later a hand may pull: its motors hold more."""
-        return pulled(self._estimator.wrench, self._force_torque.scales[0]) if first else []
+        if not (first or self._rendering.doubtful):
+            return []
+        found = pulled(self._estimator.wrench, self._force_torque.scales[0])
+        self._rendering.doubtful &= bool(found)
+        return found
 
     def estimate(self) -> None:
         """Measured joints, and the operator's wrench from what they were told to do."""
@@ -137,7 +141,7 @@ class SerialArm:
 
     def brake(self, dropped: Sequence[bool]) -> bool:
         """Joints to rest at their rated accelerations; then hold."""
-        self._rendering.slow_down()
+        self._rendering.slow_down(STILL)
         self.astray = self._rendering.astray
         self.overload = self._rendering.overload
         self._command()

@@ -128,13 +128,14 @@ class Giant:
 
     def unrest(self, first: bool) -> list[str]:
         """Sensors that show at rest what they should not; later a hand may pull: its motors hold more."""
-        if not first:
+        if not (first or self._rendering.doubtful):
             return []
         found = pulled(self._estimator.wrench, self._force_torque.scales[0])
         for name, acceleration in zip(("carriage", "handle"), self._imus.acceleration.tolist(), strict=True):
             size = hypot(*acceleration)
             if not abs(size - GRAVITY) <= GRAVITY_MARGIN:
                 found.append(f"the {name}'s accelerometer shows {size:.1f} m/s^2 at rest")
+        self._rendering.doubtful &= bool(found)
         return found
 
     def estimate(self) -> None:
@@ -142,19 +143,22 @@ class Giant:
         joints, axes, imus = self._joints, self._axes, self._imus
         self.position = joints.link_position.tolist() + axes.position.tolist()
         self.velocity = joints.velocity.tolist() + axes.velocity.tolist()
-        self.inertial = imus.valid(CARRIAGE) and self._carried.current
+        self.inertial = imus.valid(CARRIAGE) and self._alive(self._carried)
         if self.inertial:  # otherwise the last sample stands
             self._acceleration[:] = imus.acceleration[CARRIAGE, :2]
         if not self._started:
             self._observer.reset()
             self._started = True
         self._observer.update()
-        current = alive(self._force, self.velocity, self.thresholds) and self._held.current
+        current = self._alive(self._force) and self._alive(self._held)
         if current and self._force_torque.valid(0) and imus.valid(HANDLE):
             self.raw_wrench = self._force_torque.wrench[0].tolist()
             self._estimator.update()
         else:  # the last estimate stands, and is faded out
             self.raw_wrench = None
+
+    def _alive(self, sensor: Values) -> bool:
+        return alive(sensor, self.velocity, self.thresholds)
 
     def engage(self) -> None:
         """Commanded state = measured link side, twin on the handle, everything at rest."""
@@ -177,10 +181,10 @@ class Giant:
 
     def brake(self, dropped: Sequence[bool]) -> bool:
         """Joints to rest at their rated accelerations, the PPU at its own; then hold."""
-        self._rendering.slow_down()
+        self._feed_base(dropped[len(JOINTS) :])
+        self._rendering.slow_down(self._base)
         self.astray = self._rendering.astray + self._gantry_follows
         self.overload = self._rendering.overload
-        self._feed_base(dropped[len(JOINTS) :])
         self._prepositioning.velocity[:] = self._axes.target_velocity
         self._prepositioning.stop()
         self._command(1.0)

@@ -26,6 +26,8 @@ JOINTS_AT_REST = 0.25
 ASTRAY_SHARE = 0.5
 """Part of a motor's torque that its feedback alone may give while it follows the hand: what the model gets
 wrong takes less."""
+STRAIN_S = 15e-3
+"""For so long the feedback may give that part while the link has not gone far."""
 OVERLOAD_S = 0.3
 """An overload accounts for what it led to so much later."""
 ADMITTED = ("command", "power", "lower", "upper")
@@ -46,6 +48,8 @@ class Rendering:
         astray: whether each joint is further from where it is led than loads explain, after a tick.
         overload: axis at which the hand, and what the arm carries, ask for more torque than is rated, now or
             lately; "" for none.
+        doubtful: whether an overload led to a stop: a sensor that lies looks like a strong hand, so nobody
+            may hold the handle at the next start.
         felt: wrench of the operator that moves the twin, (6,) [N, N m].
         wrench: the one that the joints hold against, (6,) [N, N m].
         fade: what is left after a tick of what fades out in a stop.
@@ -68,12 +72,15 @@ class Rendering:
         n = control.arm.n
         self._nowhere = self.astray = [False] * n
         self.overload, self._since = "", 0
+        self.doubtful = False
         self._lately = round(OVERLOAD_S / dt)
         self._names = [axis.name for axis in axes]
         self._rated = np.array([axis.command for axis in axes], float)
         self._link, self._led = joints.link_position, np.zeros(n)
         # the feedback alone then gives this part of a motor's torque
-        self._leash = ASTRAY_SHARE * self._rated / gains[0]
+        self._most_fed_back = ASTRAY_SHARE * self._rated
+        self._leash = self._most_fed_back / gains[0]
+        self._strained, self._longest_strain = np.zeros(n, np.intc), round(STRAIN_S / dt)
         self._yield = 1.0 / gains[0] + 1.0 / elasticity.stiffness
         self.fade = exp(-dt / STOP_FADE_S)
         self._mark = mark
@@ -89,6 +96,7 @@ class Rendering:
                 **{"wrench": self.wrench, "motor": joints.position, "motor_rate": joints.velocity},
                 "link": joints.link_position,
             },
+            dt,
         )
 
     @property
@@ -100,6 +108,7 @@ class Rendering:
         """Twin on the handle, everything at rest at measured joints (m,), even a little outside limits."""
         self.control.reset(q)
         self._led[:] = q
+        self._strained[:] = 0
         self.overload = ""
         self._tracking.reset()
 
@@ -132,11 +141,16 @@ class Rendering:
 
     def _judge(self, wrench: Array, yielded: float) -> None:
         """Whether the joints follow, while they yield to a part of the wrench that they do not hold yet."""
-        leash = self._leash
+        leash, ability = self._leash, self.control.ability
+        self._strained += 1
         if yielded > 0.0:
             leash = leash + yielded * np.abs(wrench @ self.control.handle.J) * self._yield
-        strays = np.abs(self._link - self._led) > leash
-        self.astray = strays.tolist() if strays.any() else self._nowhere
+            self._strained[:] = 0
+        elif ability:  # of the last tick
+            self._strained[np.abs(ability.feedback) <= self._most_fed_back] = 0
+        follows = np.abs(self._link - self._led) <= leash  # what is not a number does not follow
+        follows &= self._strained <= self._longest_strain
+        self.astray = self._nowhere if follows.all() else (~follows).tolist()
 
     def _weigh(self, ability: Ability) -> None:
         """Whether more is asked of a motor than it can hold, however the arm moves."""
@@ -147,12 +161,30 @@ class Rendering:
         elif self._since > self._lately:
             self.overload = ""
 
-    def slow_down(self) -> None:
-        """Joints to rest at their rated accelerations; what the last wrench contributed fades out."""
-        self.astray = self._nowhere
+    def _let_go(self) -> None:
+        """A stop begins: what does not follow is held where it is, not where it was led; see ``doubtful``."""
+        if self.astray is not self._nowhere:
+            control, astray = self.control, np.array(self.astray)
+            control.q[astray], control.qd[astray] = self._link[astray], 0.0
+            self._tracking.reset()
+            self.astray = self._nowhere
+        if self.overload:
+            self.doubtful, self.overload = True, ""
+
+    def slow_down(self, base: Array) -> None:
+        """Joints to rest at their rated accelerations, or as their motors can; the last wrench fades out.
+
+        Args:
+            base: acceleration of what carries the arm, (2,) [m/s^2].
+        """
+        self._let_go()
         np.multiply(self.wrench, self.fade, out=self.wrench)
-        self.control.arm.update()
-        self.control.brake()
+        control = self.control
+        control.arm.update()
+        control.brake()
+        if control.ability:
+            self._tracking.forecast(base, planned=False)
+            control.soften(control.ability)
 
     def torque(self, base: Array) -> list[float]:
         """Motor torques, (m,) [N m or N], on a base with an acceleration (2,) [m/s^2]."""

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...devices.image import ProcessImage
-from ...safety import FROZEN_TICKS, Axes, Course, Motion, Pairs, Thresholds, Values
+from ...safety import Axes, Course, Motion, Pairs, Thresholds, Values
 
 Array = NDArray[np.float64]
 
@@ -31,6 +31,9 @@ ACTING = 0.1
 (row 9)."""
 REACH = 0.1
 """Way by the measured velocity, in ticks at top speed, that an encoder must have seen (row 9)."""
+FROZEN_S = 20e-3
+"""A sensor whose values stand still for so long, to the last bit, while the machine moves is frozen (row
+12)."""
 STILL_SHARE = 0.02
 """Measured speed, as a share of the largest allowed one, at which a handle moves so little that a sensor
 on it may show the same all the time."""
@@ -92,7 +95,7 @@ def axes(
 
 def alive(sensor: Values, velocity: Sequence[float], limits: Thresholds) -> bool:
     """Whether a sensor on a machine that moves, with these measured velocities, measures at all (row 12)."""
-    if not sensor.current or sensor.still < FROZEN_TICKS:
+    if not sensor.current or sensor.still < limits.ticks(FROZEN_S):
         return sensor.current
     return all(abs(v) <= STILL_SHARE * most for v, most in zip(velocity, limits.speed, strict=True))
 

@@ -103,7 +103,8 @@ class Senses:
         found = machine.plausibility.findings
         seen.rejected, seen.mismatched, seen.frozen = found.rejected, found.mismatched, found.frozen
         seen.contradicted, seen.stale = found.contradicted, found.stale
-        seen.astray, seen.overload = machine.astray, machine.overload
+        seen.astray = machine.astray if mode in RENDERING else ()
+        seen.overload = machine.overload
         seen.position, seen.velocity = machine.position, machine.velocity
         seen.way = machine.plausibility.way
         seen.armed = mode.powered

@@ -93,7 +93,7 @@ class TorqueAxes:
             GATE_SHARE * margin if isinf(k) else most
             for k, most, margin in zip(stiffness, yields, self.margins(config), strict=True)
         ]
-        stuck = [FROZEN_LOAD * most for most in self.torque], [0.5 * way for way in yields]
+        stuck = [FROZEN_LOAD * most for most in self.torque], [0.5 * way or inf for way in yields]
         frozen = None if all(map(isinf, stiffness)) else stuck
         pairs = Pairs(
             *(drives.position, drives.link_position, drives.load_torque, compliance, apart, frozen),

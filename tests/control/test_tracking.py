@@ -25,7 +25,7 @@ def robot() -> Robot:
 
 def track(robot: Robot, state: dict[str, np.ndarray]) -> Tracking:
     elasticity = SeriesElasticity(ROTOR, STIFFNESS)
-    return Tracking(robot, SerialChain(robot, []), elasticity, P, D, ADMITTED, Ability(6), state)
+    return Tracking(robot, SerialChain(robot, []), elasticity, P, D, ADMITTED, Ability(6), state, DT)
 
 
 def inputs() -> dict[str, np.ndarray]:
@@ -36,9 +36,7 @@ def inputs() -> dict[str, np.ndarray]:
 def test_feedforward_is_gravity_inertia_friction_and_wrench_and_the_rotor(robot: Robot) -> None:
     rng = np.random.default_rng(8)
     state = inputs()
-    tracking = Tracking(
-        robot, SerialChain(robot, []), SeriesElasticity(ROTOR, STIFFNESS), P, D, ADMITTED, Ability(6), state
-    )
+    tracking = track(robot, state)
     model = robot.model.copy()
     data = model.createData()
     for _ in range(20):
@@ -62,9 +60,7 @@ def test_feedforward_is_gravity_inertia_friction_and_wrench_and_the_rotor(robot:
 
 def test_the_measured_motor_is_compared_with_the_reference_of_its_own_tick(robot: Robot) -> None:
     state = inputs()
-    tracking = Tracking(
-        robot, SerialChain(robot, []), SeriesElasticity(ROTOR, STIFFNESS), P, D, ADMITTED, Ability(6), state
-    )
+    tracking = track(robot, state)
     state["qd"][:] = 0.5
     state["motor_rate"][:] = 0.5
     tracking.update(np.zeros(2))
@@ -84,9 +80,7 @@ def test_a_series_elastic_arm_follows_a_moving_reference_under_a_push(robot: Rob
     start = np.array([0.2, 1.4, -0.7, 0.5, 0.7, 0.1])
     arm.reset(start)
     state = inputs()
-    tracking = Tracking(
-        robot, SerialChain(robot, []), SeriesElasticity(ROTOR, STIFFNESS), P, D, ADMITTED, Ability(6), state
-    )
+    tracking = track(robot, state)
     push = np.array([20.0, -10.0, 15.0, 0.5, 1.0, -0.3])
     state["motor"][:], state["motor_rate"][:] = arm.motor, arm.motor_rate
     worst = 0.0
