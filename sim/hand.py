@@ -16,6 +16,7 @@ import numpy as np
 import pinocchio as pin
 
 from ..models import Array
+from .hold import Hold
 
 STILL = (0.0, 0.0, 0.0)
 
@@ -96,15 +97,19 @@ Orientation = Callable[[Sequence[float], Sequence[float]], tuple[Array, tuple[fl
 
 
 class Hand:
-    """Wrench on the handle while it grips.
+    """Holds the handle while it grips.
 
     The path's coordinates are position [m] and orientation, three angles [rad] of which each may be any.
+
+    Attributes:
+        gripping: whether it holds the handle; otherwise it does nothing.
+        hold: what it does to the handle.
     """
 
-    def __init__(self, path: Path, grip: Grip, orientation: Orientation) -> None:
+    def __init__(self, path: Path, grip: Grip, orientation: Orientation, hold: Hold) -> None:
         self._path, self._grip, self._orientation = path, grip, orientation
-        self.gripping = True
-        self.wrench = np.zeros(6)
+        self.gripping, self.hold = True, hold
+        hold.stiffness[:], hold.damping[:] = grip.stiffness, grip.damping
         first = path.at(0.0)[0]
         self._handle, self._rotation = list(first[:3]), orientation(first[3:], [0.0] * 3)[0]
         self._own: tuple[list[float], Array] | None = None
@@ -119,20 +124,24 @@ class Hand:
         if self._own:
             _pushed(self._own[0], self._handle, direction, self._grip.stiffness[0])
 
-    def update(self, t: float, position: Sequence[float], rotation: Array, twist: Sequence[float]) -> Array:
-        """Wrench (6,) in B at the handle [N, N m] at time t for the handle's pose and twist; own buffer."""
-        wrench = self.wrench
+    def aim(
+        self, t: float, position: Sequence[float], rotation: Array, base: Sequence[float] = STILL
+    ) -> None:
+        """Say where it wants the handle from time t on.
+
+        Args:
+            t: [s].
+            position: of the handle in B, (3,) [m].
+            rotation: of the handle in B, (3, 3).
+            base: velocity of what carries the arm, (3,) [m/s].
+        """
+        hold = self.hold
         self._handle, self._rotation = list(position), rotation
-        if not self.gripping:
-            wrench[:] = 0.0
-            return wrench
+        hold.strength[:] = self._grip.strength if self.gripping else 0.0
         value, rate, target, omega = self._wish(t)
         turn = pin.log3(target @ rotation.T).tolist()
-        (k, k_r), (d, d_r), (force, torque) = self._grip.stiffness, self._grip.damping, self._grip.strength
-        pull = [k * (value[i] - position[i]) + d * (rate[i] - twist[i]) for i in range(3)]
-        twisting = [k_r * turn[i] + d_r * (omega[i] - twist[3 + i]) for i in range(3)]
-        wrench[:3], wrench[3:] = _saturated(pull, force), _saturated(twisting, torque)
-        return wrench
+        hold.error[:] = [value[i] - position[i] for i in range(3)] + turn
+        hold.rate[:] = [*(rate[i] - base[i] for i in range(3)), *omega]
 
     def _wish(self, t: float) -> tuple[Sequence[float], Sequence[float], Array, Sequence[float]]:
         """Place and its rate, orientation and angular velocity that the hand wants."""

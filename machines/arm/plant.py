@@ -44,7 +44,7 @@ class ArmPlant(SimPlant):
         self._sensor, self._noise = R_handle_sensor, np.repeat(noise, 3)
         self._joints = self.nodes.of(SimTorqueDrive)
         (self._force_torque,) = self.nodes.of(SimForceTorque)
-        self.wrench = np.zeros(6)
+        self.wrench = arm.hold.wrench
         self._measure()
 
     def energies(self) -> Energies:
@@ -55,9 +55,9 @@ class ArmPlant(SimPlant):
 
     def _move(self, dt: float) -> None:
         arm = self.arm
-        self.wrench = self.hand.update(self.time, arm.position.tolist(), arm.rotation, arm.twist.tolist())
+        self.hand.aim(self.time, arm.position.tolist(), arm.rotation)
         torque = np.array([joint.torque for joint in self._joints])
-        arm.step(torque, [joint.brake for joint in self._joints], self.wrench, STILL, dt)
+        arm.step(torque, [joint.brake for joint in self._joints], STILL, dt)
 
     def _sense(self) -> None:
         arm = self.arm

@@ -65,7 +65,7 @@ class GiantPlant(SimPlant):
         self.tool = SensedTool(tool, (T_handle @ robot.placement(zero, "force_torque"))[:3, 3].tolist())
         self._imu = (T_handle @ robot.placement(zero, "imu_handle"))[:3, 3].tolist()
         self._base = np.zeros(3)
-        self._wrench = np.zeros(6)
+        self._wrench = arm.hold.wrench
         self._measure()
 
     def energies(self) -> Energies:
@@ -82,15 +82,14 @@ class GiantPlant(SimPlant):
 
     def _move(self, dt: float) -> None:
         arm, ppu = self.arm, self.ppu
-        ppu.step([axis.velocity_command for axis in self._axes], [axis.brake for axis in self._axes], dt)
-        self._base[:2] = ppu.acceleration
-        position, twist = arm.position.tolist(), arm.twist.tolist()
+        position = arm.position.tolist()
         for i in range(2):
             position[i] += ppu.position[i]
-            twist[i] += ppu.velocity[i]
-        self._wrench = self.hand.update(self.time, position, arm.rotation, twist)
+        ppu.step([axis.velocity_command for axis in self._axes], [axis.brake for axis in self._axes], dt)
+        self._base[:2] = ppu.acceleration
+        self.hand.aim(self.time, position, arm.rotation, (*ppu.velocity, 0.0))
         torque = np.array([joint.torque for joint in self._joints])
-        arm.step(torque, [joint.brake for joint in self._joints], self._wrench, self._base, dt)
+        arm.step(torque, [joint.brake for joint in self._joints], self._base, dt)
 
     def _sense(self) -> None:
         arm, ppu = self.arm, self.ppu
