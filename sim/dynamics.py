@@ -66,7 +66,9 @@ class HeldArm(ABC):
         self._torque, self._load, self._braked = np.zeros(n), np.zeros(n), np.zeros(n, np.uint8)
         self._J, self._friction, self._work = np.zeros((6, n)), np.zeros(n), np.zeros(4)
 
-    def step(self, torque: Array, braked: Sequence[bool], base_acceleration: Array, dt: float) -> None:
+    def step(
+        self, torque: Array | Sequence[float], braked: Sequence[bool], base_acceleration: Array, dt: float
+    ) -> None:
         """Advance by dt under constant inputs.
 
         Args:
@@ -282,9 +284,7 @@ class DirectArm(HeldArm):
         moving = pin.rnea(robot.model, robot.data, q, self.qd, self.qdd) - self._J.T @ self.hold.wrench
         # brake, gear and bearing rub together; the bearing's part does not pass through the sensor
         outside = np.divide(self._rubs.bearing, self._dry, out=np.zeros(robot.nv), where=self._dry > 0.0)
-        self.spring[:] = (
-            moving + robot.damping * self.qd - self._rotor * self.qdd - outside * self._friction
-        )
+        self.spring[:] = moving + robot.damping * self.qd - self._rotor * self.qdd - outside * self._friction
 
     def _inertia(self, q: Array) -> Array:
         upper = np.triu(pin.crba(self._robot.model, self._robot.data, q))

@@ -37,12 +37,14 @@ class Energies:
         stored: in springs [J].
         potential: in the field of gravity [J].
         hand: power of its force on the machine [W].
+        base: power of whatever carries the machine and moves as it is told [W].
     """
 
     kinetic: float
     stored: float
     potential: float
     hand: float
+    base: float = 0.0
 
 
 class SimPlant(ABC):

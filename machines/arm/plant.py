@@ -8,6 +8,7 @@ import numpy as np
 
 from ...devices.network import Network
 from ...models import Array
+from ...sim.delay import Delay
 from ...sim.dynamics import HeldArm
 from ...sim.force_torque import SimForceTorque
 from ...sim.hand import Hand
@@ -37,13 +38,18 @@ class ArmPlant(SimPlant):
         noise: tuple[float, float],
         dead_man: Sequence[tuple[float, bool]],
         seed: int,
+        delay: int = 0,
     ) -> None:
-        """The tool as the sensor's axes have it; standard deviations of its noise [N, N m]."""
+        """The tool as the sensor's axes have it; standard deviations of its noise [N, N m].
+
+        The drives obey delay ticks late.
+        """
         super().__init__(network, hand, dead_man, seed)
         self.arm, self.hand, self.tool = arm, hand, tool
         self._sensor, self._noise = R_handle_sensor, np.repeat(noise, 3)
         self._joints = self.nodes.of(SimTorqueDrive)
         (self._force_torque,) = self.nodes.of(SimForceTorque)
+        self._late = Delay(delay, len(self._joints))
         self.wrench = arm.hold.wrench
         self._measure()
 
@@ -56,8 +62,8 @@ class ArmPlant(SimPlant):
     def _move(self, dt: float) -> None:
         arm = self.arm
         self.hand.aim(self.time, arm.position.tolist(), arm.rotation)
-        torque = np.array([joint.torque for joint in self._joints])
-        arm.step(torque, [joint.brake for joint in self._joints], STILL, dt)
+        torque, brakes = [joint.torque for joint in self._joints], [joint.brake for joint in self._joints]
+        arm.step(self._late(torque, brakes), brakes, STILL, dt)
 
     def _sense(self) -> None:
         arm = self.arm
