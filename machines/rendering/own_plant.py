@@ -19,7 +19,7 @@ def each(values: float | Sequence[float], n: int) -> Array:
 
 
 def own_robot(robot: Robot, joints: Sequence[str], plant: Plant) -> Robot:
-    """The robot with the plant's masses, inertias and viscous friction of the links that joints (m,) carry."""
+    """The robot with the plant's masses, inertias and viscous friction of what joints (m,) carry."""
     model = robot.model.copy()
     own, damping = Robot(model), robot.damping.copy()
     for name, factor in zip(joints, each(plant.masses, len(joints)), strict=True):

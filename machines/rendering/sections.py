@@ -62,8 +62,7 @@ class Handle(Strict, frozen=True):
 
 
 class Plant(Strict, frozen=True):
-    """What the simulated machine is where the controller believes otherwise: one number for all joints, or
-    one each.
+    """Where the simulated machine is not what its controller believes: a number for all joints, or one each.
 
     ``masses``, ``rotor_inertia``, ``stiffness`` and ``viscous_friction`` are factors; dry friction of gears
     and bearings is a share of the joint's effort, ``load_friction`` of the torque that a gear carries; the

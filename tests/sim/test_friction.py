@@ -20,7 +20,7 @@ STIFFNESS = np.array([15e3, 15e3, 8e3, 8e3, 2.5e3, 2.5e3])
 
 
 def problem(rng: np.random.Generator, n: int, spread: float) -> tuple[Array, Array, Array]:
-    """Inverse inertia of a condition of up to e^(2 spread), speeds, largest impulses; some joints are free."""
+    """Inverse inertia of a condition of up to e^(2 spread), speeds, largest impulses; some are free."""
     turn = np.linalg.qr(rng.standard_normal((n, n)))[0]
     A = turn @ np.diag(np.exp(rng.uniform(-spread, spread, n))) @ turn.T
     most = rng.uniform(0.0, 2.0, n) * rng.integers(0, 2, n)
@@ -174,7 +174,6 @@ def balance(arm: HeldArm, ticks: int, seed: int) -> float:
         work = arm.work
         done = work.motors + work.hand + work.dry + work.damping
         worst = max(worst, abs(energy - start - done))
-    print(work, worst)
     assert -work.dry > 5.0 and abs(work.hand) > 1.0 and abs(work.motors) > 1.0 and work.damping < -0.5
     return worst
 

@@ -91,7 +91,7 @@ def test_the_stiffest_grip_holds_the_giants_handle_and_at_rest_it_is_a_spring() 
     arm.reset(np.array([0.0, np.pi / 2, -0.67, 0.3, 0.9, 0.1]))
     ranges = (HandStiffness.range, HandAngularStiffness.range, HandDamping.range, HandAngularDamping.range)
     k, k_r, d, d_r = (allowed.upper for allowed in ranges if allowed)
-    hold, place, gap = arm.hold, arm.position + [0.002, -0.001, 0.001], np.zeros(3)
+    hold, place, gap = arm.hold, arm.position + np.array([0.002, -0.001, 0.001]), np.zeros(3)
     hold.stiffness[:], hold.damping[:], hold.strength[:] = (k, k_r), (d, d_r), (2000.0, 200.0)
     for _ in range(1500):
         gap = place - arm.position
