@@ -5,6 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import pinocchio as pin
@@ -13,7 +14,7 @@ from ..binding import bind
 from ..models import Array, Robot
 from ._plant import ffi, lib
 from .friction import Friction
-from .hold import Hold
+from .hold import Hold, chain
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,25 +106,9 @@ class HeldArm(ABC):
         robot.model.gravity.linear = self._gravity
         return float(pin.computePotentialEnergy(robot.model, robot.data, robot.configuration(self.q)))
 
-    def _held(self, dry: Array) -> ffi.CData:
+    def _held(self, dry: Array) -> Any:
         """The chain as C knows it, with the largest dry friction of its joints (n,)."""
-        hold = self.hold
-        chain = ffi.new("held *", {"n": len(self.q), "rows": hold.rows})
-        bind(
-            lib,
-            chain,
-            inverse=self._robot.data.Minv,
-            J=self._J,
-            stiffness=hold.stiffness,
-            damping=hold.damping,
-            strength=hold.strength,
-            error=hold.error,
-            rate=hold.rate,
-            dry=dry,
-            wrench=hold.wrench,
-            friction=self._friction,
-        )
-        return chain
+        return chain(self.hold, self._robot.data.Minv, self._J, dry, self._friction)
 
     def _accelerate(self) -> None:
         """What the load alone does to the links; leaves their inverse inertia for C."""

@@ -103,13 +103,11 @@ class Hand:
 
     Attributes:
         gripping: whether it holds the handle; otherwise it does nothing.
-        hold: what it does to the handle.
     """
 
-    def __init__(self, path: Path, grip: Grip, orientation: Orientation, hold: Hold) -> None:
+    def __init__(self, path: Path, grip: Grip, orientation: Orientation) -> None:
         self._path, self._grip, self._orientation = path, grip, orientation
-        self.gripping, self.hold = True, hold
-        hold.stiffness[:], hold.damping[:] = grip.stiffness, grip.damping
+        self.gripping = True
         first = path.at(0.0)[0]
         self._handle, self._rotation = list(first[:3]), orientation(first[3:], [0.0] * 3)[0]
         self._own: tuple[list[float], Array] | None = None
@@ -125,19 +123,26 @@ class Hand:
             _pushed(self._own[0], self._handle, direction, self._grip.stiffness[0])
 
     def aim(
-        self, t: float, position: Sequence[float], rotation: Array, base: Sequence[float] = STILL
+        self,
+        hold: Hold,
+        t: float,
+        position: Sequence[float],
+        rotation: Array,
+        base: Sequence[float] = STILL,
     ) -> None:
-        """Say where it wants the handle from time t on.
+        """Tell its hold where it wants the handle from time t on.
 
         Args:
+            hold: of the handle.
             t: [s].
             position: of the handle in B, (3,) [m].
             rotation: of the handle in B, (3, 3).
             base: velocity of what carries the arm, (3,) [m/s].
         """
-        hold = self.hold
+        grip = self._grip
         self._handle, self._rotation = list(position), rotation
-        hold.strength[:] = self._grip.strength if self.gripping else 0.0
+        hold.stiffness[:], hold.damping[:] = grip.stiffness, grip.damping
+        hold.strength[:] = grip.strength if self.gripping else 0.0
         value, rate, target, omega = self._wish(t)
         turn = pin.log3(target @ rotation.T).tolist()
         hold.error[:] = [value[i] - position[i] for i in range(3)] + turn
@@ -160,7 +165,11 @@ class Course(Protocol):
 
 
 class PointHand:
-    """Force on a handle that turns freely in the grip: a spring and damper to a course, saturated."""
+    """Force on a handle that turns freely in the grip: a spring and damper to a course, saturated.
+
+    ``aim`` is for dynamics that integrate the hold together with what is held, ``force`` for those that take
+    forces as they are: with these a stiff grip on a light handle is not stable.
+    """
 
     def __init__(self, course: Course, stiffness: float, damping: float, strength: float) -> None:
         """Positions (c,) [m] over time; [N/m], [N s/m], [N]."""
@@ -179,6 +188,15 @@ class PointHand:
         """Once taken, pull the handle gently in a direction (c,)."""
         if self._own:
             _pushed(self._own, self._handle, direction, self._stiffness)
+
+    def aim(self, hold: Hold, t: float, position: Sequence[float]) -> None:
+        """Tell its hold, of three rows, where it wants a handle at a position (3,) from time t on."""
+        self._handle = list(position)
+        value, rate = (self._own, STILL) if self._own else self._course.at(t)
+        hold.stiffness[0], hold.damping[0] = self._stiffness, self._damping
+        hold.strength[0] = self._strength if self.gripping else 0.0
+        hold.error[:] = [x - p for x, p in zip(value, position, strict=True)]
+        hold.rate[:] = rate
 
     def force(self, t: float, position: Sequence[float], velocity: Sequence[float]) -> list[float]:
         """Force (c,) [N] at time t on a handle with this position and velocity (c,)."""

@@ -2,7 +2,13 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
+
+from ..binding import bind
+from ..models import Array
+from ._plant import ffi, lib
 
 
 class Hold:
@@ -22,3 +28,31 @@ class Hold:
         self.rows = rows
         self.stiffness, self.damping, self.strength = np.ones(2), np.ones(2), np.zeros(2)
         self.error, self.rate, self.wrench = np.zeros(rows), np.zeros(rows), np.zeros(rows)
+
+
+def chain(hold: Hold, inverse: Array, J: Array, dry: Array, friction: Array) -> Any:
+    """What is held, as C steps it (csrc/held.h).
+
+    Args:
+        hold: of it.
+        inverse: of its inertia, (n, n); the upper triangle is read.
+        J: of what the hand holds, (rows, n).
+        dry: largest dry friction of its joints, (n,).
+        friction: that of the last step, (n,).
+    """
+    made = ffi.new("held *", {"n": len(dry), "rows": hold.rows})
+    bind(
+        lib,
+        made,
+        inverse=inverse,
+        J=J,
+        stiffness=hold.stiffness,
+        damping=hold.damping,
+        strength=hold.strength,
+        error=hold.error,
+        rate=hold.rate,
+        dry=dry,
+        wrench=hold.wrench,
+        friction=friction,
+    )
+    return made

@@ -61,7 +61,7 @@ class ArmPlant(SimPlant):
 
     def _move(self, dt: float) -> None:
         arm = self.arm
-        self.hand.aim(self.time, arm.position.tolist(), arm.rotation)
+        self.hand.aim(arm.hold, self.time, arm.position.tolist(), arm.rotation)
         torque, brakes = [joint.torque for joint in self._joints], [joint.brake for joint in self._joints]
         arm.step(self._late(torque, brakes), brakes, STILL, dt)
 

@@ -35,7 +35,7 @@ def arm_plant(config: ArmConfig, robot: Robot, network: Network) -> ArmPlant:
     return ArmPlant(
         network,
         arm,
-        Hand(path, grip, turned(arm.rotation.copy()), arm.hold),
+        Hand(path, grip, turned(arm.rotation.copy())),
         SensedTool(Tool(tool.mass, tool.centre, plant.handle_inertia), (R.T @ T[:3, 3]).tolist()),
         R,
         (plant.force_noise, plant.torque_noise),

@@ -108,7 +108,7 @@ class GiantPlant(SimPlant):
         brakes = [axis.brake for axis in self._axes]
         ppu.step(self._late[1]([axis.velocity_command for axis in self._axes], brakes), brakes, dt)
         self._base[:2] = ppu.acceleration
-        self.hand.aim(self.time, position, arm.rotation, (*ppu.velocity, 0.0))
+        self.hand.aim(arm.hold, self.time, position, arm.rotation, (*ppu.velocity, 0.0))
         torque, brakes = [joint.torque for joint in self._joints], [joint.brake for joint in self._joints]
         arm.step(self._late[0](torque, brakes), brakes, self._base, dt)
 

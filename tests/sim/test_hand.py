@@ -62,20 +62,20 @@ def test_the_angular_velocity_is_the_derivative_of_the_orientation(path: Path) -
 
 
 def test_the_hand_knows_how_far_and_how_fast_its_place_is_from_the_handle(path: Path) -> None:
-    hand = Hand(path, GRIP, hanging, Hold())
+    hand, hold = Hand(path, GRIP, hanging), Hold()
     R, _ = hanging([0.0, 1.0, 0.0], [0.0] * 3)
     turn = np.array([0.0, 0.1, 0.5])
-    hand.aim(0.0, [0.01, 0.0, -1.0], pin.exp3(turn) @ R, (0.2, -0.1, 0.0))
-    np.testing.assert_allclose(hand.hold.error, [-0.01, 0, 0, *-turn], atol=1e-9)
-    np.testing.assert_allclose(hand.hold.rate, [-0.2, 0.1, 0, 0, 0, 0], atol=1e-9)
-    hand.aim(0.4, [0.01, 0.0, -1.0], R)
+    hand.aim(hold, 0.0, [0.01, 0.0, -1.0], pin.exp3(turn) @ R, (0.2, -0.1, 0.0))
+    np.testing.assert_allclose(hold.error, [-0.01, 0, 0, *-turn], atol=1e-9)
+    np.testing.assert_allclose(hold.rate, [-0.2, 0.1, 0, 0, 0, 0], atol=1e-9)
+    hand.aim(hold, 0.4, [0.01, 0.0, -1.0], R)
     value, rate = path.at(0.4)
-    np.testing.assert_allclose(hand.hold.rate, [*rate[:3], *hanging(value[3:], rate[3:])[1]])
-    assert hand.hold.stiffness.tolist() == [900.0, 30.0] and hand.hold.damping.tolist() == [40.0, 1.2]
-    assert hand.hold.strength.tolist() == [150.0, 12.0]
+    np.testing.assert_allclose(hold.rate, [*rate[:3], *hanging(value[3:], rate[3:])[1]])
+    assert hold.stiffness.tolist() == [900.0, 30.0] and hold.damping.tolist() == [40.0, 1.2]
+    assert hold.strength.tolist() == [150.0, 12.0]
     hand.gripping = False
-    hand.aim(0.4, [0.01, 0.0, -1.0], R)
-    assert hand.hold.strength.tolist() == [0.0, 0.0]
+    hand.aim(hold, 0.4, [0.01, 0.0, -1.0], R)
+    assert hold.strength.tolist() == [0.0, 0.0]
 
 
 def test_rotation_vectors_turn_from_where_the_handle_was_and_their_rate_is_the_angular_velocity() -> None:
