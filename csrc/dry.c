@@ -64,7 +64,10 @@ static void sweep(int n, const double *A, const double *v, const double *most, d
 void dry_impulse(int n, const double *A, const double *v, const double *most, double *p,
                  unsigned char *stuck) {
     int state[DRY_MAX], wanted[DRY_MAX], fewest = n + 1, patience = 3;
-    for (int i = 0; i < n; i++) state[i] = most[i] > 0.0 ? STICKS : UP;
+    for (int i = 0; i < n; i++) {
+        const int slides = fabs(p[i]) >= most[i] * (1.0 - SLACK);
+        state[i] = !slides ? STICKS : p[i] < 0.0 ? DOWN : UP;
+    }
     for (int k = 0; k < PIVOTS && guess(n, A, v, most, state, p) == 0; k++) {
         const int count = contradictions(n, A, v, most, p, state, wanted);
         if (count == 0) {

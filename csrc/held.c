@@ -81,19 +81,19 @@ static void rub(const held *c, double h, gripped *g, double *v) {
     const int n = g->n, f = g->f;
     double p[DRY_MAX], most[DRY_MAX], loose[DRY_MAX];
     unsigned char stuck[DRY_MAX];
+    double Y[DRY_MAX * 6]; /* L^-1 B^T: S = L L^T */
     for (int j = 0; j < n; j++) {
-        double x[6];
-        for (int a = 0; a < f; a++) x[a] = g->B[n * a + j] / h;
-        spd_solve(f, g->S, x);
-        for (int i = 0; i < n; i++) {
-            double sum = entry(c, i, j);
-            for (int a = 0; a < f; a++) sum -= g->B[n * a + i] * x[a];
-            g->A[n * i + j] = sum;
+        for (int a = 0; a < f; a++) Y[f * j + a] = g->B[n * a + j];
+        spd_lower(f, g->S, Y + f * j);
+        for (int i = 0; i <= j; i++) {
+            double sum = 0.0;
+            for (int a = 0; a < f; a++) sum += Y[f * i + a] * Y[f * j + a];
+            g->A[n * i + j] = g->A[n * j + i] = entry(c, i, j) - sum / h;
         }
     }
     memcpy(loose, g->v, sizeof loose);
     pull(c, h, g, NULL, loose);
-    for (int i = 0; i < n; i++) most[i] = h * c->dry[i];
+    for (int i = 0; i < n; i++) most[i] = h * c->dry[i], p[i] = h * c->friction[i];
     dry_impulse(n, g->A, loose, most, p, stuck);
     for (int i = 0; i < n; i++) {
         c->friction[i] = p[i] / h;
@@ -118,7 +118,7 @@ void held_step(const held *c, double h, double *v) {
     int fixed[2] = {0, 0}, again, rubs = 0;
     double after[DRY_MAX];
     gripped g;
-    for (int i = 0; i < n; i++) rubs |= c->dry[i] > 0.0, c->friction[i] = 0.0;
+    for (int i = 0; i < n; i++) rubs |= c->dry[i] > 0.0;
     for (int k = 0; k < parts; k++)
         if (!(c->strength[k] > 0.0)) {
             fixed[k] = 1;
@@ -130,6 +130,7 @@ void held_step(const held *c, double h, double *v) {
             rub(c, h, &g, after);
         } else {
             memcpy(after, g.v, (size_t)n * sizeof *after);
+            memset(c->friction, 0, (size_t)n * sizeof *c->friction);
             pull(c, h, &g, NULL, after);
         }
         again = 0;

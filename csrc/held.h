@@ -23,7 +23,7 @@ typedef struct {
     const double *rate SHAPE(rows); /* r, at which that place moves */
     const double *dry SHAPE(n);     /* largest friction */
     double *wrench SHAPE(rows);     /* w */
-    double *friction SHAPE(n);      /* p / h */
+    double *friction SHAPE(n);      /* p / h, of the last step, too */
 } held;
 
 /* Speeds v (n) after a step of h, in place. */

@@ -17,11 +17,15 @@ int spd_factor(int n, double *S) {
     return 0;
 }
 
-void spd_solve(int n, const double *L, double *b) {
+void spd_lower(int n, const double *L, double *b) {
     for (int i = 0; i < n; i++) {
         for (int k = 0; k < i; k++) b[i] -= L[n * i + k] * b[k];
         b[i] /= L[n * i + i];
     }
+}
+
+void spd_solve(int n, const double *L, double *b) {
+    spd_lower(n, L, b);
     for (int i = n - 1; i >= 0; i--) {
         for (int k = i + 1; k < n; k++) b[i] -= L[n * k + i] * b[k];
         b[i] /= L[n * i + i];

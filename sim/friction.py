@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -51,3 +52,19 @@ def dry_impulse(A: Array, v: Array, most: Array) -> Array:
         stuck,
     )
     return p
+
+
+def braked_speed(M: Array, qd: Array, braked: Sequence[bool], most: Array) -> Array:
+    """Speeds (n,) after closed brakes have acted, which are dry friction.
+
+    Args:
+        M: inertia, (n, n).
+        qd: speeds before, (n,).
+        braked: which brakes are closed, (n,).
+        most: largest impulses, (n,) [N m s].
+    """
+    if not any(braked):
+        return qd
+    inverse = np.linalg.inv(M)
+    stopped: Array = qd + inverse @ dry_impulse(inverse, qd, most * np.array(braked))
+    return stopped

@@ -17,6 +17,8 @@ from .node import SimNode
 from .sensors import SensorError, Sensors
 
 NONE = SensorError()
+AHEAD = 32
+"""Ticks for which errors are drawn at once; so soon even the fastest drift does not fade beyond a double."""
 
 
 class Reading(NamedTuple):
@@ -40,49 +42,58 @@ class SensorErrors:
 
     def __init__(self, nodes: Sequence[SimNode], sensors: Sensors, seed: int) -> None:
         self._random = random = np.random.default_rng([seed, 1])
-        self._readings = [reading for node in nodes for reading in _readings(node, sensors)]
-        errors = [error for reading in self._readings for error in reading.errors]
+        readings = [reading for node in nodes for reading in _readings(node, sensors)]
+        errors = [error for reading in readings for error in reading.errors]
         self._noise, self._std = _column(errors, "noise", 0.0), _column(errors, "drift", 0.0)
         self._time = _column(errors, "drift_time", NONE.drift_time)
-        self._range, self._step = _column(errors, "range", inf), _column(errors, "step", 0.0)
-        self._steps = np.flatnonzero(self._step)
+        self._range, steps = _column(errors, "range", inf), _column(errors, "step", 0.0)
+        self._saturates = bool(np.isfinite(self._range).any())
+        self._steps = np.flatnonzero(steps)
+        self._step = steps[self._steps]
         n = len(errors)
         self._mix = np.diag(1.0 + _column(errors, "gain", 0.0) * random.uniform(-1.0, 1.0, n))
         self._bias = _column(errors, "bias", 0.0) * random.uniform(-1.0, 1.0, n)
-        self._drift, self._dt, self._keep, self._stir = np.zeros(n), 0.0, np.ones(n), np.zeros(n)
-        at = 0
-        for reading in self._readings:
-            k = len(reading.errors)
+        self._drift, self._dt = np.zeros(n), 0.0
+        self._offsets: list[Array] = []
+        self._places: list[tuple[SimNode, str, int | slice, bool]] = []
+        for reading in readings:
+            at, k = sum(len(other.errors) for other in readings[: len(self._places)]), len(reading.errors)
             self._mix[at : at + k, at : at + k] += _coupling(reading, random)
-            at += k
+            place = at if k == 1 else slice(at, at + k)
+            self._places.append((reading.node, reading.field, place, k == 1))
 
     def spoil(self, dt: float) -> None:
         """Replace the truth in the devices by what they would say, dt [s] after the last time."""
-        if dt != self._dt:
-            self._pace(dt)
+        if dt != self._dt or not self._offsets:
+            self._draw(dt)
         truth: list[float] = []
-        for node, field, errors, _ in self._readings:
+        for node, field, _, single in self._places:
             value = getattr(node, field)
-            truth += value if len(errors) > 1 else (value,)
-        stir, noise = self._random.standard_normal((2, len(truth)))
-        self._drift *= self._keep
-        self._drift += self._stir * stir
-        seen = self._mix @ truth + (self._bias + self._drift + self._noise * noise)
-        np.clip(seen, -self._range, self._range, seen)
+            if single:
+                truth.append(value)
+            else:
+                truth += value
+        seen = self._mix @ truth
+        seen += self._offsets.pop()
+        if self._saturates:
+            np.clip(seen, -self._range, self._range, seen)
         steps = self._steps
         if steps.size:
-            seen[steps] = self._step[steps] * np.rint(seen[steps] / self._step[steps])
-        values, at = seen.tolist(), 0
-        for node, field, errors, _ in self._readings:
-            k = len(errors)
-            setattr(node, field, values[at : at + k] if k > 1 else values[at])
-            at += k
+            seen[steps] = self._step * np.rint(seen[steps] / self._step)
+        values = seen.tolist()
+        for node, field, place, _ in self._places:
+            setattr(node, field, values[place])
 
-    def _pace(self, dt: float) -> None:
-        """The drift's memory and push for a period: exact for any."""
+    def _draw(self, dt: float) -> None:
+        """What bias, drift and noise add in the next periods of dt [s], the last of them first."""
         self._dt = dt
-        self._keep = np.exp(-dt / self._time)
-        self._stir = self._std * np.sqrt(1.0 - self._keep**2)
+        keep = np.exp(-dt / self._time)
+        stir, noise = self._random.standard_normal((2, AHEAD, len(keep)))
+        fade = keep ** np.arange(1, AHEAD + 1)[:, None]
+        # d' = keep d + push, summed up
+        drift = fade * (self._drift + np.cumsum(self._std * np.sqrt(1.0 - keep**2) * stir / fade, axis=0))
+        self._drift = drift[-1]
+        self._offsets = list(self._bias + drift + self._noise * noise)[::-1]
 
 
 def _readings(node: SimNode, sensors: Sensors) -> list[Reading]:

@@ -10,7 +10,7 @@ import pytest
 from hapticd.configs import read_text
 from hapticd.models import Array, Robot
 from hapticd.sim.dynamics import DirectArm, HeldArm, SeriesElasticArm
-from hapticd.sim.friction import Friction, dry_impulse
+from hapticd.sim.friction import Friction, braked_speed, dry_impulse
 from hapticd.testing.push import push
 
 STILL = np.zeros(3)
@@ -188,3 +188,15 @@ def test_the_gain_in_energy_is_the_work_of_hand_motors_brakes_and_friction() -> 
 def test_the_same_holds_where_nothing_yields() -> None:
     arm = stiff(rubbing(gear=3.0, share=0.1, bearing=1.0))
     assert balance(arm, 1500, 11) < 0.06
+
+
+def test_brakes_that_are_too_weak_slow_as_much_as_they_can_and_open_ones_do_nothing() -> None:
+    M, qd = np.array([[2.0, 0.5], [0.5, 1.0]]), np.array([1.0, -2.0])
+    np.testing.assert_array_equal(braked_speed(M, qd, [False, False], np.ones(2)), qd)
+    held = braked_speed(M, qd, [True, True], np.full(2, 10.0))
+    np.testing.assert_allclose(held, 0.0, atol=1e-12)
+    one = braked_speed(M, qd, [True, False], np.full(2, 10.0))
+    # the other keeps its momentum
+    np.testing.assert_allclose(one, [0.0, qd[1] + 0.5 * qd[0]], atol=1e-12)
+    weak = braked_speed(M, qd, [True, True], np.full(2, 0.1))
+    np.testing.assert_allclose(M @ (weak - qd), [-0.1, 0.1])
