@@ -65,6 +65,6 @@ def braked_speed(M: Array, qd: Array, braked: Sequence[bool], most: Array) -> Ar
     """
     if not any(braked):
         return qd
-    inverse = np.linalg.inv(M)
+    inverse = np.asarray(np.linalg.inv(M), float)
     stopped: Array = qd + inverse @ dry_impulse(inverse, qd, most * np.array(braked))
     return stopped
