@@ -5,10 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pinocchio as pin
 import pytest
+from hapticd.binding.bind import pointer
 from hapticd.configs import read_text
 from hapticd.configs.quantities import HandAngularDamping, HandAngularStiffness, HandDamping, HandStiffness
 from hapticd.models import Robot
+from hapticd.sim._plant import lib
 from hapticd.sim.dynamics import DirectArm, SeriesElasticArm
+from hapticd.sim.hold import Hold, chain
 
 STILL = np.zeros(3)
 INERTIA, ROTOR = 4e-4, 2e-4
@@ -47,6 +50,41 @@ def test_a_step_is_that_of_implicit_euler() -> None:
             q += h * v
         assert turn(arm, 1, k, d)[0] == pytest.approx(q, abs=1e-13)
         assert arm.hold.wrench[5] == pytest.approx(k * (PLACE - q) - d * v, abs=1e-11)
+
+
+@pytest.mark.parametrize("rows", [3, 6])
+@pytest.mark.parametrize("strength", [1e6, 1.0])
+def test_hand_and_friction_together_keep_momentum_and_each_its_own_law(rows: int, strength: float) -> None:
+    rng, n, h = np.random.default_rng(rows), 5, 3e-4
+    held, inverse, J = Hold(rows), np.zeros((n, n)), np.zeros((rows, n))
+    dry, friction, v, stuck = np.zeros(n), np.zeros(n), np.zeros(n), 0
+    core, speeds = chain(held, inverse, J, dry, friction), pointer(v, "double", n)
+    for _ in range(200):
+        half = rng.standard_normal((n, n))
+        M = half @ half.T + 0.05 * np.eye(n)
+        inverse[:], J[:] = np.linalg.inv(M), rng.standard_normal((rows, n))
+        dry[:] = rng.uniform(0.0, 1e5, n) * rng.integers(0, 2, n) * 10.0 ** -rng.integers(0, 4)
+        held.stiffness[:], held.damping[:] = rng.uniform(0, 1e5, 2), rng.uniform(0, 1e3, 2)
+        held.strength[:] = strength
+        held.error[:], held.rate[:] = 0.1 * rng.standard_normal(rows), rng.standard_normal(rows)
+        error, v[:] = held.error.copy(), 3.0 * rng.standard_normal(n)
+        before = v.copy()
+        lib.held_step(core, h, speeds)
+        w, k, d = held.wrench, np.repeat(held.stiffness, 3)[:rows], np.repeat(held.damping, 3)[:rows]
+        np.testing.assert_allclose(M @ (v - before), h * (J.T @ w + friction), atol=1e-8 * np.abs(M).max())
+        np.testing.assert_allclose(held.error, error + h * (held.rate - J @ v), atol=1e-12)
+        spring = k * held.error + d * (held.rate - J @ v)
+        for part in np.split(np.arange(rows), rows // 3):
+            if np.linalg.norm(w[part]) < strength * (1.0 - 1e-9):
+                np.testing.assert_allclose(w[part], spring[part], atol=1e-6 * np.abs(k * error).max())
+            else:
+                assert np.linalg.norm(spring[part]) > 0.0
+                assert np.linalg.norm(w[part]) == pytest.approx(strength)
+        slides = np.abs(friction) >= dry * (1.0 - 1e-9)
+        assert np.all(np.abs(friction) <= dry * (1.0 + 1e-9))
+        assert np.all(v[~slides] == 0.0) and np.all((friction * v)[slides] <= 1e-9)
+        stuck += int(np.count_nonzero(~slides))
+    assert stuck > 100
 
 
 def test_smaller_steps_come_closer_to_the_overdamped_closed_form() -> None:
