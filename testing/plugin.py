@@ -40,6 +40,7 @@ def pytest_configure(config: pytest.Config) -> None:
     """Add the suite to what is collected."""
     config.addinivalue_line("markers", "live: depends on wall time")
     config.addinivalue_line("markers", "slow: takes about ten seconds or more")
+    config.addinivalue_line("markers", "xdist_group(name): tests that one process runs, of several")
     suite, source = str(SUITE), config.args_source
     if config.getoption("hapticd_machine"):
         if source is not pytest.Config.ArgsSource.ARGS:
