@@ -67,7 +67,7 @@ def add_hands(commands: Commands) -> None:
         " springs +-40 %%, commands a tick late",
     )
     hands.add_argument(
-        "--errors", action="store_true", help="sensors that err and joints that rub, as is typical"
+        "--errors", action="store_true", help="sensors that err as is typical, and joints that rub (not rhi)"
     )
     hands.add_argument(
         "--json", action="store_true", help="print {sessions, finished, stops, worst_excess, worst} as JSON"

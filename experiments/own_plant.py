@@ -66,7 +66,7 @@ class Doubt:
 
     Attributes:
         model: masses, rotors and springs, each joint's own, and a tick of delay; the seed draws them.
-        errors: the sensors err and the joints rub as is typical.
+        errors: the sensors err as is typical, and the joints rub, where the machine has such a plant.
     """
 
     model: bool = False

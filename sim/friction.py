@@ -39,8 +39,13 @@ def dry_impulse(A: Array, v: Array, most: Array) -> Array:
         A: inverse inertia, (n, n).
         v: speeds without friction, (n,).
         most: largest impulses, (n,).
+
+    Raises:
+        ValueError: for more joints than C has room for.
     """
     n = len(v)
+    if n > lib.DRY_MAX:
+        raise ValueError(f"{n} joints; at most {lib.DRY_MAX} are supported")
     inverse, speed, bound, p = (np.ascontiguousarray(x, float) for x in (A, v, most, np.zeros(n)))
     stuck = ffi.new("unsigned char[]", n)
     lib.dry_impulse(

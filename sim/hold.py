@@ -39,7 +39,12 @@ def chain(hold: Hold, inverse: Array, J: Array, dry: Array, friction: Array) -> 
         J: of what the hand holds, (rows, n).
         dry: largest dry friction of its joints, (n,).
         friction: that of the last step, (n,).
+
+    Raises:
+        ValueError: for more joints than C has room for.
     """
+    if len(dry) > lib.DRY_MAX:
+        raise ValueError(f"a chain of {len(dry)} joints; at most {lib.DRY_MAX} are supported")
     made = ffi.new("held *", {"n": len(dry), "rows": hold.rows})
     bind(
         lib,

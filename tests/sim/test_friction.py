@@ -11,6 +11,7 @@ from hapticd.configs import read_text
 from hapticd.models import Array, Robot
 from hapticd.sim.dynamics import DirectArm, HeldArm, SeriesElasticArm
 from hapticd.sim.friction import Friction, braked_speed, dry_impulse
+from hapticd.sim.hold import Hold, chain
 from hapticd.testing.push import push
 
 STILL = np.zeros(3)
@@ -200,3 +201,22 @@ def test_brakes_that_are_too_weak_slow_as_much_as_they_can_and_open_ones_do_noth
     np.testing.assert_allclose(one, [0.0, qd[1] + 0.5 * qd[0]], atol=1e-12)
     weak = braked_speed(M, qd, [True, True], np.full(2, 0.1))
     np.testing.assert_allclose(M @ (weak - qd), [-0.1, 0.1])
+
+
+def test_more_joints_than_c_has_room_for_are_refused() -> None:
+    n = 17
+    with pytest.raises(ValueError, match="17 joints"):
+        dry_impulse(np.eye(n), np.zeros(n), np.ones(n))
+    with pytest.raises(ValueError, match="17 joints"):
+        chain(Hold(), np.eye(n), np.zeros((6, n)), np.zeros(n), np.zeros(n))
+
+
+def test_what_a_bearing_holds_does_not_pass_through_the_sensor_and_what_a_gear_holds_does() -> None:
+    for friction, passes in ((rubbing(gear=60.0), 1.0), (rubbing(bearing=60.0), 0.0)):
+        arm = stiff(friction)
+        weight = arm.spring.copy()
+        assert np.abs(weight).max() > 5.0
+        for _ in range(5):
+            arm.step(np.zeros(6), [False] * 6, STILL, 1e-3)
+        np.testing.assert_array_equal(arm.q, START)
+        np.testing.assert_allclose(arm.spring, passes * weight, atol=1e-9)
