@@ -159,6 +159,37 @@ class NoiseAcceleration(Quantity):
     strict = False
 
 
+class ErrorAngle(Angle):
+    range = Range(1e-9, 0.1, "rad", "beyond any encoder; a sensor that is broken")
+
+
+class ErrorAngularSpeed(AngularSpeed):
+    range = Range(1e-7, 1.0, "rad/s", "beyond any gyroscope; a sensor that is broken")
+    strict = False
+
+
+class ErrorForce(Quantity):
+    dimension = "force"
+    range = Range(1e-6, 100.0, "N", "below any sensor's noise; a sensor that is broken")
+    strict = False
+
+
+class ErrorTorque(Quantity):
+    dimension = "torque"
+    range = Range(1e-6, 50.0, "N m", "below any sensor's noise; a sensor that is broken")
+    strict = False
+
+
+class ErrorAcceleration(Quantity):
+    dimension = "acceleration"
+    range = Range(1e-6, 10.0, "m/s^2", "below any sensor's noise; a sensor that is broken")
+    strict = False
+
+
+class DriftTime(Duration):
+    range = Range(1e-2, 1e5, "s", "faster is noise; slower than a day is bias")
+
+
 class Inertias3(Vector):
     dimension, length, minimum = "inertia", 3, 0.0
 

@@ -74,5 +74,8 @@ hqp = partial(
 )
 runtime = partial(module, "hapticd.runtime._rt", ["rt.h", "ring.h"], ["rt.c", "ring.c"])
 safety = partial(module, "hapticd.safety._plausibility", ["plausibility.h"], ["plausibility.c"])
-plant = partial(module, "hapticd.sim._plant", ["elastic.h"], ["elastic.c"])
+PLANT = ("spd", "dry", "held", "elastic", "direct")
+plant = partial(
+    module, "hapticd.sim._plant", [f"{part}.h" for part in PLANT], [f"{part}.c" for part in PLANT]
+)
 bench = partial(module, "hapticd.bench._floor", ["floor.h"], ["floor.c"], "-O3")

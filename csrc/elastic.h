@@ -2,25 +2,32 @@
 #ifndef HAPTICD_ELASTIC_H
 #define HAPTICD_ELASTIC_H
 
+#include "held.h"
 #include "shape.h"
+
+enum { WORK_MOTORS, WORK_HAND, WORK_DRY, WORK_DAMPING };
 
 typedef struct {
     int n;
-    /* constants: spring stiffness and damping, rotor inertia, viscous friction and brake of each joint */
-    const double *stiffness SHAPE(n), *damping SHAPE(n), *rotor SHAPE(n), *friction SHAPE(n), *brake SHAPE(n);
+    /* constants: spring stiffness and damping, rotor inertia, viscous friction of the links and brake of each
+     * joint; dry friction of its gear, and what that has besides as a share of the torque in the spring */
+    const double *stiffness SHAPE(n), *damping SHAPE(n), *rotor SHAPE(n), *viscous SHAPE(n), *brake SHAPE(n);
+    const double *gear SHAPE(n), *share SHAPE(n);
     const double *torque SHAPE(n); /* of the motors */
     const unsigned char *braked SHAPE(n);
-    const double *qdd SHAPE(n);                   /* of the links */
+    double *qdd SHAPE(n);                         /* of the links */
     double *q SHAPE(n), *qd SHAPE(n);             /* links */
     double *motor SHAPE(n), *motor_rate SHAPE(n); /* rotors, in joint units */
     double *spring SHAPE(n);                      /* torque in the springs */
     double *load SHAPE(n);                        /* spring less friction: what moves the links */
+    double *work SHAPE(4);                        /* done on the joints so far, see above */
 } elastic;
 
 /* Torques at the present state. */
 void elastic_torques(const elastic *e);
 
-/* Symplectic Euler over h: rates first, then positions. Brakes are dry friction on the rotors. */
-void elastic_advance(const elastic *e, double h);
+/* Symplectic Euler over h: rates first, then positions. Given the links' qdd without hand and dry friction;
+ * leaves that with them. Brakes and gears are dry friction on the rotors, c has that of the links. */
+void elastic_advance(const elastic *e, const held *c, double h);
 
 #endif

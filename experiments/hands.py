@@ -21,12 +21,15 @@ from ..runtime.errors import HapticdError
 from ..runtime.live.lockstep import Lockstep
 from ..runtime.recording.summary import Extent
 from ..safety import Reaction
+from .own_plant import Doubt
 from .random_hand import Temper, stranger
 
 NOT_STARTED = "not_started"
 """Cause of a session in which the machine refused to start."""
 MOVING = (Mode.ENGAGING, Mode.ACTIVE, Mode.STOPPING, Mode.HOLDING)
 """Modes in which limits are to be kept."""
+BELIEVED = Doubt()
+"""The machine is what its controller believes."""
 STOP_S = 1.0
 """A stop comes to rest within so long."""
 
@@ -60,16 +63,23 @@ class Session:
 
 
 def sessions(
-    loaded: Loaded, seeds: Sequence[int], seconds: float, temper: Temper, workers: int
+    loaded: Loaded,
+    seeds: Sequence[int],
+    seconds: float,
+    temper: Temper,
+    workers: int,
+    doubt: Doubt = BELIEVED,
 ) -> Iterator[Session]:
     """One session a seed, in their order, on so many processes.
 
     Raises:
-        HandsError: the configuration simulates nothing.
+        HandsError: the configuration simulates nothing, or cannot simulate what the controller doubts.
     """
     if loaded.config.simulation is None:
         raise HandsError(f"{loaded.source} has no [simulation]; add it, or name a built-in machine")
-    one = partial(session, loaded, seconds=seconds, temper=temper)
+    if not doubt.fits(loaded.config):
+        raise HandsError(f"the machine of {loaded.source} has no [simulation.plant]; leave --wrong-model out")
+    one = partial(session, loaded, seconds=seconds, temper=temper, doubt=doubt)
     if workers == 1:
         yield from map(one, seeds)
         return
@@ -83,6 +93,7 @@ def session(
     seconds: float,
     temper: Temper,
     watch: Callable[[Lockstep], None] = lambda lockstep: None,
+    doubt: Doubt = BELIEVED,
 ) -> Session:
     """A session under the hand of a seed, ended after so many seconds or by a stop.
 
@@ -92,11 +103,13 @@ def session(
         seconds: of virtual time.
         temper: of the hands.
         watch: called after each tick.
+        doubt: how the machine differs from what its controller believes.
     """
     config = loaded.config
     system = find_system(str(type(config).__struct_config__.tag))
     robot = Robot.from_urdf(loaded.model_text, loaded.model_source)
-    varied = replace(loaded, config=stranger(config, system, robot, seed, seconds, temper))
+    led = stranger(config, system, robot, seed, seconds, temper)
+    varied = replace(loaded, config=doubt.vary(led, seed))
     lockstep = Lockstep(build(varied))
     limits = Kept(lockstep)
     cycle, ticks = lockstep.session.cycle, round(seconds * config.loop.rate)

@@ -14,6 +14,7 @@ from ..runtime.configuration import config
 from ..runtime.configuration.session import build
 from ..runtime.invocation import program
 from .hands import Tally, sessions
+from .own_plant import Doubt
 from .random_hand import Temper
 
 SECONDS = 25.0
@@ -60,6 +61,15 @@ def add_hands(commands: Commands) -> None:
             option, type=number(largest), default=value, metavar=unit, help=f"{what}; default: {value:g}"
         )
     hands.add_argument(
+        "--wrong-model",
+        action="store_true",
+        help="a machine of another model than its controller's each time: masses +-20 %%, rotors +-30 %%,"
+        " springs +-40 %%, commands a tick late",
+    )
+    hands.add_argument(
+        "--errors", action="store_true", help="sensors that err as is typical, and joints that rub (not rhi)"
+    )
+    hands.add_argument(
         "--json", action="store_true", help="print {sessions, finished, stops, worst_excess, worst} as JSON"
     )
     hands.set_defaults(handler=run)
@@ -87,7 +97,8 @@ def run(options: argparse.Namespace) -> int:
     temper = Temper(options.force, options.torque, options.speed)
     seeds = range(options.seed, options.seed + options.count)
     tally, begin, show = Tally(), monotonic(), sys.stderr.isatty() and not options.json
-    for session in sessions(loaded, seeds, options.seconds, temper, min(options.workers, options.count)):
+    doubt, share = Doubt(options.wrong_model, options.errors), min(options.workers, options.count)
+    for session in sessions(loaded, seeds, options.seconds, temper, share, doubt):
         tally.add(session)
         if show:
             sys.stderr.write(f"\r{progress(tally, options.count, monotonic() - begin)}\x1b[K")
@@ -122,6 +133,9 @@ def repeat(options: argparse.Namespace, tally: Tally) -> str:
     ):
         if value != usual:
             words += [option, repr(value)]
+    words += [
+        flag for flag, on in (("--wrong-model", options.wrong_model), ("--errors", options.errors)) if on
+    ]
     return f"{words[0]} {shlex.join(map(str, words[1:]))}"
 
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import pinocchio as pin
@@ -11,19 +13,38 @@ import pinocchio as pin
 from ..binding import bind
 from ..models import Array, Robot
 from ._plant import ffi, lib
-from .rigid import braked_speed
+from .friction import Friction
+from .hold import Hold, chain
+
+
+@dataclass(frozen=True, slots=True)
+class Work:
+    """Done on an arm's joints since it was made [J]; what brakes, friction and dampers do is never positive.
+
+    Attributes:
+        motors: by their torques.
+        hand: by its wrench.
+        dry: by brakes and dry friction.
+        damping: by viscous friction and the springs' damping.
+    """
+
+    motors: float
+    hand: float
+    dry: float
+    damping: float
 
 
 class HeldArm(ABC):
-    """An arm of which a frame is held: viscous friction of the model, and a wrench on that frame.
+    """An arm of which a frame is held: viscous friction of the model, dry friction, and a hand's hold.
 
     The base only translates, so its acceleration is subtracted from gravity and nothing else changes.
-    Integration is symplectic Euler with ``substeps`` steps a period.
+    Integration is symplectic Euler with ``substeps`` steps a period; hold and dry friction are implicit.
 
     Attributes:
         q, qd, qdd: link side, (n,) [rad or m, s].
         motor, motor_rate: rotor side, in joint units, (n,).
         spring: torque that a sensor between rotor and link measures, (n,) [N m or N].
+        hold: what the hand does to the frame.
         position, rotation, twist, acceleration: of the frame in B without the base's motion, (3,), (3, 3),
             (6,), (6,).
     """
@@ -36,37 +57,39 @@ class HeldArm(ABC):
         n = robot.nv
         self._robot = robot
         self._frame = robot.frame(frame)
-        self._joint = robot.model.frames[self._frame].parentJoint
         self._substeps = substeps
         self._gravity = robot.model.gravity.linear.copy()
-        self._forces = pin.StdVec_Force()
-        for _ in range(robot.model.njoints):
-            self._forces.append(pin.Force.Zero())
-        self._local = robot.model.frames[self._frame].placement
         self.q, self.qd, self.qdd = np.zeros(n), np.zeros(n), np.zeros(n)
         self.spring = np.zeros(n)
         self.position, self.rotation = np.zeros(3), np.eye(3)
         self.twist, self.acceleration = np.zeros(6), np.zeros(6)
+        self.hold = Hold()
+        self._torque, self._load, self._braked = np.zeros(n), np.zeros(n), np.zeros(n, np.uint8)
+        self._J, self._friction, self._work = np.zeros((6, n)), np.zeros(n), np.zeros(4)
 
     def step(
-        self, torque: Array, braked: Sequence[bool], wrench: Array, base_acceleration: Array, dt: float
+        self, torque: Array | Sequence[float], braked: Sequence[bool], base_acceleration: Array, dt: float
     ) -> None:
         """Advance by dt under constant inputs.
 
         Args:
             torque: of the motors, (n,) [N m or N].
             braked: which rotors the brakes hold, (n,).
-            wrench: on the frame in B, (6,) [N, N m].
             base_acceleration: (3,) [m/s^2].
             dt: period [s].
         """
         self._robot.model.gravity.linear = self._gravity - base_acceleration
-        self._apply(wrench)
-        self._move(torque, braked, dt / self._substeps)
+        self._torque[:], self._braked[:] = torque, braked
+        self._move(dt / self._substeps)
         self._observe()
 
+    @property
+    def work(self) -> Work:
+        """Done on the joints so far."""
+        return Work(*self._work.tolist())
+
     @abstractmethod
-    def _move(self, torque: Array, braked: Sequence[bool], h: float) -> None:
+    def _move(self, h: float) -> None:
         """All substeps of a period, each of h [s]."""
 
     @abstractmethod
@@ -80,19 +103,29 @@ class HeldArm(ABC):
     def potential_energy(self) -> float:
         """Potential energy of the links in the field of gravity [J]."""
         robot = self._robot
+        robot.model.gravity.linear = self._gravity
         return float(pin.computePotentialEnergy(robot.model, robot.data, robot.configuration(self.q)))
 
-    def _apply(self, wrench: Array) -> None:
-        """Wrench at the frame's origin in B, as pinocchio wants it: at the joint, in its axes."""
-        R = self.rotation
-        local = pin.Force(R.T @ wrench[:3], R.T @ wrench[3:])
-        self._forces[self._joint] = self._local.act(local)
+    def _held(self, dry: Array) -> Any:
+        """The chain as C knows it, with the largest dry friction of its joints (n,)."""
+        return chain(self.hold, self._robot.data.Minv, self._J, dry, self._friction)
+
+    def _accelerate(self) -> None:
+        """What the load alone does to the links; leaves their inverse inertia for C."""
+        robot = self._robot
+        model, data = robot.model, robot.data
+        q, load = robot.configuration(self.q), self._load
+        self.qdd[:] = pin.aba(model, data, q, self.qd, load, pin.Convention.WORLD)
+        pin.computeMinverse(model, data)  # from what aba leaves, but in that convention alone
 
     def _observe(self) -> None:
         robot = self._robot
         model, data = robot.model, robot.data
         world = pin.LOCAL_WORLD_ALIGNED
-        pin.forwardKinematics(model, data, robot.configuration(self.q), self.qd, self.qdd)
+        q = robot.configuration(self.q)
+        J = pin.computeFrameJacobian(model, data, q, self._frame, world)
+        self._J[:] = J.reshape(self._J.shape)  # pinocchio drops the dimension of a single joint
+        pin.forwardKinematics(model, data, q, self.qd, self.qdd)
         pose = pin.updateFramePlacement(model, data, self._frame)
         self.position, self.rotation = pose.translation.copy(), pose.rotation.copy()
         self.twist = pin.getFrameVelocity(model, data, self._frame, world).vector.copy()
@@ -111,13 +144,15 @@ class SeriesElasticArm(HeldArm):
         damping: Array,
         brake: Array,
         substeps: int,
+        friction: Friction | None = None,
     ) -> None:
         """Rotor inertia [kg m^2], spring [N m/rad], [N m s/rad], holding torque of the brakes [N m], (n,)."""
         super().__init__(robot, frame, substeps)
         n = robot.nv
+        dry = friction or Friction.none(n)
         self._rotor, self._stiffness = rotor, stiffness
         self.motor, self.motor_rate = np.zeros(n), np.zeros(n)
-        self._torque, self._load, self._braked = np.zeros(n), np.zeros(n), np.zeros(n, np.uint8)
+        self._chain = self._held(dry.bearing)
         self._core = ffi.new("elastic *", {"n": n})
         bind(
             lib,
@@ -125,8 +160,10 @@ class SeriesElasticArm(HeldArm):
             stiffness=stiffness,
             damping=damping,
             rotor=rotor,
-            friction=robot.damping,
+            viscous=robot.damping,
             brake=brake,
+            gear=dry.gear,
+            share=dry.share,
             torque=self._torque,
             braked=self._braked,
             qdd=self.qdd,
@@ -136,6 +173,7 @@ class SeriesElasticArm(HeldArm):
             motor_rate=self.motor_rate,
             spring=self.spring,
             load=self._load,
+            work=self._work,
         )
 
     def reset(self, q: Array) -> None:
@@ -147,14 +185,11 @@ class SeriesElasticArm(HeldArm):
         self.motor[:], self.motor_rate[:] = q + gravity / self._stiffness, 0.0
         self._observe()
 
-    def _move(self, torque: Array, braked: Sequence[bool], h: float) -> None:
-        robot = self._robot
-        model, data = robot.model, robot.data
-        self._torque[:], self._braked[:] = torque, braked
+    def _move(self, h: float) -> None:
         for _ in range(self._substeps):
             lib.elastic_torques(self._core)
-            self.qdd[:] = pin.aba(model, data, robot.configuration(self.q), self.qd, self._load, self._forces)
-            lib.elastic_advance(self._core, h)
+            self._accelerate()
+            lib.elastic_advance(self._core, self._chain, h)
 
     def energy(self) -> float:
         """Kinetic and potential energy of links, rotors and springs [J]."""
@@ -178,14 +213,44 @@ class SeriesElasticArm(HeldArm):
 class DirectArm(HeldArm):
     """Joints in which nothing yields: rotor and link move as one. A closed brake holds with its torque."""
 
-    def __init__(self, robot: Robot, frame: str, rotor: Array, brake: Array, substeps: int) -> None:
+    def __init__(
+        self,
+        robot: Robot,
+        frame: str,
+        rotor: Array,
+        brake: Array,
+        substeps: int,
+        friction: Friction | None = None,
+    ) -> None:
         """Rotor inertia [kg m^2 or kg], holding torque of the brakes [N m or N], (n,)."""
         own = Robot(robot.model.copy())
         own.damping = robot.damping
         super().__init__(own, frame, substeps)
         self._robot.model.armature = rotor
-        self._rotor, self._brake = rotor, brake
+        self._rotor = rotor
+        self._rubs = rubs = friction or Friction.none(own.nv)
         self.motor, self.motor_rate = self.q, self.qd
+        self._dry = np.zeros(own.nv)
+        self._chain = self._held(self._dry)
+        self._core = ffi.new("direct *", {"n": own.nv})
+        bind(
+            lib,
+            self._core,
+            viscous=own.damping,
+            brake=brake,
+            gear=rubs.gear,
+            share=rubs.share,
+            bearing=rubs.bearing,
+            torque=self._torque,
+            braked=self._braked,
+            spring=self.spring,
+            qdd=self.qdd,
+            q=self.q,
+            qd=self.qd,
+            load=self._load,
+            dry=self._dry,
+            work=self._work,
+        )
 
     def reset(self, q: Array) -> None:
         """Rest at q under gravity, which the brakes hold."""
@@ -194,20 +259,17 @@ class DirectArm(HeldArm):
         self.spring[:] = pin.computeGeneralizedGravity(robot.model, robot.data, robot.configuration(self.q))
         self._observe()
 
-    def _move(self, torque: Array, braked: Sequence[bool], h: float) -> None:
+    def _move(self, h: float) -> None:
         robot = self._robot
-        model, data = robot.model, robot.data
         for _ in range(self._substeps):
-            load = torque - robot.damping * self.qd
-            q = robot.configuration(self.q)
-            qd = self.qd + h * pin.aba(model, data, q, self.qd, load, self._forces)
-            if any(braked):
-                qd = braked_speed(self._inertia(q), qd, braked, h * self._brake)
-            self.qdd[:] = (qd - self.qd) / h
-            self.qd[:] = qd
-            self.q += h * qd
-        moving = pin.rnea(model, data, robot.configuration(self.q), self.qd, self.qdd, self._forces)
-        self.spring[:] = moving + robot.damping * self.qd - self._rotor * self.qdd
+            lib.direct_torques(self._core)
+            self._accelerate()
+            lib.direct_advance(self._core, self._chain, h)
+        q = robot.configuration(self.q)
+        moving = pin.rnea(robot.model, robot.data, q, self.qd, self.qdd) - self._J.T @ self.hold.wrench
+        # brake, gear and bearing rub together; the bearing's part does not pass through the sensor
+        outside = np.divide(self._rubs.bearing, self._dry, out=np.zeros(robot.nv), where=self._dry > 0.0)
+        self.spring[:] = moving + robot.damping * self.qd - self._rotor * self.qdd - outside * self._friction
 
     def _inertia(self, q: Array) -> Array:
         upper = np.triu(pin.crba(self._robot.model, self._robot.data, q))

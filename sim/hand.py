@@ -16,6 +16,7 @@ import numpy as np
 import pinocchio as pin
 
 from ..models import Array
+from .hold import Hold
 
 STILL = (0.0, 0.0, 0.0)
 
@@ -96,15 +97,17 @@ Orientation = Callable[[Sequence[float], Sequence[float]], tuple[Array, tuple[fl
 
 
 class Hand:
-    """Wrench on the handle while it grips.
+    """Holds the handle while it grips.
 
     The path's coordinates are position [m] and orientation, three angles [rad] of which each may be any.
+
+    Attributes:
+        gripping: whether it holds the handle; otherwise it does nothing.
     """
 
     def __init__(self, path: Path, grip: Grip, orientation: Orientation) -> None:
         self._path, self._grip, self._orientation = path, grip, orientation
         self.gripping = True
-        self.wrench = np.zeros(6)
         first = path.at(0.0)[0]
         self._handle, self._rotation = list(first[:3]), orientation(first[3:], [0.0] * 3)[0]
         self._own: tuple[list[float], Array] | None = None
@@ -119,20 +122,31 @@ class Hand:
         if self._own:
             _pushed(self._own[0], self._handle, direction, self._grip.stiffness[0])
 
-    def update(self, t: float, position: Sequence[float], rotation: Array, twist: Sequence[float]) -> Array:
-        """Wrench (6,) in B at the handle [N, N m] at time t for the handle's pose and twist; own buffer."""
-        wrench = self.wrench
+    def aim(
+        self,
+        hold: Hold,
+        t: float,
+        position: Sequence[float],
+        rotation: Array,
+        base: Sequence[float] = STILL,
+    ) -> None:
+        """Tell its hold where it wants the handle from time t on.
+
+        Args:
+            hold: of the handle.
+            t: [s].
+            position: of the handle in B, (3,) [m].
+            rotation: of the handle in B, (3, 3).
+            base: velocity of what carries the arm, (3,) [m/s].
+        """
+        grip = self._grip
         self._handle, self._rotation = list(position), rotation
-        if not self.gripping:
-            wrench[:] = 0.0
-            return wrench
+        hold.stiffness[:], hold.damping[:] = grip.stiffness, grip.damping
+        hold.strength[:] = grip.strength if self.gripping else 0.0
         value, rate, target, omega = self._wish(t)
         turn = pin.log3(target @ rotation.T).tolist()
-        (k, k_r), (d, d_r), (force, torque) = self._grip.stiffness, self._grip.damping, self._grip.strength
-        pull = [k * (value[i] - position[i]) + d * (rate[i] - twist[i]) for i in range(3)]
-        twisting = [k_r * turn[i] + d_r * (omega[i] - twist[3 + i]) for i in range(3)]
-        wrench[:3], wrench[3:] = _saturated(pull, force), _saturated(twisting, torque)
-        return wrench
+        hold.error[:] = [value[i] - position[i] for i in range(3)] + turn
+        hold.rate[:] = [*(rate[i] - base[i] for i in range(3)), *omega]
 
     def _wish(self, t: float) -> tuple[Sequence[float], Sequence[float], Array, Sequence[float]]:
         """Place and its rate, orientation and angular velocity that the hand wants."""
@@ -151,7 +165,11 @@ class Course(Protocol):
 
 
 class PointHand:
-    """Force on a handle that turns freely in the grip: a spring and damper to a course, saturated."""
+    """Force on a handle that turns freely in the grip: a spring and damper to a course, saturated.
+
+    ``aim`` is for dynamics that integrate the hold together with what is held, ``force`` for those that take
+    forces as they are: with these a stiff grip on a light handle is not stable.
+    """
 
     def __init__(self, course: Course, stiffness: float, damping: float, strength: float) -> None:
         """Positions (c,) [m] over time; [N/m], [N s/m], [N]."""
@@ -170,6 +188,15 @@ class PointHand:
         """Once taken, pull the handle gently in a direction (c,)."""
         if self._own:
             _pushed(self._own, self._handle, direction, self._stiffness)
+
+    def aim(self, hold: Hold, t: float, position: Sequence[float]) -> None:
+        """Tell its hold, of three rows, where it wants a handle at a position (3,) from time t on."""
+        self._handle = list(position)
+        value, rate = (self._own, STILL) if self._own else self._course.at(t)
+        hold.stiffness[0], hold.damping[0] = self._stiffness, self._damping
+        hold.strength[0] = self._strength if self.gripping else 0.0
+        hold.error[:] = [x - p for x, p in zip(value, position, strict=True)]
+        hold.rate[:] = rate
 
     def force(self, t: float, position: Sequence[float], velocity: Sequence[float]) -> list[float]:
         """Force (c,) [N] at time t on a handle with this position and velocity (c,)."""

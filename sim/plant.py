@@ -16,6 +16,8 @@ from .drive import SimDrive
 from .nodes import SimNodes
 from .person import DIRECTIONS, Deed
 from .safety_plc import SimSafetyPlc
+from .sensor_errors import SensorErrors
+from .sensors import Sensors
 
 
 class Operator(Protocol):
@@ -37,12 +39,14 @@ class Energies:
         stored: in springs [J].
         potential: in the field of gravity [J].
         hand: power of its force on the machine [W].
+        base: power of whatever carries the machine and moves as it is told [W].
     """
 
     kinetic: float
     stored: float
     potential: float
     hand: float
+    base: float = 0.0
 
 
 class SimPlant(ABC):
@@ -65,6 +69,12 @@ class SimPlant(ABC):
         self._random = np.random.default_rng(seed)
         (self._plc,) = self.nodes.of(SimSafetyPlc)
         self._dead_man = DeadManScript(self._plc, dead_man)
+        self._errors: SensorErrors | None = None
+
+    def spoil(self, sensors: Sensors, seed: int) -> None:
+        """From now on the devices measure with errors, which the seed draws."""
+        self._errors = SensorErrors(self.nodes.nodes, sensors, seed)
+        self._measure()
 
     def exchange(self, frames_in: Frames, frames_out: Frames) -> None:
         """Let the devices take frames and answer."""
@@ -75,7 +85,7 @@ class SimPlant(ABC):
         self._move(dt)
         self.time += dt
         self.nodes.advance(dt)
-        self._measure()
+        self._measure(dt)
 
     def obey(self, deed: Deed) -> None:
         """A person acts instead of the script, which lets go of dead-man switch and hand for good."""
@@ -92,8 +102,10 @@ class SimPlant(ABC):
         """Whether every drive is in its safe state: no torque, brake closed."""
         return all(drive.brake for drive in self.nodes.of(SimDrive))
 
-    def _measure(self) -> None:
+    def _measure(self, dt: float = 0.0) -> None:
         self._sense()
+        if self._errors:
+            self._errors.spoil(dt)
         self._dead_man.advance(self.time)
 
     @abstractmethod

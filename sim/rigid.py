@@ -7,34 +7,20 @@ from collections.abc import Sequence
 import numpy as np
 import pinocchio as pin
 
+from ..binding.bind import pointer
 from ..models import Array, Robot
-
-
-def braked_speed(M: Array, qd: Array, braked: Sequence[bool], most: Array) -> Array:
-    """Speeds (n,) after closed brakes have acted, each by the impulse that would stop its axis.
-
-    Args:
-        M: inertia, (n, n).
-        qd: speeds before, (n,).
-        braked: which brakes are closed, (n,).
-        most: largest impulses, (n,) [N m s].
-    """
-    if not any(braked):
-        return qd
-    held = np.flatnonzero(braked)
-    response = np.linalg.inv(M)[:, held]
-    impulse = np.linalg.solve(response[held], -qd[held])
-    stopped: Array = qd + response @ np.clip(impulse, -most[held], most[held])
-    return stopped
+from ._plant import lib
+from .hold import Hold, chain
 
 
 class RigidArm:
     """Rigid links in motor coordinates q, joint angles r = T q; viscous friction and brakes at the motors.
 
-    Integration is symplectic Euler. A closed brake holds its motor with at most its torque, by the impulse
-    that would stop it within the step.
+    Integration is symplectic Euler; brakes and the hand's hold on the frame's origin are implicit. A closed
+    brake is dry friction.
 
     Attributes:
+        hold: what the hand does to the frame's origin, three rows.
         q, qd, qdd: of the motors, (n,) [rad, s].
         position, velocity: of the frame's origin, (3,) [m, m/s]; rotation: of the frame, (3, 3).
     """
@@ -49,6 +35,11 @@ class RigidArm:
         self._friction, self._brake = np.array(friction, float), np.array(brake, float)
         self.q, self.qd, self.qdd = np.zeros(n), np.zeros(n), np.zeros(n)
         self.position, self.velocity, self.rotation = np.zeros(3), np.zeros(3), np.eye(3)
+        self.hold = hold = Hold(3)
+        self._inverse, self._J, self._dry = np.zeros((n, n)), np.zeros((3, n)), np.zeros(n)
+        self._next = np.zeros(n)
+        self._speeds = pointer(self._next, "double", n)
+        self._chain = chain(hold, self._inverse, self._J, self._dry, np.zeros(n))
         self.reset(self.q)
 
     def reset(self, q: Array) -> None:
@@ -62,14 +53,16 @@ class RigidArm:
         Args:
             torque: of the motors, (n,) [N m].
             braked: which brakes are closed, (n,).
-            force: on the frame's origin, (3,) [N].
+            force: on the frame's origin besides the hand's, (3,) [N].
             h: [s].
         """
         driven = torque - self._friction * self.qd - self._bias + self._J.T @ np.asarray(force)
-        self.qdd = np.linalg.solve(self._M, driven)
-        qd = braked_speed(self._M, self.qd + h * self.qdd, braked, h * self._brake)
-        self.qd[:] = qd
-        self.q += h * qd
+        self.qdd = self._inverse @ driven
+        self._dry[:] = self._brake * braked
+        self._next[:] = self.qd + h * self.qdd
+        lib.held_step(self._chain, h, self._speeds)
+        self.qd[:] = self._next
+        self.q += h * self.qd
         self._observe()
 
     def energy(self) -> float:
@@ -81,9 +74,10 @@ class RigidArm:
         pin.computeAllTerms(model, data, self._robot.configuration(T @ self.q), T @ self.qd)
         upper = np.triu(data.M)
         self._M = T.T @ (upper + np.triu(upper, 1).T) @ T + self._rotor
+        self._inverse[:] = np.linalg.inv(self._M)
         self._bias = T.T @ data.nle
         pose = pin.updateFramePlacement(model, data, self._frame)
         J = pin.getFrameJacobian(model, data, self._frame, pin.LOCAL_WORLD_ALIGNED)
-        self._J = J[:3] @ T
+        self._J[:] = J[:3] @ T
         self.position, self.rotation = pose.translation.copy(), pose.rotation.copy()
         self.velocity = self._J @ self.qd

@@ -31,6 +31,7 @@ from ..rendering.check import (
     check_wire,
     inverse_inertia,
 )
+from ..rendering.own_plant import check_own_plant, own_robot
 from .config import DIRECTIONS, ArmConfig, PrismaticJoint, PrismaticPlant, PrismaticSum
 from .machine import directions, joint_ratings, joint_sums
 from .simulation import plant_values
@@ -254,21 +255,23 @@ def _plant(config: ArmConfig, robot: Robot) -> Found:
     if config.simulation is None:
         return []
     plant = config.simulation.arm
-    if wrong := _plant_joints(config):
+    yields = any(joint.stiffness is not None for joint in config.arm.joints.values())
+    if wrong := _plant_joints(config) + check_own_plant(config.simulation.plant, robot.nv, yields):
         return wrong
+    own = own_robot(robot, robot.names, config.simulation.plant)
     key = "simulation.arm"
     found = check_inertia(f"{key}.handle_inertia", plant.handle_inertia)
     q = _typical(config)
     found += _begins(config, robot, q)
     brakes = [joint.brake for joint in plant.joints.values()]
-    found += check_weight(robot, q, brakes, [f"{key}.joints.{name}.brake" for name in plant.joints])
+    found += check_weight(own, q, brakes, [f"{key}.joints.{name}.brake" for name in plant.joints])
     rotor, stiffness, friction = plant_values(config, robot)
     damping = np.array([joint.spring_damping or 0.0 for joint in plant.joints.values()], float)
     dt = 1.0 / config.loop.rate
     if stiffness.any():
         springs = rotor, stiffness, damping
-        found += check_springs(f"{key}.substeps", robot, q, springs, friction, plant.substeps, dt)
-    elif not integrates(0.0, fastest(_whole(robot, q, rotor), friction), dt / plant.substeps):
+        found += check_springs(f"{key}.substeps", own, q, springs, friction, plant.substeps, dt)
+    elif not integrates(0.0, fastest(_whole(own, q, rotor), friction), dt / plant.substeps):
         problem = f"{plant.substeps} are too few for the friction in steps of {dt / plant.substeps:g} s"
         found.append((f"{key}.substeps", problem, "give more, or less friction"))
     hand = config.simulation.hand

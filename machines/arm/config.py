@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from msgspec import Meta
+from msgspec import Meta, field
 
 from ...configs.quantities import (
     Acceleration,
@@ -37,7 +37,7 @@ from ...configs.quantities import (
 )
 from ...configs.strict import Strict
 from ...runtime.core.sections import Config, Hand, Name, Place, Safety, Simulation, Substeps
-from ..rendering.sections import CartesianTwin, ForceControl, Handle
+from ..rendering.sections import CartesianTwin, ForceControl, Handle, Plant
 
 DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
 """Along and about the axes of the base."""
@@ -181,6 +181,7 @@ class ArmSimulation(Simulation, frozen=True, kw_only=True):
 
     arm: ArmPlantSection
     hand: ArmHand
+    plant: Plant = field(default_factory=Plant)
 
 
 class ArmConfig(Config, frozen=True, kw_only=True, tag="arm"):

@@ -8,6 +8,7 @@ import numpy as np
 
 from ...devices.network import Network
 from ...models import Array
+from ...sim.delay import Delay
 from ...sim.dynamics import HeldArm
 from ...sim.force_torque import SimForceTorque
 from ...sim.hand import Hand
@@ -37,14 +38,19 @@ class ArmPlant(SimPlant):
         noise: tuple[float, float],
         dead_man: Sequence[tuple[float, bool]],
         seed: int,
+        delay: int = 0,
     ) -> None:
-        """The tool as the sensor's axes have it; standard deviations of its noise [N, N m]."""
+        """The tool as the sensor's axes have it; standard deviations of its noise [N, N m].
+
+        The drives obey delay ticks late.
+        """
         super().__init__(network, hand, dead_man, seed)
         self.arm, self.hand, self.tool = arm, hand, tool
         self._sensor, self._noise = R_handle_sensor, np.repeat(noise, 3)
         self._joints = self.nodes.of(SimTorqueDrive)
         (self._force_torque,) = self.nodes.of(SimForceTorque)
-        self.wrench = np.zeros(6)
+        self._late = Delay(delay, len(self._joints))
+        self.wrench = arm.hold.wrench
         self._measure()
 
     def energies(self) -> Energies:
@@ -55,9 +61,9 @@ class ArmPlant(SimPlant):
 
     def _move(self, dt: float) -> None:
         arm = self.arm
-        self.wrench = self.hand.update(self.time, arm.position.tolist(), arm.rotation, arm.twist.tolist())
-        torque = np.array([joint.torque for joint in self._joints])
-        arm.step(torque, [joint.brake for joint in self._joints], self.wrench, STILL, dt)
+        self.hand.aim(arm.hold, self.time, arm.position.tolist(), arm.rotation)
+        torque, brakes = [joint.torque for joint in self._joints], [joint.brake for joint in self._joints]
+        arm.step(self._late(torque, brakes), brakes, STILL, dt)
 
     def _sense(self) -> None:
         arm = self.arm

@@ -9,6 +9,7 @@ from ...models import Array, Robot
 from ...sim.dynamics import DirectArm, HeldArm, SeriesElasticArm
 from ...sim.hand import Grip, Hand, Path, turned
 from ...sim.tool import SensedTool, Tool
+from ..rendering.own_plant import each, own_friction, own_robot
 from ..rendering.rendering import sensor_pose
 from .config import ArmConfig
 from .plant import ArmPlant
@@ -40,6 +41,7 @@ def arm_plant(config: ArmConfig, robot: Robot, network: Network) -> ArmPlant:
         (plant.force_noise, plant.torque_noise),
         [(float(press.at), press.pressed) for press in hand.dead_man],
         simulation.seed,
+        simulation.plant.delay,
     )
 
 
@@ -50,6 +52,7 @@ def plant_values(config: ArmConfig, robot: Robot) -> tuple[Array, Array, Array]:
         Rotor inertia, stiffness of the springs (0 where nothing yields), viscous friction, (m,) each.
     """
     assert config.simulation is not None
+    plant, m = config.simulation.plant, len(config.arm.joints)
     rows = zip(config.arm.joints.values(), config.simulation.arm.joints.values(), robot.damping, strict=True)
     values = [
         (
@@ -59,7 +62,8 @@ def plant_values(config: ArmConfig, robot: Robot) -> tuple[Array, Array, Array]:
         )
         for joint, own, damping in rows
     ]
-    rotor, stiffness, friction = np.array(values, float).T.copy()
+    factors = [each(x, m) for x in (plant.rotor_inertia, plant.stiffness, plant.viscous_friction)]
+    rotor, stiffness, friction = np.ascontiguousarray(np.array(values, float).T * factors)
     return rotor, stiffness, friction
 
 
@@ -68,14 +72,15 @@ def _arm(config: ArmConfig, robot: Robot) -> HeldArm:
     plant, handle = config.simulation.arm, config.arm.frames.handle
     joints = plant.joints.values()
     rotor, stiffness, friction = plant_values(config, robot)
-    own = Robot(robot.model.copy())
+    own = own_robot(robot, robot.names, config.simulation.plant)
     own.damping = friction
+    dry = own_friction(own, config.simulation.plant)
     brake = np.array([joint.brake for joint in joints], float)
     arm: SeriesElasticArm | DirectArm
     if stiffness.any():
         damping = np.array([joint.spring_damping or 0.0 for joint in joints], float)
-        arm = SeriesElasticArm(own, handle, rotor, stiffness, damping, brake, plant.substeps)
+        arm = SeriesElasticArm(own, handle, rotor, stiffness, damping, brake, plant.substeps, dry)
     else:
-        arm = DirectArm(own, handle, rotor, brake, plant.substeps)
+        arm = DirectArm(own, handle, rotor, brake, plant.substeps, dry)
     arm.reset(np.array([joint.start for joint in joints], float))
     return arm

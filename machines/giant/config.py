@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from msgspec import Meta
+from msgspec import Meta, field
 
 from ...configs.quantities import (
     Acceleration,
@@ -34,7 +34,7 @@ from ...configs.quantities import (
 )
 from ...configs.strict import Strict
 from ...runtime.core.sections import Config, Hand, Place, Safety, Simulation, Substeps
-from ..rendering.sections import CartesianTwin, ForceControl, Handle
+from ..rendering.sections import CartesianTwin, ForceControl, Handle, Plant
 
 
 class GiantSafety(Safety, frozen=True):
@@ -126,6 +126,7 @@ class GiantSimulation(Simulation, frozen=True, kw_only=True):
 
     giant: GiantPlant
     hand: GiantHand
+    plant: Plant = field(default_factory=Plant)
 
 
 class GiantConfig(Config, frozen=True, kw_only=True, tag="giant"):

@@ -9,8 +9,9 @@ import numpy as np
 import pinocchio as pin
 
 from ...devices.network import Network
-from ...models import Robot
+from ...models import Array, Robot
 from ...sim.axis_drive import SimAxisDrive
+from ...sim.delay import Delay
 from ...sim.dynamics import SeriesElasticArm, VelocityAxes
 from ...sim.force_torque import SimForceTorque
 from ...sim.hand import Hand
@@ -50,8 +51,12 @@ class GiantPlant(SimPlant):
         noise: Noise,
         dead_man: Sequence[tuple[float, bool]],
         seed: int,
+        delay: int = 0,
     ) -> None:
-        """The robot gives the sensors' places; dead_man the times at which the switch changes."""
+        """The robot gives the sensors' places and moves with the gantry; the drives obey delay ticks late.
+
+        dead_man gives the times at which the switch changes.
+        """
         super().__init__(network, hand, dead_man, seed)
         self.arm, self.ppu, self.hand = arm, ppu, hand
         self._robot = robot
@@ -64,33 +69,48 @@ class GiantPlant(SimPlant):
         T_handle = np.linalg.inv(robot.placement(zero, "handle"))
         self.tool = SensedTool(tool, (T_handle @ robot.placement(zero, "force_torque"))[:3, 3].tolist())
         self._imu = (T_handle @ robot.placement(zero, "imu_handle"))[:3, 3].tolist()
+        self._late = Delay(delay, len(self._joints)), Delay(delay, len(self._axes))
         self._base = np.zeros(3)
-        self._wrench = np.zeros(6)
+        self._wrench = arm.hold.wrench
         self._measure()
 
     def energies(self) -> Energies:
         """The gantry's own mass is not modelled; what it carries is."""
         arm, ppu, robot = self.arm, self.ppu, self._robot
-        q = robot.configuration(np.array([*ppu.position, *arm.q]))
-        qd = np.array([*ppu.velocity, *arm.qd])
-        links = pin.computeKineticEnergy(robot.model, robot.data, q, qd)
-        potential = pin.computePotentialEnergy(robot.model, robot.data, q)
+        q, qd = self._whole(ppu.position, arm.q), self._whole(ppu.velocity, arm.qd)
+        links = pin.computeKineticEnergy(robot.model, robot.data, robot.configuration(q), qd)
+        potential = pin.computePotentialEnergy(robot.model, robot.data, robot.configuration(q))
         twist = arm.twist.copy()
         twist[:2] += ppu.velocity
         rotors, springs = arm.rotor_energy(), arm.spring_energy()
-        return Energies(links + rotors, springs, potential, float(self._wrench @ twist))
+        base = float(np.dot(self.ppu_force, ppu.velocity))
+        return Energies(links + rotors, springs, potential, float(self._wrench @ twist), base)
+
+    @property
+    def ppu_force(self) -> Array:
+        """What the gantry does to the arm now so that it moves as prescribed, (2,) [N] (hybrid dynamics)."""
+        arm, ppu, robot = self.arm, self.ppu, self._robot
+        q = robot.configuration(self._whole(ppu.position, arm.q))
+        qd, qdd = self._whole(ppu.velocity, arm.qd), self._whole(ppu.acceleration, arm.qdd)
+        force: Array = pin.rnea(robot.model, robot.data, q, qd, qdd)[:2] - self._wrench[:2]
+        return force
+
+    @staticmethod
+    def _whole(ppu: Sequence[float], arm: Array) -> Array:
+        """Gantry and arm as the model has them, (8,)."""
+        return np.array([*ppu, *arm])
 
     def _move(self, dt: float) -> None:
         arm, ppu = self.arm, self.ppu
-        ppu.step([axis.velocity_command for axis in self._axes], [axis.brake for axis in self._axes], dt)
-        self._base[:2] = ppu.acceleration
-        position, twist = arm.position.tolist(), arm.twist.tolist()
+        position = arm.position.tolist()
         for i in range(2):
             position[i] += ppu.position[i]
-            twist[i] += ppu.velocity[i]
-        self._wrench = self.hand.update(self.time, position, arm.rotation, twist)
-        torque = np.array([joint.torque for joint in self._joints])
-        arm.step(torque, [joint.brake for joint in self._joints], self._wrench, self._base, dt)
+        brakes = [axis.brake for axis in self._axes]
+        ppu.step(self._late[1]([axis.velocity_command for axis in self._axes], brakes), brakes, dt)
+        self._base[:2] = ppu.acceleration
+        self.hand.aim(arm.hold, self.time, position, arm.rotation, (*ppu.velocity, 0.0))
+        torque, brakes = [joint.torque for joint in self._joints], [joint.brake for joint in self._joints]
+        arm.step(self._late[0](torque, brakes), brakes, self._base, dt)
 
     def _sense(self) -> None:
         arm, ppu = self.arm, self.ppu

@@ -6,8 +6,10 @@ import numpy as np
 
 from ...models import Robot
 from ..rendering.check import Found, check_inertia, check_springs, check_weight
+from ..rendering.own_plant import check_own_plant, own_robot
 from .config import GiantConfig
 from .names import JOINTS, PPU_JOINTS
+from .simulation import springs
 
 
 def check_plant(config: GiantConfig, robot: Robot) -> Found:
@@ -25,16 +27,17 @@ def check_plant(config: GiantConfig, robot: Robot) -> Found:
                 problem = f"{q:g} of {name} is outside {low:g} to {high:g}"
                 found.append((f"simulation.giant.{key}", problem, "begin inside the limits"))
     found += check_inertia("simulation.giant.handle_inertia", plant.handle_inertia)
-    arm, posture = robot.without(PPU_JOINTS), np.array(plant.posture)
+    if wrong := check_own_plant(config.simulation.plant, len(JOINTS), yields=True):
+        return found + wrong
+    arm = own_robot(robot, JOINTS, config.simulation.plant).without(PPU_JOINTS)
+    posture = np.array(plant.posture)
     found += check_weight(arm, posture, plant.brake_torque, ["simulation.giant.brake_torque"] * len(JOINTS))
-    tracking = giant.tracking
-    springs = tracking.rotor_inertia, tracking.stiffness, plant.spring_damping
-    rotor, stiffness, damping = map(np.array, springs)
+    rotor, stiffness = springs(config)
     return found + check_springs(
         "simulation.giant.substeps",
         arm,
         posture,
-        (rotor, stiffness, damping),
+        (rotor, stiffness, np.array(plant.spring_damping)),
         arm.damping,
         plant.substeps,
         1.0 / config.loop.rate,

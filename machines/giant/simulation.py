@@ -5,12 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from ...devices.network import Network
-from ...models import Robot
+from ...models import Array, Robot
 from ...sim.dynamics import SeriesElasticArm, VelocityAxes
 from ...sim.hand import Grip, Hand, Path, hanging
 from ...sim.tool import Tool
+from ..rendering.own_plant import each, own_friction, own_robot
 from .config import GiantConfig
-from .names import PPU_JOINTS
+from .names import JOINTS, PPU_JOINTS
 from .plant import GiantPlant, Noise
 
 HARD_STOP = 0.15
@@ -22,14 +23,17 @@ def giant_plant(config: GiantConfig, robot: Robot, network: Network) -> GiantPla
     simulation, giant = config.simulation, config.giant
     assert simulation is not None
     plant, hand = simulation.giant, simulation.hand
+    own, (rotor, stiffness) = own_robot(robot, JOINTS, simulation.plant), springs(config)
+    arm_alone = own.without(PPU_JOINTS)
     arm = SeriesElasticArm(
-        robot.without(PPU_JOINTS),
+        arm_alone,
         "handle",
-        np.array(giant.tracking.rotor_inertia),
-        np.array(giant.tracking.stiffness),
+        rotor,
+        stiffness,
         np.array(plant.spring_damping),
         np.array(plant.brake_torque),
         plant.substeps,
+        own_friction(arm_alone, simulation.plant),
     )
     arm.reset(np.array(plant.posture))
     ppu = VelocityAxes(
@@ -50,7 +54,7 @@ def giant_plant(config: GiantConfig, robot: Robot, network: Network) -> GiantPla
     )
     return GiantPlant(
         network,
-        robot,
+        own,
         arm,
         ppu,
         Hand(path, grip, hanging),
@@ -58,4 +62,15 @@ def giant_plant(config: GiantConfig, robot: Robot, network: Network) -> GiantPla
         Noise(plant.force_noise, plant.torque_noise, plant.acceleration_noise),
         [(float(press.at), press.pressed) for press in hand.dead_man],
         simulation.seed,
+        simulation.plant.delay,
     )
+
+
+def springs(config: GiantConfig) -> tuple[Array, Array]:
+    """Rotor inertia [kg m^2] and stiffness [N m/rad] of the simulated joints, (6,) each."""
+    simulation, tracking = config.simulation, config.giant.tracking
+    assert simulation is not None
+    rotor, stiffness = (
+        each(x, len(JOINTS)) for x in (simulation.plant.rotor_inertia, simulation.plant.stiffness)
+    )
+    return rotor * tracking.rotor_inertia, stiffness * tracking.stiffness

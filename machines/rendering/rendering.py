@@ -142,12 +142,12 @@ class Rendering:
     def _judge(self, wrench: Array, yielded: float) -> None:
         """Whether the joints follow, while they yield to a part of the wrench that they do not hold yet."""
         leash, ability = self._leash, self.control.ability
-        self._strained += 1
         if yielded > 0.0:
             leash = leash + yielded * np.abs(wrench @ self.control.handle.J) * self._yield
-            self._strained[:] = 0
-        elif ability:  # of the last tick
-            self._strained[np.abs(ability.feedback) <= self._most_fed_back] = 0
+        if ability and yielded <= 0.0:
+            strained = np.abs(ability.feedback) > self._most_fed_back  # in the last tick
+            self._strained += 1
+            self._strained *= strained
         follows = np.abs(self._link - self._led) <= leash  # what is not a number does not follow
         follows &= self._strained <= self._longest_strain
         self.astray = self._nowhere if follows.all() else (~follows).tolist()

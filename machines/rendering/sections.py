@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Annotated, Literal
+
+from msgspec import Meta
 
 from ...configs.quantities import (
     Acceleration,
@@ -20,6 +22,12 @@ from ...configs.quantities import (
     TwinMass,
 )
 from ...configs.strict import Strict
+
+Factor = Annotated[float, Meta(ge=0.1, le=10.0, description="times what the controller believes")]
+Share = Annotated[float, Meta(ge=0.0, le=1.0, description="of the torque of a joint")]
+Factors = Factor | Annotated[tuple[Factor, ...], Meta(min_length=1, max_length=16)]
+Shares = Share | Annotated[tuple[Share, ...], Meta(min_length=1, max_length=16)]
+Ticks = Annotated[int, Meta(ge=0, le=20, description="longer, and every watchdog would have acted")]
 
 
 class ForceControl(Strict, frozen=True):
@@ -51,3 +59,21 @@ class Handle(Strict, frozen=True):
 
     mass: HandleMass
     centre: Lengths3
+
+
+class Plant(Strict, frozen=True):
+    """Where the simulated machine is not what its controller believes: a number for all joints, or one each.
+
+    ``masses``, ``rotor_inertia``, ``stiffness`` and ``viscous_friction`` are factors; dry friction of gears
+    and bearings is a share of the joint's effort, ``load_friction`` of the torque that a gear carries; the
+    drives obey ``delay`` ticks late.
+    """
+
+    masses: Factors = 1.0
+    rotor_inertia: Factors = 1.0
+    stiffness: Factors = 1.0
+    viscous_friction: Factors = 1.0
+    gear_friction: Shares = 0.0
+    load_friction: Shares = 0.0
+    bearing_friction: Shares = 0.0
+    delay: Ticks = 0

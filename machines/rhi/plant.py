@@ -13,6 +13,9 @@ from ...sim.joint_drive import SimJointDrive
 from ...sim.plant import Energies, SimPlant
 from ...sim.rigid import RigidArm
 
+NOTHING = (0.0, 0.0, 0.0)
+"""What else acts on the tip."""
+
 
 class RhiPlant(SimPlant):
     """A rigid arm whose tip is in a hand.
@@ -37,7 +40,7 @@ class RhiPlant(SimPlant):
         self._noise, self._substeps = noise, substeps
         self._drives = self.nodes.of(SimJointDrive)
         (self._force_torque,) = self.nodes.of(SimForceTorque)
-        self._force = [0.0] * 3
+        self._force = arm.hold.wrench
         self._measure()
 
     def energies(self) -> Energies:
@@ -49,9 +52,8 @@ class RhiPlant(SimPlant):
         torque = np.array([drive.torque for drive in self._drives])
         braked = [drive.brake for drive in self._drives]
         for k in range(self._substeps):
-            at = self.time + k * h
-            self._force = self.hand.force(at, arm.position.tolist(), arm.velocity.tolist())
-            arm.step(torque, braked, self._force, h)
+            self.hand.aim(arm.hold, self.time + k * h, arm.position.tolist())
+            arm.step(torque, braked, NOTHING, h)
 
     def _sense(self) -> None:
         arm = self.arm

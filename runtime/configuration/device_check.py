@@ -5,9 +5,19 @@ from __future__ import annotations
 from itertools import pairwise
 from math import dist
 
+from ...devices.device import Device
+from ...devices.force_torque import ForceTorque
+from ...devices.imu import Imu
+from ...devices.joint_drive import JointDrive
 from ..core.sections import Config, SimulatedBus
 
 Found = list[tuple[str, str, str]]
+SENSORS: dict[str, type[Device]] = {
+    **dict.fromkeys(("motor_encoder", "motor_speed", "link_encoder", "load_torque"), JointDrive),
+    **dict.fromkeys(("force", "torque"), ForceTorque),
+    **dict.fromkeys(("acceleration", "angular_rate"), Imu),
+}
+"""Which devices have the sensors whose errors [simulation.sensors] gives."""
 FASTEST_HAND = 10.0
 """A boxer's fist [m/s]."""
 
@@ -26,6 +36,19 @@ def check_simulation(config: Config) -> Found:
     if config.simulation is not None or not isinstance(config.bus, SimulatedBus):
         return []
     return [("simulation", "is missing", "a simulated bus needs this section")]
+
+
+def check_sensors(config: Config) -> Found:
+    """Errors of sensors that no device has."""
+    simulation = config.simulation
+    if simulation is None or simulation.sensors is None:
+        return []
+    found: Found = []
+    for key, kind in SENSORS.items():
+        if getattr(simulation.sensors, key) and not any(isinstance(d, kind) for d in config.devices.values()):
+            problem = f"no device is of type '{kind.__struct_config__.tag}'"
+            found.append((f"simulation.sensors.{key}", problem, "remove it"))
+    return found
 
 
 def check_hand_speed(config: Config) -> Found:

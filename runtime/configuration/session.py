@@ -19,7 +19,7 @@ from ..core.stages import Mark, no_mark
 from ..errors import ConfigError, Finding
 from .bus import check_bus
 from .config import Loaded
-from .device_check import check_devices, check_hand_speed, check_simulation
+from .device_check import check_devices, check_hand_speed, check_sensors, check_simulation
 from .system import Plant, System, find_system
 from .toml_lines import key_lines, line_of
 
@@ -58,7 +58,11 @@ class Session:
                 self.loaded.source,
                 [Finding(1, "simulation", "is missing", "a simulated bus needs this section")],
             )
-        return self.system.plant(self.config, self.robot, self.network)
+        plant: Plant = self.system.plant(self.config, self.robot, self.network)
+        simulation = self.config.simulation
+        if simulation.sensors is not None:
+            plant.spoil(simulation.sensors, simulation.seed)
+        return plant
 
 
 def build(loaded: Loaded, mark: Mark = no_mark) -> Session:
@@ -71,7 +75,7 @@ def build(loaded: Loaded, mark: Mark = no_mark) -> Session:
     config = loaded.config
     robot = Robot.from_urdf(loaded.model_text, loaded.model_source)
     system: System[Any] = find_system(str(type(config).__struct_config__.tag))
-    checks = (_check_loop, _check_hand, check_devices, check_simulation, check_hand_speed)
+    checks = (_check_loop, _check_hand, check_devices, check_simulation, check_hand_speed, check_sensors)
     common = [found for check in checks for found in check(config)] + check_bus(config.bus)
     _require(loaded, common + system.check(config, robot))
     _require(loaded, _check_touches(config, system.limits(config)))

@@ -13,6 +13,7 @@ from ...devices.image import ProcessImage
 from ...devices.network import Network
 from ...models import Robot
 from ...sim.person import Deed
+from ...sim.sensors import Sensors
 from ..core.machine import Machine, MachineFigures, MachineLimits
 from ..core.sections import Config
 from ..core.stages import Mark
@@ -37,6 +38,9 @@ class Plant(Protocol):
 
     def obey(self, deed: Deed) -> None:
         """A person acts instead of the script."""
+
+    def spoil(self, sensors: Sensors, seed: int) -> None:
+        """From now on its devices measure with errors, which the seed draws."""
 
 
 C = TypeVar("C", bound=Config)

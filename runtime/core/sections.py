@@ -19,6 +19,7 @@ from ...configs.quantities import (
     Lengths3,
 )
 from ...configs.strict import Strict
+from ...sim.sensors import Sensors
 
 Seed = Annotated[int, Meta(ge=0, le=2**53, description="a whole number")]
 Substeps = Annotated[int, Meta(ge=1, le=64, description="more would not keep up with real time")]
@@ -123,6 +124,7 @@ class Simulation(Strict, frozen=True, kw_only=True):
 
     seed: Seed
     hand: Hand
+    sensors: Sensors | None = None
     touches: dict[str, Literal["lower", "upper", "both"]] = field(default_factory=dict)
 
 

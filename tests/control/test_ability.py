@@ -12,6 +12,7 @@ from hapticd.runtime.configuration.session import build
 from hapticd.runtime.core.modes import Mode
 from hapticd.testing.bench import Bench
 from hapticd.testing.copies import in_a_copy
+from hapticd.testing.push import push
 
 ROTOR = np.array([1.5, 1.5, 0.6, 0.6, 0.15, 0.15])
 RATED = np.array([260.0, 260.0, 110.0, 110.0, 40.0, 40.0])
@@ -59,16 +60,9 @@ def test_under_any_pull_the_motors_are_asked_for_no_more_than_they_have_and_yiel
     """A hand of 400 N is stronger than the machine: what it asks for is cut, and the arm goes with it."""
     bench = giant()
     bench.until(Mode.ACTIVE, limit=4000)
-    hand, most = bench.plant.hand, np.zeros(6)
-    update = hand.update
-
-    def strong(time: float, position: object, rotation: object, twist: object) -> np.ndarray:
-        wrench: np.ndarray = update(time, position, rotation, twist)
-        wrench[:3] += 400.0 * min(1.0, (time - begin) / 0.2) * np.array([0.6, 0.8, 0.0])
-        return wrench
-
-    begin = bench.plant.time
-    hand.update = strong
+    most, begin = np.zeros(6), bench.plant.time
+    pull = 400.0 * np.array([0.6, 0.8, 0.0, 0.0, 0.0, 0.0])
+    bench.plant.hand.aim = lambda hold, time, *_: push(hold, min(1.0, (time - begin) / 0.2) * pull)
     for _ in range(600):
         bench.run(1)
         if bench.mode is not Mode.ACTIVE:

@@ -9,6 +9,7 @@ from hapticd.control.serial import SerialChain
 from hapticd.control.tracking import Admitted, SeriesElasticity, Tracking
 from hapticd.models import Robot
 from hapticd.sim.dynamics import SeriesElasticArm
+from hapticd.testing.push import push
 
 DT = 1e-3
 ROTOR = np.array([1.5, 1.5, 0.6, 0.6, 0.15, 0.15])
@@ -81,7 +82,7 @@ def test_a_series_elastic_arm_follows_a_moving_reference_under_a_push(robot: Rob
     arm.reset(start)
     state = inputs()
     tracking = track(robot, state)
-    push = np.array([20.0, -10.0, 15.0, 0.5, 1.0, -0.3])
+    wrench = np.array([20.0, -10.0, 15.0, 0.5, 1.0, -0.3])
     state["motor"][:], state["motor_rate"][:] = arm.motor, arm.motor_rate
     worst = 0.0
     for k in range(2000):
@@ -89,7 +90,7 @@ def test_a_series_elastic_arm_follows_a_moving_reference_under_a_push(robot: Rob
         state["q"][:] = start + 0.3 * (1 - np.cos(w * t))
         state["qd"][:] = 0.3 * w * np.sin(w * t)
         state["qdd"][:] = 0.3 * w * w * np.cos(w * t)
-        state["wrench"][:] = push * min(1.0, t)
+        state["wrench"][:] = wrench * min(1.0, t)
         qp = robot.configuration(state["q"])
         pin.computeJointJacobians(robot.model, robot.data, qp)
         pin.updateFramePlacements(robot.model, robot.data)
@@ -99,5 +100,6 @@ def test_a_series_elastic_arm_follows_a_moving_reference_under_a_push(robot: Rob
         torque = tracking.update(np.zeros(2))
         state["motor"][:], state["motor_rate"][:] = arm.motor, arm.motor_rate
         worst = max(worst, float(np.abs(arm.q - state["q"]).max())) if k > 300 else 0.0
-        arm.step(torque.copy(), [False] * 6, state["wrench"], np.zeros(3), DT)
+        push(arm.hold, state["wrench"])
+        arm.step(torque.copy(), [False] * 6, np.zeros(3), DT)
     assert worst < 1e-3

@@ -10,6 +10,7 @@ import msgspec
 import numpy as np
 import pytest
 from hapticd.experiments.hands import NOT_STARTED, Session, Tally, session, sessions
+from hapticd.experiments.own_plant import TYPICAL, Doubt
 from hapticd.experiments.random_hand import Temper, stranger
 from hapticd.machines.giant.config import GiantConfig
 from hapticd.machines.giant.kinematics import points
@@ -180,3 +181,56 @@ def test_a_machine_without_a_simulation_is_an_error_that_says_so(capsys: pytest.
 def test_words_that_make_no_sense_are_refused(option: str, value: str) -> None:
     with pytest.raises(SystemExit):
         main(["hands", "rhi", f"{option}={value}"])
+
+
+def test_a_wrong_model_is_drawn_by_the_seed_and_the_hand_is_the_same() -> None:
+    config, wrong = a_stranger("giant", 3), Doubt(model=True)
+    varied, again, other = (wrong.vary(config, seed).simulation for seed in (3, 3, 4))
+    assert varied == again != other
+    assert varied is not None and config.simulation is not None
+    assert varied.hand == config.simulation.hand and varied.sensors is None
+    plant = varied.plant  # type: ignore[attr-defined]
+    for factors, most in (
+        (plant.masses, 0.2),
+        (plant.rotor_inertia, 0.3),
+        (plant.stiffness, 0.4),
+    ):
+        assert len(set(factors)) == 6 and all(abs(x - 1.0) <= most for x in factors)
+    spread = [wrong.vary(config, s).simulation.plant.stiffness[0] for s in range(40)]  # type: ignore[union-attr]
+    assert min(spread) < 0.7 and max(spread) > 1.3
+    assert (plant.delay, plant.gear_friction) == (1, 0.0)
+
+
+@pytest.mark.parametrize("machine", ["giant", "rhi", "panda"])
+def test_errors_are_those_of_the_sensors_that_a_machine_has(machine: str) -> None:
+    loaded = load(machine)
+    simulation = Doubt(errors=True).vary(loaded.config, 1).simulation
+    assert simulation is not None and simulation.sensors is not None
+    assert simulation.sensors.force == TYPICAL.force
+    assert (simulation.sensors.acceleration is not None) is (machine == "giant")
+    if machine != "rhi":
+        assert simulation.plant.gear_friction > 0.0 and simulation.plant.masses == 1.0  # type: ignore[attr-defined]
+    build(replace(loaded, config=msgspec.structs.replace(loaded.config, simulation=simulation)))
+
+
+def test_a_doubtful_machine_under_a_gentle_hand_is_told_from_one_that_is_believed() -> None:
+    gentle = Temper(force=5.0, torque=1.0, speed=0.2)
+    believed = session(load("giant"), 2, 4.5, gentle)
+    doubtful = [
+        session(load("giant"), 2, 4.5, gentle, doubt=doubt)
+        for doubt in (Doubt(model=True), Doubt(errors=True))
+    ]
+    assert all(found.excess != believed.excess for found in doubtful)
+    assert session(load("giant"), 2, 4.5, gentle, doubt=Doubt(errors=True)) == doubtful[1]
+
+
+def test_a_machine_without_such_a_plant_says_so(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["hands", "rhi", "--count", "1", "--seconds", "1", "--wrong-model"]) == 2
+    assert "leave --wrong-model out" in capsys.readouterr().err
+
+
+def test_the_worst_again_is_as_doubtful(capsys: pytest.CaptureFixture[str]) -> None:
+    words = ["hands", "panda", "--count", "1", "--seconds", "0.5", "--wrong-model", "--errors", "--json"]
+    main(words)
+    again = shlex.split(msgspec.json.decode(capsys.readouterr().out)["worst"])
+    assert again[-2:] == ["--wrong-model", "--errors"]

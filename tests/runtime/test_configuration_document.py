@@ -30,6 +30,8 @@ def default(field: Any) -> str:
     value = field.default if field.default is not msgspec.NODEFAULT else None
     if isinstance(value, Quantity):
         return f'"{value:g} {next(iter(DIMENSIONS[value.dimension]))}"'
+    if isinstance(value, float):
+        return f"{value:g}"
     if value is None or isinstance(value, bool | int):
         return {None: "none"}.get(value, str(value).lower())
     return f'"{value}"'

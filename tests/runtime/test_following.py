@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from hapticd.runtime.core.modes import Mode
 from hapticd.testing.copies import in_a_copy
+from hapticd.testing.push import push
 
 from .conftest import Bench, parked
 
@@ -81,7 +82,7 @@ def test_a_sensor_that_shows_the_same_on_a_machine_at_rest_may_go_on() -> None:
 @in_a_copy
 def test_a_released_handle_does_not_wander_off_on_a_biased_sensor() -> None:
     bench = active(500)
-    bench.plant.hand.update = lambda *_: np.zeros(6)
+    bench.plant.hand.aim = lambda hold, *_: push(hold, np.zeros(6))
     sensor = bench.nodes["force_torque"]
     bias = np.array([1.0, -1.0, 1.0, 0.1, 0.1, -0.1])
     bench.after_sensing(lambda: setattr(sensor, "wrench", (np.array(sensor.wrench) + bias).tolist()))

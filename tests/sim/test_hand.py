@@ -6,6 +6,7 @@ import pytest
 from hapticd.machines.giant.kinematics import DH, T_BASE_DH
 from hapticd.models.dh import forward
 from hapticd.sim.hand import Grip, Hand, Path, hanging, turned
+from hapticd.sim.hold import Hold
 
 GRIP = Grip((900.0, 30.0), (40.0, 1.2), (150.0, 12.0))
 TIMES = [0.0, 1.0, 1.5, 3.0]
@@ -60,18 +61,21 @@ def test_the_angular_velocity_is_the_derivative_of_the_orientation(path: Path) -
         np.testing.assert_allclose(pin.log3(later @ R.T) / h, omega, atol=1e-4)
 
 
-def test_the_hand_pulls_towards_its_path_as_strongly_as_it_can(path: Path) -> None:
-    hand = Hand(path, GRIP, hanging)
+def test_the_hand_knows_how_far_and_how_fast_its_place_is_from_the_handle(path: Path) -> None:
+    hand, hold = Hand(path, GRIP, hanging), Hold()
     R, _ = hanging([0.0, 1.0, 0.0], [0.0] * 3)
-    near = hand.update(0.0, [0.01, 0.0, -1.0], R, [0.0] * 6)
-    np.testing.assert_allclose(near, [-9.0, 0, 0, 0, 0, 0], atol=1e-9)
-    moving = hand.update(0.0, [0.0, 0.0, -1.0], R, [0.1, 0, 0, 0, 0, 0.5])
-    np.testing.assert_allclose(moving, [-4.0, 0, 0, 0, 0, -0.6], atol=1e-9)
-    far = hand.update(0.0, [3.0, 0.0, -1.0], pin.exp3(np.array([0, 0, 2.0])) @ R, [0.0] * 6)
-    assert np.linalg.norm(far[:3]) == pytest.approx(150.0)
-    assert np.linalg.norm(far[3:]) == pytest.approx(12.0)
+    turn = np.array([0.0, 0.1, 0.5])
+    hand.aim(hold, 0.0, [0.01, 0.0, -1.0], pin.exp3(turn) @ R, (0.2, -0.1, 0.0))
+    np.testing.assert_allclose(hold.error, [-0.01, 0, 0, *-turn], atol=1e-9)
+    np.testing.assert_allclose(hold.rate, [-0.2, 0.1, 0, 0, 0, 0], atol=1e-9)
+    hand.aim(hold, 0.4, [0.01, 0.0, -1.0], R)
+    value, rate = path.at(0.4)
+    np.testing.assert_allclose(hold.rate, [*rate[:3], *hanging(value[3:], rate[3:])[1]])
+    assert hold.stiffness.tolist() == [900.0, 30.0] and hold.damping.tolist() == [40.0, 1.2]
+    assert hold.strength.tolist() == [150.0, 12.0]
     hand.gripping = False
-    assert not hand.update(0.0, [3.0, 0.0, -1.0], R, [0.0] * 6).any()
+    hand.aim(hold, 0.4, [0.01, 0.0, -1.0], R)
+    assert hold.strength.tolist() == [0.0, 0.0]
 
 
 def test_rotation_vectors_turn_from_where_the_handle_was_and_their_rate_is_the_angular_velocity() -> None:

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from hapticd.configs.quantities import HandStiffness
 from hapticd.machines.rhi import planar
 from hapticd.models import Robot
 from hapticd.sim.hand import Path, PointHand
@@ -75,3 +76,28 @@ def test_a_finger_pulls_towards_its_course_as_strongly_as_it_can() -> None:
     np.testing.assert_allclose(far, [5.0, 0.0, 0.0])
     hand.gripping = False
     assert hand.force(0.0, [1.0, 0.0, 0.0], [0.0] * 3) == [0.0] * 3
+
+
+@pytest.mark.parametrize(("stiffness", "damping"), [(HandStiffness, 0.0), (HandStiffness, 1e3), (None, 1e3)])
+def test_the_stiffest_finger_holds_the_tip_and_at_rest_it_is_a_spring(
+    stiffness: type[HandStiffness] | None, damping: float
+) -> None:
+    plant, allowed = arm(friction=0.05), HandStiffness.range
+    assert allowed
+    k = allowed.upper if stiffness else allowed.lower
+    place, hold = plant.position + np.array([0.01, -0.005, 0.0]), plant.hold
+    course = Path([0.0, 1.0], np.array([place, place]))
+    hand, torque = PointHand(course, k, damping, 2000.0), np.array([0.02, -0.01, 0.01, 0.005])
+    plant.qd[:] = 1.0, -0.5, 2.0, 0.5
+    plant.step(torque, FREE, [0.0] * 3, 0.0)
+    before, fastest = plant.energy() + 0.5 * k * 0.01118**2, 0.0
+    for _ in range(6000):
+        hand.aim(hold, 0.0, plant.position.tolist())
+        plant.step(torque, FREE, [0.0] * 3, 5e-4)
+        fastest = max(fastest, plant.energy())
+    assert fastest < 1.01 * before + 0.05
+    if stiffness:
+        np.testing.assert_allclose(
+            hold.wrench, k * (place - plant.position) - damping * plant.velocity, atol=0.02
+        )
+        assert np.linalg.norm(place - plant.position) < 1e-4

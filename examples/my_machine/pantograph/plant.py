@@ -1,10 +1,10 @@
 """The simulated pantograph in motor coordinates; a forearm counts half at its elbow, half at the handle."""
 
 import numpy as np
+from hapticd.sim.friction import braked_speed
 from hapticd.sim.hand import Path, PointHand
 from hapticd.sim.joint_drive import SimJointDrive
 from hapticd.sim.plant import Energies, SimPlant
-from hapticd.sim.rigid import braked_speed
 
 from .linkage import Linkage
 from .planar_force import SimPlanarForce

@@ -1,0 +1,30 @@
+#include "direct.h"
+#include "elastic.h"
+
+#include <math.h>
+
+void direct_torques(const direct *d) {
+    for (int i = 0; i < d->n; i++) {
+        d->load[i] = d->torque[i] - d->viscous[i] * d->qd[i];
+        d->dry[i] = d->gear[i] + d->share[i] * fabs(d->spring[i]) + d->bearing[i];
+        if (d->braked[i]) d->dry[i] += d->brake[i];
+    }
+}
+
+void direct_advance(const direct *d, const held *c, double h) {
+    double v[DRY_MAX];
+    for (int i = 0; i < d->n; i++) v[i] = d->qd[i] + h * d->qdd[i];
+    held_step(c, h, v);
+    for (int i = 0; i < d->n; i++) {
+        const double way = 0.5 * h * (d->qd[i] + v[i]);
+        double held_by = 0.0;
+        for (int k = 0; k < c->rows; k++) held_by += c->J[d->n * k + i] * c->wrench[k];
+        d->work[WORK_MOTORS] += way * d->torque[i];
+        d->work[WORK_HAND] += way * held_by;
+        d->work[WORK_DRY] += way * c->friction[i];
+        d->work[WORK_DAMPING] -= way * d->viscous[i] * d->qd[i];
+        d->qdd[i] = (v[i] - d->qd[i]) / h;
+        d->qd[i] = v[i];
+        d->q[i] += h * v[i];
+    }
+}

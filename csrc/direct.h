@@ -1,0 +1,29 @@
+/* Joints in which nothing yields: rotor and link move as one (see sim/dynamics.py). */
+#ifndef HAPTICD_DIRECT_H
+#define HAPTICD_DIRECT_H
+
+#include "held.h"
+#include "shape.h"
+
+typedef struct {
+    int n;
+    /* constants: viscous friction and brake of each joint; dry friction of its gear, what that has besides as
+     * a share of the torque that it carries, and dry friction of its bearing */
+    const double *viscous SHAPE(n), *brake SHAPE(n), *gear SHAPE(n), *share SHAPE(n), *bearing SHAPE(n);
+    const double *torque SHAPE(n); /* of the motors */
+    const unsigned char *braked SHAPE(n);
+    const double *spring SHAPE(n);    /* torque that each gear carries */
+    double *qdd SHAPE(n);             /* of the joints */
+    double *q SHAPE(n), *qd SHAPE(n); /* of the joints */
+    double *load SHAPE(n);            /* what moves them but for hand and dry friction */
+    double *dry SHAPE(n);             /* largest dry friction; of the chain that is given with it */
+    double *work SHAPE(4);            /* done on the joints so far, as in elastic.h */
+} direct;
+
+/* Torques at the present state. */
+void direct_torques(const direct *d);
+
+/* Symplectic Euler over h, given qdd without hand and dry friction; leaves that with them. */
+void direct_advance(const direct *d, const held *c, double h);
+
+#endif
