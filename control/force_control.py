@@ -227,7 +227,7 @@ class ForceControl:
                 self.iterations += self.solution.iterations
 
     def brake(self) -> None:
-        """Accelerations that stop manipulator and twin as fast as they are rated for."""
+        """Accelerations that stop manipulator and twin as fast as they are rated for, and the motors can."""
         manipulator, twin = (
             (self.qdd, self.qd, self._limits),
             (self._qdd_twin, self.twin.qd, self.twin.limits),
@@ -236,8 +236,10 @@ class ForceControl:
             np.multiply(qd, -1.0 / self._dt, out=qdd)
             np.minimum(qdd, limits.acceleration, out=qdd)
             np.maximum(qdd, -limits.acceleration, out=qdd)
+        if self.ability:
+            self._soften(self.ability)
 
-    def soften(self, ability: Ability) -> None:
+    def _soften(self, ability: Ability) -> None:
         """Brake the manipulator no harder than its motors can, all joints in proportion."""
         torque = ability.inertia @ self.qdd
         fixed = ability.load + ability.feedback

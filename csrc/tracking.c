@@ -31,9 +31,10 @@ static void refer(const tracking *t, int i, double spring, int fresh) {
 /* What the yielding of the spring asks of the damped motor, as far as there is torque to spare: where there
  * is not, the hierarchy changes its plan with the feedback, and both would drive each other. */
 static double for_yielding(const tracking *t, int i, double planned) {
-    const double most = PLANNED * t->most_torque[i];
-    const double spare = fmax(0.0, fmin(SPARED * most, 0.5 * (most - fabs(planned))));
-    return fmin(fmax(t->d[i] * t->yielding[i], -spare), spare);
+    const double spare = SPARED * t->most_torque[i];
+    const double up = fmax(0.0, fmin(spare, 0.5 * (t->most[i] - planned)));
+    const double down = fmax(0.0, fmin(spare, 0.5 * (planned - t->least[i])));
+    return fmin(fmax(t->d[i] * t->yielding[i], -down), up);
 }
 
 void tracking_forecast(const tracking *t, int fresh) {

@@ -181,10 +181,9 @@ class Rendering:
         np.multiply(self.wrench, self.fade, out=self.wrench)
         control = self.control
         control.arm.update()
-        control.brake()
         if control.ability:
             self._tracking.forecast(base, planned=False)
-            control.soften(control.ability)
+        control.brake()
 
     def torque(self, base: Array) -> list[float]:
         """Motor torques, (m,) [N m or N], on a base with an acceleration (2,) [m/s^2]."""
