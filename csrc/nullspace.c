@@ -10,9 +10,6 @@ enum { JOINTS = SERIAL_MAX_JOINTS, TASK = REDUNDANT_MAX_TASK };
  */
 static const double SINGULAR = 1e-14;
 
-/* A pull weaker than this has no direction [N m]. */
-static const double RESTING = 1e-9;
-
 /* Lower factor of a symmetric positive definite A (n x n), in place; 0 where it is none. */
 static int factorise(int n, double *A) {
     double largest = 0.0;
@@ -132,8 +129,8 @@ static void couple(const nullspace *s, const double *S) {
     }
 }
 
-/* J#^T, L^-1 and the row of steepest descent, from the factors of M and of J M^-1 J^T. */
-static void hierarchy(const nullspace *s, const double *M, const double *S, const double *projected) {
+/* J#^T and L^-1, from the factors of M and of J M^-1 J^T. */
+static void hierarchy(const nullspace *s, const double *M, const double *S) {
     const int n = s->n, m = s->m;
     for (int j = 0; j < n; j++) {
         double column[JOINTS] = {0.0}, force[TASK];
@@ -152,11 +149,6 @@ static void hierarchy(const nullspace *s, const double *M, const double *S, cons
         }
     }
     couple(s, S);
-    double size = 0.0;
-    memcpy(s->descent, projected, sizeof(double) * (size_t)n);
-    solve(n, M, s->descent);
-    for (int i = 0; i < n; i++) size += projected[i] * s->descent[i];
-    for (int i = 0; i < n; i++) s->descent[i] = s->drive > RESTING ? s->descent[i] / sqrt(size) : 0.0;
 }
 
 static double norm(int n, const double *x) {
@@ -192,7 +184,8 @@ int nullspace_secondary(nullspace *s, double omega) {
     for (int i = 0; i < n; i++) s->secondary[i] = -scale * pull[i] - s->damping * s->qd[i];
     memcpy(s->null, s->secondary, sizeof(double) * (size_t)n);
     project(s, M, S, s->null);
-    hierarchy(s, M, S, projected);
+    hierarchy(s, M, S);
+    guard_update(s->guard);
     return isfinite(s->cost) && isfinite(s->drive);
 }
 
@@ -215,25 +208,41 @@ double nullspace_reserve(const nullspace *s, const double *J, const double *forc
     return expm1(-steepness * p) / expm1(-steepness);
 }
 
+/* Largest share of J^T F, at most s->alpha, that keeps the limits beside these torques. */
+static double beside(const nullspace *s, const double *torque) {
+    double alpha = s->alpha;
+    for (int i = 0; i < s->n; i++) {
+        const double w = s->wanted[i], used = w < 0.0 ? -torque[i] : torque[i];
+        const double room = fmax(s->limit[i] - used, 0.0), size = fabs(w);
+        if (size * alpha > room) alpha = room / size;
+    }
+    return alpha;
+}
+
 void nullspace_compose(nullspace *s, double part, double gain) {
     const int n = s->n;
-    double alpha = 1.0, share = gain, add[JOINTS];
+    double share = gain, posture[JOINTS], kept[JOINTS];
+    s->alpha = 1.0;
     for (int i = 0; i < n; i++) {
         const double most = part * s->limit[i], size = fabs(s->wanted[i]);
-        if (size * alpha > most) alpha = most / size;
+        if (size * s->alpha > most) s->alpha = most / size;
     }
     for (int i = 0; i < n; i++) {
-        add[i] = s->null[i];
-        for (int a = 0; a < s->m; a++) add[i] += s->J[n * a + i] * s->coupling[a];
-        const double used = alpha * s->wanted[i];
-        const double room = s->limit[i] - (add[i] < 0.0 ? -used : used);
-        if (fabs(add[i]) * share > room) share = fmax(room, 0.0) / fabs(add[i]);
+        posture[i] = s->null[i];
+        for (int a = 0; a < s->m; a++) posture[i] += s->J[n * a + i] * s->coupling[a];
+        const double used = s->alpha * s->wanted[i];
+        const double room = s->limit[i] - (posture[i] < 0.0 ? -used : used);
+        if (fabs(posture[i]) * share > room) share = fmax(room, 0.0) / fabs(posture[i]);
     }
+    for (int i = 0; i < n; i++) posture[i] *= share;
+    guard_hold(s->guard, posture, kept);
+    for (int i = 0; i < n; i++) posture[i] += kept[i] + s->guard->stop[i];
+    s->alpha = beside(s, posture);
     for (int i = 0; i < n; i++) {
-        const double sum = alpha * s->wanted[i] + share * add[i];
-        s->torque[i] = fmax(fmin(sum, s->limit[i]), -s->limit[i]); /* rounding may pass the limit */
+        const double sum = s->alpha * s->wanted[i] + posture[i];
+        s->torque[i] = fmax(fmin(sum, s->limit[i]), -s->limit[i]); /* the end stop may ask for more */
     }
-    s->alpha = alpha, s->share = share;
+    s->share = share;
 }
 
 static double dot(int n, const double *a, const double *b) {
@@ -242,19 +251,20 @@ static double dot(int n, const double *a, const double *b) {
     return sum;
 }
 
-void nullspace_levels(const nullspace *s, double gain, double *force, double *force_b, double *posture,
-                      double *posture_b, double *rest, double *rest_b) {
+void nullspace_levels(const nullspace *s, double gain, double *force, double *force_b, double *limits,
+                      double *posture, double *posture_b) {
     const int n = s->n, wide = n + 1;
     const size_t row = sizeof(double) * (size_t)n;
+    double wish[JOINTS]; /* the end stop as a whole: what of it the hand feels is another level's */
+    for (int i = 0; i < n; i++) wish[i] = s->guard->stop[i] + gain * s->null[i];
     for (int a = 0; a < s->m; a++) {
         memcpy(force + wide * a, s->inverse + n * a, row);
         force[wide * a + n] = -dot(n, s->inverse + n * a, s->wanted);
-        force_b[a] = gain * s->coupling[a];
+        force_b[a] = dot(n, s->inverse + n * a, s->guard->stop) + gain * s->coupling[a];
     }
-    memcpy(posture, s->descent, row);
-    posture_b[0] = gain * dot(n, s->descent, s->secondary);
     for (int i = 0; i < n; i++) {
-        memcpy(rest + wide * i, s->root + n * i, row);
-        rest_b[i] = -gain * s->damping * dot(n, s->root + n * i, s->qd);
+        memcpy(limits + wide * i, s->guard->rows + n * i, row);
+        memcpy(posture + wide * i, s->root + n * i, row);
+        posture_b[i] = dot(n, s->root + n * i, wish);
     }
 }

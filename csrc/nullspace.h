@@ -12,10 +12,12 @@
 #ifndef HAPTICD_NULLSPACE_H
 #define HAPTICD_NULLSPACE_H
 
+#include "guard.h"
 #include "shape.h"
 
 typedef struct {
-    int n, m; /* at most 16 joints, 3 directions */
+    int n, m;     /* at most 16 joints, 3 directions */
+    guard *guard; /* of the joint limits */
     /* inputs of a tick, as redundant_update leaves them */
     const double *J SHAPE(m, n), *dJ SHAPE(n, m, n), *M SHAPE(n, n), *q SHAPE(n), *qd SHAPE(n);
     const double *drift SHAPE(m), *bias SHAPE(n);
@@ -39,7 +41,6 @@ typedef struct {
     double *inverse SHAPE(m, n); /* J#^T: the force on the hand that torques make */
     double *root SHAPE(n, n);    /* L^-1 */
     double *coupling SHAPE(m);   /* force on the hand that cancels what the posture's motion does to it */
-    double *descent SHAPE(n);    /* d = g^T M^-1 / |L^-1 g|, g the projected pull; 0 where there is none */
     /* results of nullspace_compose */
     double *wanted SHAPE(n); /* J^T F */
     double *torque SHAPE(n);
@@ -59,14 +60,15 @@ void nullspace_wanted(nullspace *s, const double *force);
 double nullspace_reserve(const nullspace *s, const double *J, const double *force, double steepness);
 
 /* alpha J^T F + share (tau_N + J^T f) with the largest alpha <= 1 that keeps this part (0 to 1) of the
- * limits, then the largest share <= gain (0 to 1) that keeps the limits. */
+ * limits, then the largest share <= gain (0 to 1) that keeps the limits. What the joint limits need besides
+ * comes before both: alpha yields to it. */
 void nullspace_compose(nullspace *s, double part, double gain);
 
 /* Rows of a hierarchy over (tau, alpha), each n + 1 wide, with their right-hand sides:
- * force (m):    J#^T tau - alpha F = gain f
- * posture (1):  d tau = gain d tau_s
- * rest (n):     L^-1 tau = -gain L^-1 K_d qd */
-void nullspace_levels(const nullspace *s, double gain, double *force, double *force_b, double *posture,
-                      double *posture_b, double *rest, double *rest_b);
+ * force (m):    J#^T tau - alpha F = J#^T stop + gain f
+ * limits (n):   floor <= rows tau <= ceiling, of the guard; their bounds are its own
+ * posture (n):  L^-1 tau = L^-1 (N stop + gain tau_N) */
+void nullspace_levels(const nullspace *s, double gain, double *force, double *force_b, double *limits,
+                      double *posture, double *posture_b);
 
 #endif

@@ -16,6 +16,7 @@ from ...configs.quantities import (
     AngularStiffnesses,
     Inertias,
     Lengths,
+    LimitMargin,
     NoiseForce,
     Stiffness,
     TimeConstant,
@@ -65,6 +66,7 @@ class RhiNullSpace(Strict, frozen=True):
     cap: Torque
     scan: Annotated[int, Meta(ge=0, le=20_000, description="more takes seconds")]
     stiffness: AngularStiffness
+    margin: LimitMargin
 
 
 class RhiSaturation(Strict, frozen=True):

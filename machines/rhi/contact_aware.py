@@ -10,6 +10,7 @@ from typing import Protocol
 import numpy as np
 
 from ...models import Array
+from .guard import Span
 from .manipulability import Shape
 from .nullspace import Gains, NullSpace
 from .redundant import RedundantArm
@@ -34,6 +35,7 @@ class Settings:
         moving: drive of the null space above which the posture counts as moving [N m].
         release: time to give the rest of the limits to the force [s].
         follow: time constant with which the direction of motion follows the hand [s]; inf keeps it.
+        span: limits of the motors; None for none.
     """
 
     shape: Shape
@@ -45,6 +47,7 @@ class Settings:
     moving: float
     release: float
     follow: float
+    span: Span | None = None
 
 
 class Resolution(Protocol):
@@ -95,7 +98,7 @@ class ContactAware:
     ) -> None:
         """An arm, its limits (n,) [N m], the first direction of motion and contact (m,)."""
         self.arm, self._settings = arm, settings
-        self.space = NullSpace(arm, limit, settings.shape, settings.gains, np.array(u, float))
+        self.space = NullSpace(arm, limit, settings.shape, settings.gains, np.array(u, float), settings.span)
         self.resolution: Resolution = Projection(self.space)
         self.transition = Transition(settings.thresholds, dt)
         self.headroom = Headroom(settings.held, settings.moving, settings.release, dt)

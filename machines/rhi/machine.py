@@ -23,6 +23,7 @@ from ...safety import Plausibility
 from .config import RhiConfig
 from .contact_aware import ContactAware, Settings
 from .environment import Wall
+from .guard import Span
 from .hierarchy import Hierarchy
 from .manipulability import Shape, force_ellipsoid
 from .nullspace import Gains
@@ -218,6 +219,7 @@ def contact_aware(config: RhiConfig, robot: Robot, wall: Wall, dt: float) -> Con
     limit, task, saturation = np.array(rhi.motors.torque), rhi.task, rhi.saturation
     space = rhi.null_space
     home = force_ellipsoid(arm.at(np.array(task.home)).J, limit)
+    span = Span(rhi.motors.lower, rhi.motors.upper, space.margin)
     settings = Settings(
         shape=Shape.of_home(home, task.spread),
         gains=Gains(
@@ -234,12 +236,13 @@ def contact_aware(config: RhiConfig, robot: Robot, wall: Wall, dt: float) -> Con
         moving=saturation.moving,
         release=saturation.release,
         follow=task.follow if task.follow is not None else np.inf,
+        span=span,
     )
     controller = ContactAware(arm, limit, wall.normal, settings, dt)
     if space.resolution == "hqp":
         controller.resolution = Hierarchy(controller.space)
     if space.scan:
-        bounds = (rhi.motors.lower, rhi.motors.upper)
+        bounds = span.inside(span.margin)
         free, stiff = (
             settings.shape.free(controller.space.motion),
             settings.shape.stiff(controller.space.contact),

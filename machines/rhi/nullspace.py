@@ -13,6 +13,7 @@ import numpy as np
 from ...binding import bind, pointer
 from ...control._kernels import ffi, lib
 from ...models import Array
+from .guard import Guard, Span
 from .manipulability import Shape, direction
 from .redundant import RedundantArm
 
@@ -64,12 +65,20 @@ class NullSpace:
         free, stiff: postures that free motion and contact pull towards, (n,) [rad]; write here.
         gradient: dv/dq, (n,); secondary_torque: tau_s; null: tau_N, (n,) [N m].
         inverse: J#^T, (m, n); root: L^-1 of M = L L^T, (n, n).
-        descent: unit row in the M^-1 metric along the projected pull, (n,); 0 without one.
         coupling: force that cancels what the posture's motion does to the hand, (m,) [N].
         wanted: J^T F; torque: composed, (n,) [N m].
+        guard: of the joint limits.
     """
 
-    def __init__(self, arm: RedundantArm, limit: Array, shape: Shape, gains: Gains, u: Array) -> None:
+    def __init__(
+        self,
+        arm: RedundantArm,
+        limit: Array,
+        shape: Shape,
+        gains: Gains,
+        u: Array,
+        span: Span | None = None,
+    ) -> None:
         """Bind to an arm; limits of its motors (n,) [N m], the first direction of motion and contact (m,)."""
         n = arm.n
         self.limit = np.array(limit, float)
@@ -77,10 +86,13 @@ class NullSpace:
         self.free, self.stiff = np.zeros(n), np.zeros(n)
         self.gradient, self.secondary_torque, self.null = np.zeros(n), np.zeros(n), np.zeros(n)
         self.wanted, self.torque = np.zeros(n), np.zeros(n)
-        self.inverse, self.root, self.descent = np.zeros((arm.m, n)), np.zeros((n, n)), np.zeros(n)
+        self.inverse, self.root = np.zeros((arm.m, n)), np.zeros((n, n))
         self.coupling = np.zeros(arm.m)
         friction = np.array(gains.friction or np.zeros(n), float)
-        core = self._core = ffi.new("nullspace *", {"n": n, "m": arm.m})
+        self.guard = Guard(
+            arm, span or Span.unbounded(n), self.limit, friction, self.inverse, self.root
+        )
+        core = self._core = ffi.new("nullspace *", {"n": n, "m": arm.m, "guard": self.guard.core})
         core.major, core.minor = shape.major, shape.minor
         core.beta, core.damping, core.cap, core.stiffness = (
             gains.beta,
@@ -103,7 +115,6 @@ class NullSpace:
             null=self.null,
             inverse=self.inverse,
             root=self.root,
-            descent=self.descent,
             coupling=self.coupling,
             wanted=self.wanted,
             torque=self.torque,
@@ -149,13 +160,13 @@ class NullSpace:
         """Write the rows of a hierarchy over (tau, alpha) and their right-hand sides; see csrc/nullspace.h.
 
         Args:
-            rows: force (m, n + 1) and (m,), posture (1, n + 1) and (1,), rest (n, n + 1) and (n,); always the
-                same arrays.
+            rows: force (m, n + 1) and (m,), limits (n, n + 1), posture (n, n + 1) and (n,); always the same
+                arrays.
             gain: as of ``compose``.
         """
         if not self._rows:
             n, m = self._core.n, self._core.m
-            shapes = (m, n + 1), (m,), (1, n + 1), (1,), (n, n + 1), (n,)
+            shapes = (m, n + 1), (m,), (n, n + 1), (n, n + 1), (n,)
             self._rows = [pointer(a, "double", *shape) for a, shape in zip(rows, shapes, strict=True)]
         lib.nullspace_levels(self._core, gain, *self._rows)
 
