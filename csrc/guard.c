@@ -13,7 +13,7 @@ static const double KEPT = 0.5, STOP = 0.2;
 /* How far ahead a motor is to be inside its limits [s]: it brakes with a time constant of this. */
 static const double HORIZON = 0.05;
 /* A motor of which the posture moves less than this share is hardly asked. */
-static const double SOFT = 0.05;
+static const double SOFT = 0.01;
 /* Damping ratio of the end stop. */
 static const double ABSORBED = 0.5;
 enum { SWEEPS = 12 };

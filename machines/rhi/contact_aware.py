@@ -13,6 +13,7 @@ from ...models import Array
 from .guard import Span
 from .manipulability import Shape
 from .nullspace import Gains, NullSpace
+from .reachable import Targets
 from .redundant import RedundantArm
 from .saturation import Headroom
 from .transition import Thresholds, Transition
@@ -91,6 +92,7 @@ class ContactAware:
         transition, headroom: the actuator saturation controller.
         reserve: V of the wanted force, 0 to 1.
         torque: of the motors, (n,) [N m].
+        targets: postures for free motion and contact; None for none.
     """
 
     def __init__(
@@ -103,6 +105,7 @@ class ContactAware:
         self.transition = Transition(settings.thresholds, dt)
         self.headroom = Headroom(settings.held, settings.moving, settings.release, dt)
         self.reserve = 1.0
+        self.targets: Targets | None = None
         self._J_free = np.zeros_like(arm.J)
         self._blend = dt / settings.follow
         self._duration = self._transition_time()
@@ -113,8 +116,10 @@ class ContactAware:
         return self.resolution.torque
 
     def reset(self) -> None:
-        """Free motion in the posture that the arm has."""
+        """Free motion in the posture that the arm has, towards targets that it can reach from there."""
         self.arm.update()
+        if self.targets:
+            self.space.free[:], self.space.stiff[:] = self.targets.reachable(self.arm.q)
         self._J_free[:] = self.arm.J
         self.transition.reset()
         self.headroom.reset()

@@ -27,8 +27,9 @@ from .guard import Span
 from .hierarchy import Hierarchy
 from .manipulability import Shape, force_ellipsoid
 from .nullspace import Gains
+from .reachable import Targets
 from .redundant import AXES, RedundantArm
-from .self_motion import Ellipsoid, best_posture
+from .self_motion import Ellipsoid
 from .transition import Thresholds as Reserves
 
 HOLDABLE = 0.8
@@ -242,14 +243,13 @@ def contact_aware(config: RhiConfig, robot: Robot, wall: Wall, dt: float) -> Con
     if space.resolution == "hqp":
         controller.resolution = Hierarchy(controller.space)
     if space.scan:
-        bounds = span.inside(span.margin)
-        free, stiff = (
-            settings.shape.free(controller.space.motion),
-            settings.shape.stiff(controller.space.contact),
-        )
-        for target, desired in ((controller.space.free, free), (controller.space.stiff, stiff)):
-            objective = Ellipsoid(desired, limit)
-            target[:] = best_posture(arm, np.array(rhi.wall.point), bounds, objective, space.scan)
+        free = settings.shape.free(controller.space.motion)
+        stiff = settings.shape.stiff(controller.space.contact)
+        objectives = [Ellipsoid(desired, limit) for desired in (free, stiff)]
+        targets = Targets(arm, np.array(rhi.wall.point), span, objectives, space.scan)
+        controller.targets = targets
+        favourite = np.argmin(targets.cost[:, 1])
+        controller.space.free[:], controller.space.stiff[:] = targets.best[favourite]
     arm.at(np.array(task.home))
     return controller
 
