@@ -5,6 +5,7 @@
 
 #include "bounds.h"
 #include "redundant.h"
+#include "spd.h"
 
 enum { JOINTS = SERIAL_MAX_JOINTS, TASK = REDUNDANT_MAX_TASK };
 
@@ -17,6 +18,8 @@ static const double SOFT = 0.01;
 /* Damping ratio of the end stop. */
 static const double ABSORBED = 0.5;
 enum { SWEEPS = 12 };
+/* Distance to a limit, in margins, from which on a motor counts fully; what counts of it at the limit. */
+static const double ROOM = 4.0, LEFT = 0.02;
 
 /* rows = diag(M) M^-1 N, from M^-1 = L^-T L^-1 and M^-1 N = M^-1 - M^-1 J^T J#^T. */
 static void mobility(guard *g) {
@@ -65,6 +68,60 @@ void guard_update(guard *g) {
         g->ceiling[i] = inertia * b.upper - own;
         g->stop[i] = stopped(g->lower[i] + zone - q, qd, zone, g->limit[i], inertia) -
                      stopped(q - g->upper[i] + zone, -qd, zone, g->limit[i], inertia);
+    }
+}
+
+/* What counts of a motor at q, and its derivative. */
+static double weight(const guard *g, int i, double *slope) {
+    const double below = g->q[i] - g->lower[i], above = g->upper[i] - g->q[i];
+    const double span = (ROOM - KEPT) * g->margin, room = fmin(below, above) - KEPT * g->margin;
+    const double s = fmax(fmin(room / span, 1.0), 0.0);
+    *slope = (1.0 - LEFT) * 6.0 * s * (1.0 - s) / span * (below < above ? 1.0 : -1.0);
+    return LEFT + (1.0 - LEFT) * s * s * (3.0 - 2.0 * s);
+}
+
+/* d log det(A) / dq_k / 2 for A = sum_i c_i J_i J_i^T, from A^-1: sum_i c_i J_i^T A^-1 dJ_i/dq_k. */
+static double turning(const guard *g, const double *c, const double *inverse, int k) {
+    const int n = g->n, m = g->m;
+    double sum = 0.0;
+    for (int a = 0; a < m; a++)
+        for (int b = 0; b < m; b++)
+            for (int i = 0; i < n; i++)
+                sum += c[i] * g->J[n * a + i] * inverse[m * a + b] * g->dJ[m * n * k + n * b + i];
+    return sum;
+}
+
+/* A^-1 of A = sum_i c_i J_i J_i^T; 0 where A is singular. */
+static int weighted(const guard *g, const double *c, double *inverse) {
+    const int n = g->n, m = g->m;
+    double A[TASK * TASK];
+    for (int a = 0; a < m; a++)
+        for (int b = 0; b < m; b++) {
+            A[m * a + b] = 0.0;
+            for (int i = 0; i < n; i++) A[m * a + b] += c[i] * g->J[n * a + i] * g->J[n * b + i];
+        }
+    if (!spd_factorise(m, A)) return 0;
+    spd_invert(m, A, inverse);
+    return 1;
+}
+
+void guard_avoid(const guard *g, double *gradient) {
+    const int n = g->n, m = g->m;
+    double full[JOINTS], left[JOINTS], slope[JOINTS], of_full[TASK * TASK], of_left[TASK * TASK];
+    int near = 0;
+    for (int i = 0; i < n; i++) {
+        full[i] = 1.0 / (g->limit[i] * g->limit[i]);
+        const double share = weight(g, i, &slope[i]);
+        left[i] = full[i] * share, slope[i] *= full[i];
+        near |= share < 1.0;
+    }
+    memset(gradient, 0, sizeof(double) * (size_t)n);
+    if (!near || !weighted(g, full, of_full) || !weighted(g, left, of_left)) return;
+    for (int k = 0; k < n; k++) {
+        double own = 0.0; /* J_k^T A_p^-1 J_k */
+        for (int a = 0; a < m; a++)
+            for (int b = 0; b < m; b++) own += g->J[n * a + k] * of_left[m * a + b] * g->J[n * b + k];
+        gradient[k] = turning(g, full, of_full, k) - turning(g, left, of_left, k) - 0.5 * slope[k] * own;
     }
 }
 

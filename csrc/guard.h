@@ -6,6 +6,7 @@
  * and each shall be inside its limits one horizon ahead (bounds_c). Where tau asks for something else, it gets
  * the least change in the M^-1 metric: tau + N sum_i e_i lambda_i, softly, so that motors that the posture can
  * hardly move get no torque in vain. What the hand drags into the last part of the margin meets an end stop.
+ * Postures in which only a motor next to its limit can follow the hand are dead ends: avoided beforehand.
  */
 #ifndef HAPTICD_GUARD_H
 #define HAPTICD_GUARD_H
@@ -15,7 +16,7 @@
 typedef struct {
     int n, m; /* at most 16 joints, 3 directions */
     /* as redundant_update and nullspace_secondary leave them */
-    const double *J SHAPE(m, n), *M SHAPE(n, n), *q SHAPE(n), *qd SHAPE(n);
+    const double *J SHAPE(m, n), *dJ SHAPE(n, m, n), *M SHAPE(n, n), *q SHAPE(n), *qd SHAPE(n);
     const double *drift SHAPE(m), *bias SHAPE(n);
     const double *inverse SHAPE(m, n); /* J#^T */
     const double *root SHAPE(n, n);    /* L^-1 of M = L L^T */
@@ -30,6 +31,12 @@ typedef struct {
 
 /* Rows, their bounds and the end stop for the present state. */
 void guard_update(guard *g);
+
+/* Gradient (n) of log(det A / det A_p) / 2, A = sum_i J_i J_i^T / limit_i^2 and A_p the same with each motor
+ * weighted by the room that it has: what the hand would lose of its ease of motion if motors next to their
+ * limits dropped out. It is 0 away from limits; it grows where one of them is all that moves the hand in some
+ * direction, and the posture alone could not take it back. */
+void guard_avoid(const guard *g, double *gradient);
 
 /* What to add to the torques tau (n) so that the posture keeps its limits. */
 void guard_hold(const guard *g, const double *tau, double *add);

@@ -1,60 +1,14 @@
 #include "nullspace.h"
 #include "redundant.h"
+#include "spd.h"
 
 #include <math.h>
 #include <string.h>
 
+/* Weight of what leads out of dead ends [N m]. */
+static const double AVOID = 1.0;
+
 enum { JOINTS = SERIAL_MAX_JOINTS, TASK = REDUNDANT_MAX_TASK };
-
-/* A pivot smaller than this share of the largest diagonal entry is rounding: the matrix counts as singular.
- */
-static const double SINGULAR = 1e-14;
-
-/* Lower factor of a symmetric positive definite A (n x n), in place; 0 where it is none. */
-static int factorise(int n, double *A) {
-    double largest = 0.0;
-    for (int i = 0; i < n; i++) largest = fmax(largest, A[n * i + i]);
-    for (int j = 0; j < n; j++)
-        for (int i = j; i < n; i++) {
-            double sum = A[n * i + j];
-            for (int k = 0; k < j; k++) sum -= A[n * i + k] * A[n * j + k];
-            if (i > j)
-                A[n * i + j] = sum / A[n * j + j];
-            else if (!(sum > SINGULAR * largest))
-                return 0;
-            else
-                A[n * j + j] = sqrt(sum);
-        }
-    return 1;
-}
-
-/* x = A^-1 x from A's factor. */
-static void solve(int n, const double *L, double *x) {
-    for (int i = 0; i < n; i++) {
-        for (int k = 0; k < i; k++) x[i] -= L[n * i + k] * x[k];
-        x[i] /= L[n * i + i];
-    }
-    for (int i = n - 1; i >= 0; i--) {
-        for (int k = i + 1; k < n; k++) x[i] -= L[n * k + i] * x[k];
-        x[i] /= L[n * i + i];
-    }
-}
-
-static double logdet(int n, const double *L) {
-    double sum = 0.0;
-    for (int i = 0; i < n; i++) sum += log(L[n * i + i]);
-    return 2.0 * sum;
-}
-
-/* Inverse of A (n x n) from its factor. */
-static void invert(int n, const double *L, double *inverse) {
-    for (int j = 0; j < n; j++) {
-        double column[TASK] = {0.0};
-        column[j] = 1.0;
-        solve(n, L, column);
-        for (int i = 0; i < n; i++) inverse[n * i + j] = column[i];
-    }
-}
 
 /* D of (16) from (12) and (13): both are a multiple of the identity and one of a direction's u u^T. */
 static void desired(const nullspace *s, double omega, double *D) {
@@ -71,18 +25,18 @@ static int stein(nullspace *s, double omega) {
     double weight[JOINTS], inverse[TASK * TASK], pull[TASK * JOINTS];
     for (int i = 0; i < n; i++) weight[i] = 1.0 / (s->limit[i] * s->limit[i]);
     desired(s, omega, D);
-    if (!factorise(m, D)) return 0;
-    invert(m, D, B);
+    if (!spd_factorise(m, D)) return 0;
+    spd_invert(m, D, B);
     for (int a = 0; a < m; a++)
         for (int b = 0; b < m; b++) {
             A[m * a + b] = 0.0;
             for (int i = 0; i < n; i++) A[m * a + b] += s->J[n * a + i] * weight[i] * s->J[n * b + i];
             mean[m * a + b] = A[m * a + b] + B[m * a + b];
         }
-    if (!factorise(m, A) || !factorise(m, mean)) return 0;
-    s->cost = logdet(m, mean) - m * log(2.0) - 0.5 * (logdet(m, A) - logdet(m, D));
-    invert(m, mean, G);
-    invert(m, A, inverse);
+    if (!spd_factorise(m, A) || !spd_factorise(m, mean)) return 0;
+    s->cost = spd_logdet(m, mean) - m * log(2.0) - 0.5 * (spd_logdet(m, A) - spd_logdet(m, D));
+    spd_invert(m, mean, G);
+    spd_invert(m, A, inverse);
     for (int e = 0; e < m * m; e++) G[e] -= 0.5 * inverse[e];
     for (int a = 0; a < m; a++)
         for (int i = 0; i < n; i++) {
@@ -102,12 +56,12 @@ static void project(const nullspace *s, const double *M, const double *S, double
     const int n = s->n, m = s->m;
     double acceleration[JOINTS], force[TASK];
     memcpy(acceleration, tau, sizeof(double) * (size_t)n);
-    solve(n, M, acceleration);
+    spd_solve(n, M, acceleration);
     for (int a = 0; a < m; a++) {
         force[a] = 0.0;
         for (int i = 0; i < n; i++) force[a] += s->J[n * a + i] * acceleration[i];
     }
-    solve(m, S, force);
+    spd_solve(m, S, force);
     for (int i = 0; i < n; i++)
         for (int a = 0; a < m; a++) tau[i] -= s->J[n * a + i] * force[a];
 }
@@ -119,7 +73,7 @@ static void couple(const nullspace *s, const double *S) {
     for (int a = 0; a < m; a++)
         for (int i = 0; i < n; i++) hand[a] += s->J[n * a + i] * s->qd[i];
     memcpy(inertial, s->drift, sizeof(double) * (size_t)m);
-    solve(m, S, inertial);
+    spd_solve(m, S, inertial);
     for (int a = 0; a < m; a++) s->coupling[a] = -inertial[a];
     for (int i = 0; i < n; i++) {
         double null_rate = s->qd[i];
@@ -135,12 +89,12 @@ static void hierarchy(const nullspace *s, const double *M, const double *S) {
     for (int j = 0; j < n; j++) {
         double column[JOINTS] = {0.0}, force[TASK];
         column[j] = 1.0;
-        solve(n, M, column);
+        spd_solve(n, M, column);
         for (int a = 0; a < m; a++) {
             force[a] = 0.0;
             for (int i = 0; i < n; i++) force[a] += s->J[n * a + i] * column[i];
         }
-        solve(m, S, force);
+        spd_solve(m, S, force);
         for (int a = 0; a < m; a++) s->inverse[n * a + j] = force[a];
         for (int i = 0; i < n; i++) { /* L x = unit vector j */
             double sum = i == j ? 1.0 : 0.0;
@@ -157,22 +111,32 @@ static double norm(int n, const double *x) {
     return sqrt(sum);
 }
 
+/* How much of the cap the way out of a dead end takes: all of it where its projection asks for that much. */
+static double retreating(const nullspace *s, const double *M, const double *S, const double *retreat) {
+    double projected[JOINTS];
+    memcpy(projected, retreat, sizeof(double) * (size_t)s->n);
+    project(s, M, S, projected);
+    const double size = AVOID * norm(s->n, projected);
+    return AVOID * (size > s->cap ? s->cap / size : 1.0);
+}
+
 int nullspace_secondary(nullspace *s, double omega) {
     const int n = s->n, m = s->m;
     double M[JOINTS * JOINTS], S[TASK * TASK], pull[JOINTS], projected[JOINTS];
+    double retreat[JOINTS];
     if (!stein(s, omega)) return 0;
     memcpy(M, s->M, sizeof(double) * (size_t)(n * n));
-    if (!factorise(n, M)) return 0;
+    if (!spd_factorise(n, M)) return 0;
     for (int b = 0; b < m; b++) {
         double column[JOINTS];
         memcpy(column, s->J + n * b, sizeof(double) * (size_t)n);
-        solve(n, M, column);
+        spd_solve(n, M, column);
         for (int a = 0; a < m; a++) {
             S[m * a + b] = 0.0;
             for (int i = 0; i < n; i++) S[m * a + b] += s->J[n * a + i] * column[i];
         }
     }
-    if (!factorise(m, S)) return 0;
+    if (!spd_factorise(m, S)) return 0;
     for (int i = 0; i < n; i++) {
         const double target = omega * s->free[i] + (1.0 - omega) * s->stiff[i];
         pull[i] = s->beta * s->gradient[i] + s->stiffness * (s->q[i] - target);
@@ -181,7 +145,10 @@ int nullspace_secondary(nullspace *s, double omega) {
     project(s, M, S, projected);
     s->drive = norm(n, projected);
     const double scale = s->drive > s->cap ? s->cap / s->drive : 1.0;
-    for (int i = 0; i < n; i++) s->secondary[i] = -scale * pull[i] - s->damping * s->qd[i];
+    guard_avoid(s->guard, retreat);
+    const double away = retreating(s, M, S, retreat);
+    for (int i = 0; i < n; i++)
+        s->secondary[i] = -scale * pull[i] - away * retreat[i] - s->damping * s->qd[i];
     memcpy(s->null, s->secondary, sizeof(double) * (size_t)n);
     project(s, M, S, s->null);
     hierarchy(s, M, S);
@@ -221,7 +188,7 @@ static double beside(const nullspace *s, const double *torque) {
 
 void nullspace_compose(nullspace *s, double part, double gain) {
     const int n = s->n;
-    double share = gain, posture[JOINTS], kept[JOINTS];
+    double share = gain, posture[JOINTS] = {0.0}, kept[JOINTS];
     s->alpha = 1.0;
     for (int i = 0; i < n; i++) {
         const double most = part * s->limit[i], size = fabs(s->wanted[i]);

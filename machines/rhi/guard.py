@@ -57,7 +57,7 @@ class Guard:
         self.stop, self._add = np.zeros(n), np.zeros(n)
         core: Any = ffi.new("guard *", {"n": n, "m": arm.m, "margin": span.margin})
         self.core = core
-        bind(lib, core, J=arm.J, M=arm.M, q=arm.q, qd=arm.qd, drift=arm.drift, bias=arm.bias)
+        bind(lib, core, J=arm.J, dJ=arm.dJ, M=arm.M, q=arm.q, qd=arm.qd, drift=arm.drift, bias=arm.bias)
         bind(lib, core, lower=np.array(span.lower, float), upper=np.array(span.upper, float))
         bind(lib, core, limit=limit, friction=friction, inverse=inverse, root=root)
         bind(lib, core, rows=self.rows, floor=self.floor, ceiling=self.ceiling, stop=self.stop)
@@ -65,6 +65,11 @@ class Guard:
     def update(self) -> None:
         """Rows, bounds and end stop for the present state."""
         lib.guard_update(self.core)
+
+    def avoid(self) -> Array:
+        """Gradient of what the hand would lose without the motors next to their limits, (n,); own buffer."""
+        lib.guard_avoid(self.core, pointer(self._add, "double", self.core.n))
+        return self._add
 
     def hold(self, torque: Array) -> Array:
         """What torques (n,) [N m] need besides so that the posture keeps its limits, (n,); own buffer."""

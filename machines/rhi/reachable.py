@@ -24,6 +24,8 @@ LEAST = 20
 """Postures of a part; what is smaller is a crumb of the scan."""
 POLISHED = 8
 """How many of the best scanned postures are improved further."""
+ROOM = (3.0, 2.0)
+"""Distance of targets to the limits, in margins, where a part has such postures: the hand does not stay at x."""
 CHUNK = 500
 
 
@@ -76,25 +78,43 @@ class Targets:
             ModelError: no posture within the limits reaches x.
         """
         bounds = span.inside(span.margin)
-        if not len(scan(arm, x, bounds, count)):
+        try:
+            self.parts = Parts(arm, x, bounds, count)
+        except ModelError:
             bounds = span.inside(0.0)
-        self.parts = Parts(arm, x, bounds, count)
+            self.parts = Parts(arm, x, bounds, count)
         J = arm.reach(self.parts.postures)[1]
         number = int(self.parts.part.max()) + 1
         self.best = np.empty((number, len(objectives), arm.n))
         self.cost = np.empty((number, len(objectives)))
-        for k, objective in enumerate(objectives):
-            costs = objective.cost(J)
-            for part in range(number):
-                own = np.flatnonzero(self.parts.part == part)
-                start = self.parts.postures[own[np.argsort(costs[own])[:POLISHED]]]
-                found, cost = descend(arm, start, x, objective, bounds=bounds)
+        for part in range(number):
+            own = np.flatnonzero(self.parts.part == part)
+            own, limits = _roomy(self.parts.postures, own, span, bounds)
+            for k, objective in enumerate(objectives):
+                costs = objective.cost(J[own])
+                start = self.parts.postures[own[np.argsort(costs)[:POLISHED]]]
+                found, cost = descend(arm, start, x, objective, bounds=limits)
                 self.best[part, k], self.cost[part, k] = found[np.argmin(cost)], np.min(cost)
 
     def reachable(self, q: Array) -> Array:
         """Targets in the part of a posture (n,), (objectives, n)."""
         targets: Array = self.best[self.parts.of(q)]
         return targets
+
+
+Bounds = tuple[Sequence[float], Sequence[float]] | tuple[Array, Array]
+
+
+def _roomy(
+    postures: Array, own: NDArray[np.int64], span: Span, bounds: Bounds
+) -> tuple[NDArray[np.int64], Bounds]:
+    """Those of a part's postures that leave the hand most room to move, and the bounds that they keep."""
+    for margins in ROOM:
+        lower, upper = span.inside(margins * span.margin)
+        inside = own[np.all((lower <= postures[own]) & (postures[own] <= upper), axis=1)]
+        if len(inside) >= LEAST:
+            return inside, (lower, upper)
+    return own, bounds
 
 
 def _ways(
