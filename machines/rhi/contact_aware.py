@@ -14,12 +14,17 @@ from .guard import Span
 from .manipulability import Shape
 from .nullspace import Gains, NullSpace
 from .reachable import Targets
-from .redundant import RedundantArm
+from .passivity import Tank
+from .reachable import RedundantArm
 from .saturation import Headroom
 from .transition import Thresholds, Transition
 
 SLOW = 0.01
 """Speed of the hand below which its direction says nothing [m/s]."""
+LIGHT = 0.5
+"""Force below which its direction says nothing [N]."""
+FELT_S = 0.05
+"""Time constant with which the direction of contact follows the measured force [s]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,6 +96,8 @@ class ContactAware:
         space: secondary and null-space torques.
         transition, headroom: the actuator saturation controller.
         reserve: V of the wanted force, 0 to 1.
+        tank: keeps the rendered force passive.
+        alpha: rendered share of the environment's force.
         torque: of the motors, (n,) [N m].
         targets: postures for free motion and contact; None for none.
     """
@@ -106,8 +113,10 @@ class ContactAware:
         self.headroom = Headroom(settings.held, settings.moving, settings.release, dt)
         self.reserve = 1.0
         self.targets: Targets | None = None
+        self.tank, self.alpha = Tank(arm.m), 1.0
         self._J_free = np.zeros_like(arm.J)
-        self._blend = dt / settings.follow
+        self._blend, self._contact_blend = dt / settings.follow, dt / FELT_S
+        self._identity, self._normal = np.eye(arm.m).ravel().tolist(), self.space.contact.copy()
         self._duration = self._transition_time()
 
     @property
@@ -123,42 +132,67 @@ class ContactAware:
         self._J_free[:] = self.arm.J
         self.transition.reset()
         self.headroom.reset()
+        self.tank.reset()
+        self.space.contact[:] = self._normal
+        self._duration = self._transition_time()
         self.reserve = 1.0
 
-    def update(self, force: Sequence[float], gain: float) -> bool:
+    def update(
+        self, force: Sequence[float], gain: float, potential: float = 0.0, felt: Sequence[float] | None = None
+    ) -> bool:
         """Compute ``torque``; False in a singular posture or without an answer of the resolution.
 
         ``arm.update`` comes first: the force depends on where the hand is.
 
         Args:
-            force: that the hand shall feel, (m,) [N].
+            force: of the environment on the hand, (m,) [N].
             gain: 0 to 1, how much of force and posture control acts while the machine engages.
+            potential: energy that the environment stores where the hand is [J]; 0 where it stores none.
+            felt: measured force of the hand, (m,) [N]; None keeps the direction of contact.
         """
         arm, space = self.arm, self.space
-        self._follow()
-        space.want([gain * f for f in force])
+        part = gain * self.tank.update(arm.position.tolist(), potential)
+        wanted = [part * f for f in force]
+        self._follow(wanted, felt)
+        space.want(wanted)
         self.reserve = space.reserve(arm.J, self._settings.steepness)
         in_free = space.reserve(self._J_free, self._settings.steepness)
         omega = self.transition.update(self.reserve, in_free, self._duration)
         if self.transition.phase == 0.0:
             self._J_free[:] = arm.J
-        if not space.secondary(omega):
-            return False
-        return self.resolution.resolve(self.headroom.update(space.drive), gain)
+        solved = space.secondary(omega) and self.resolution.resolve(self.headroom.update(space.drive), gain)
+        self.alpha = part * self.resolution.alpha if solved else 0.0
+        self.tank.render([self.alpha * f for f in force])
+        return solved
 
-    def _follow(self) -> None:
-        """Let the direction of motion follow the hand; P = u u^T needs no sign, so a reversal is no turn."""
-        if not self._blend:
-            return
-        velocity = self.arm.velocity.tolist()
-        speed = hypot(*velocity)
-        if speed > SLOW:
-            u = self.arm.velocity / speed
-            self.space.motion += self._blend * (np.outer(u, u) - self.space.motion)
+    def _follow(self, wanted: Sequence[float], felt: Sequence[float] | None) -> None:
+        """Let the directions follow the hand's motion and force; P = u u^T: a reversal is no turn."""
+        turned = False
+        if self._blend:
+            turned = _turn(self.space.motion, self.arm.velocity.tolist(), SLOW, self._blend)
+        if felt is not None and hypot(*wanted) > LIGHT:
+            turned |= _turn(self.space.contact, felt, LIGHT, self._contact_blend)
+        if turned:
             self._duration = self._transition_time()
 
     def _transition_time(self) -> float:
-        """Duration of a whole transition (19) [s]."""
+        """Duration of a whole transition (19) [s]: (12) and (13) are apart by (K - zeta)(I - P_u - P_F)."""
         shape, space = self._settings.shape, self.space
-        apart = shape.free(space.motion) - shape.stiff(space.contact)
-        return self._settings.rho * sqrt(float(np.sum(apart * apart)))
+        motion, contact = space.motion.ravel().tolist(), space.contact.ravel().tolist()
+        pairs = zip(self._identity, motion, contact, strict=True)
+        apart = sqrt(sum((one - p - c) ** 2 for one, p, c in pairs))
+        return self._settings.rho * (shape.major - shape.minor) * apart
+
+
+def _turn(projector: Array, vector: Sequence[float], least: float, blend: float) -> bool:
+    """Blend u u^T of a vector (m,) into a projector (m, m); False where the vector is too short for that."""
+    size = hypot(*vector)
+    if size <= least:
+        return False
+    flat = projector.ravel()
+    k = 0
+    for a in vector:
+        for b in vector:
+            flat[k] += blend * (a * b / (size * size) - flat[k])
+            k += 1
+    return True

@@ -61,6 +61,7 @@ def state_layout(n: int, m: int) -> np.dtype[np.void]:
             ("alpha", "<f8"),  # rendered share of the force
             ("cost", "<f8"),  # Stein divergence v
             ("drive", "<f8"),  # norm of the pull on the posture [N m]
+            ("energy", "<f8"),  # that the rendered force has taken from the hand in this contact [J]
             ("iterations", "<u2"),
             ("solves", "u1"),
         ]
@@ -68,7 +69,7 @@ def state_layout(n: int, m: int) -> np.dtype[np.void]:
 
 
 class RedundantInterface:
-    """See ``Machine``. The wrench of the hand is watched and logged; the law itself needs none."""
+    """See ``Machine``. Of the wrench of the hand the law takes the direction of contact, nothing else."""
 
     outputs: tuple[tuple[str, str], ...] = (("joints", "target_torque"),)
 
@@ -95,6 +96,7 @@ class RedundantInterface:
         scales = self._force_torque.scales[0]
         self._force = sensor(image, "force_torque", 0, self._measured, scales, dt)
         self._rows = [AXES.index(name) for name in rhi.task.directions]
+        self._felt = np.zeros(arm.m)
         self._pull = np.zeros(arm.n)  # torques that hold the hand's force
         self._steady = np.zeros(arm.n)  # the same, smoothed
         self._smooth = 1.0 - exp(-dt / STEADY_S)
@@ -148,7 +150,9 @@ class RedundantInterface:
         """One tick of ContactAware, fig. 5."""
         self._demand = self.wall.force(self._arm.position.tolist())
         self._mark(Stage.MODEL)
-        self.solved = self.controller.update(self._demand, gain)
+        np.take(self._hand, self._rows, out=self._felt)
+        felt = self._felt.tolist() if self.raw_wrench is not None else None
+        self.solved = self.controller.update(self._demand, gain, self.wall.energy, felt)
         self._mark(Stage.SOLVE)
         self._standstill.reset()
         if not self.solved:
@@ -189,7 +193,7 @@ class RedundantInterface:
             *(arm.q, arm.qd, self._drives.target_torque, controller.space.null),
             *(arm.position, self._hand),
         )
-        count = sum(len(numbers) for numbers in self._numbers) + arm.m + 6
+        count = sum(len(numbers) for numbers in self._numbers) + arm.m + 7
         self._logged = state.view(np.uint8)[: 8 * count].view(np.float64)
         self._logged_solve = state["iterations"], state["solves"]
 
@@ -197,7 +201,7 @@ class RedundantInterface:
         """Copy the state of this tick."""
         controller, space = self.controller, self.controller.space
         observed = (self.wall.depth, controller.reserve, controller.transition.omega)
-        scalars = (*observed, controller.resolution.alpha, space.cost, space.drive)
+        scalars = (*observed, controller.alpha, space.cost, space.drive, controller.tank.energy)
         np.concatenate((*self._numbers, self._demand, scalars), out=self._logged)
         iterations, solves = self._logged_solve
         iterations[0], solves[0] = controller.resolution.iterations, controller.resolution.solves
