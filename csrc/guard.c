@@ -15,6 +15,8 @@ static const double KEPT = 0.5, STOP = 0.2;
 static const double HORIZON = 0.05;
 /* A motor of which the posture moves less than this share is hardly asked. */
 static const double SOFT = 0.01;
+/* Largest lambda, in torques of its motor: N leaves little of it where the posture hardly moves the motor. */
+static const double MOST = 20.0;
 /* Damping ratio of the end stop. */
 static const double ABSORBED = 0.5;
 enum { SWEEPS = 12 };
@@ -141,7 +143,7 @@ void guard_hold(const guard *g, const double *tau, double *add) {
             const double lack = rest < g->floor[i]     ? g->floor[i] - rest
                                 : rest > g->ceiling[i] ? g->ceiling[i] - rest
                                                        : 0.0;
-            const double wanted = clamp(lack / (own + SOFT), g->limit[i]), step = wanted - lambda[i];
+            const double wanted = clamp(lack / (own + SOFT), MOST * g->limit[i]), step = wanted - lambda[i];
             lambda[i] = wanted;
             change += fabs(step);
             if (step != 0.0)
