@@ -8,6 +8,10 @@
 /* Weight of what leads out of dead ends [N m]. */
 static const double AVOID = 1.0;
 
+/* Fastest swing of the posture about a target [rad/s], far below what a tick of 1 ms turns, and its damping
+ * ratio. */
+static const double FASTEST = 80.0, RATIO = 0.5;
+
 enum { JOINTS = SERIAL_MAX_JOINTS, TASK = REDUNDANT_MAX_TASK };
 
 /* D of (16) from (12) and (13): both are a multiple of the identity and one of a direction's u u^T. */
@@ -18,8 +22,37 @@ static void desired(const nullspace *s, double omega, double *D) {
     for (int a = 0; a < m; a++) D[m * a + a] += omega * s->major + (1.0 - omega) * s->minor;
 }
 
-/* Cost and gradient; 0 where A or D is singular. */
-static int stein(nullspace *s, double omega) {
+/* Upper bound of v's second derivatives H (n x n): tr(A^-1 dA_k A^-1 dA_l) / 2, from A^-1. */
+static void curvature(const nullspace *s, const double *inverse, const double *weight, double *H) {
+    const int n = s->n, m = s->m;
+    double X[JOINTS][TASK * TASK];
+    for (int k = 0; k < n; k++) {
+        const double *dJ = s->dJ + m * n * k;
+        double dA[TASK * TASK];
+        for (int a = 0; a < m; a++)
+            for (int b = 0; b < m; b++) {
+                dA[m * a + b] = 0.0;
+                for (int i = 0; i < n; i++)
+                    dA[m * a + b] +=
+                        weight[i] * (dJ[n * a + i] * s->J[n * b + i] + s->J[n * a + i] * dJ[n * b + i]);
+            }
+        for (int a = 0; a < m; a++)
+            for (int b = 0; b < m; b++) {
+                X[k][m * a + b] = 0.0;
+                for (int c = 0; c < m; c++) X[k][m * a + b] += inverse[m * a + c] * dA[m * c + b];
+            }
+    }
+    for (int k = 0; k < n; k++)
+        for (int l = k; l < n; l++) {
+            double sum = 0.0;
+            for (int a = 0; a < m; a++)
+                for (int b = 0; b < m; b++) sum += X[k][m * a + b] * X[l][m * b + a];
+            H[n * k + l] = H[n * l + k] = 0.5 * sum;
+        }
+}
+
+/* Cost, gradient and a bound of the curvature H (n x n); 0 where A or D is singular. */
+static int stein(nullspace *s, double omega, double *H) {
     const int n = s->n, m = s->m;
     double A[TASK * TASK], B[TASK * TASK], D[TASK * TASK], mean[TASK * TASK], G[TASK * TASK];
     double weight[JOINTS], inverse[TASK * TASK], pull[TASK * JOINTS];
@@ -37,6 +70,7 @@ static int stein(nullspace *s, double omega) {
     s->cost = spd_logdet(m, mean) - m * log(2.0) - 0.5 * (spd_logdet(m, A) - spd_logdet(m, D));
     spd_invert(m, mean, G);
     spd_invert(m, A, inverse);
+    curvature(s, inverse, weight, H);
     for (int e = 0; e < m * m; e++) G[e] -= 0.5 * inverse[e];
     for (int a = 0; a < m; a++)
         for (int i = 0; i < n; i++) {
@@ -111,6 +145,19 @@ static double norm(int n, const double *x) {
     return sqrt(sum);
 }
 
+/* Fastest angular frequency squared of the posture on the spring beta H + stiffness: at most the trace of
+ * M^-1 N times that. */
+static double swing(const nullspace *s, const double *H) {
+    const int n = s->n;
+    double sum = 0.0;
+    for (int i = 0; i < n; i++)
+        for (int j = 0; j < n; j++) {
+            const double mobile = s->guard->rows[n * i + j] / s->M[n * i + i];
+            sum += mobile * (s->beta * H[n * j + i] + (i == j ? s->stiffness : 0.0));
+        }
+    return fmax(sum, 0.0);
+}
+
 /* How much of the cap the way out of a dead end takes: all of it where its projection asks for that much. */
 static double retreating(const nullspace *s, const double *M, const double *S, const double *retreat) {
     double projected[JOINTS];
@@ -123,8 +170,8 @@ static double retreating(const nullspace *s, const double *M, const double *S, c
 int nullspace_secondary(nullspace *s, double omega) {
     const int n = s->n, m = s->m;
     double M[JOINTS * JOINTS], S[TASK * TASK], pull[JOINTS], projected[JOINTS];
-    double retreat[JOINTS];
-    if (!stein(s, omega)) return 0;
+    double retreat[JOINTS], H[JOINTS * JOINTS];
+    if (!stein(s, omega, H)) return 0;
     memcpy(M, s->M, sizeof(double) * (size_t)(n * n));
     if (!spd_factorise(n, M)) return 0;
     for (int b = 0; b < m; b++) {
@@ -137,6 +184,8 @@ int nullspace_secondary(nullspace *s, double omega) {
         }
     }
     if (!spd_factorise(m, S)) return 0;
+    hierarchy(s, M, S);
+    guard_update(s->guard);
     for (int i = 0; i < n; i++) {
         const double target = omega * s->free[i] + (1.0 - omega) * s->stiff[i];
         pull[i] = s->beta * s->gradient[i] + s->stiffness * (s->q[i] - target);
@@ -144,15 +193,20 @@ int nullspace_secondary(nullspace *s, double omega) {
     memcpy(projected, pull, sizeof(double) * (size_t)n);
     project(s, M, S, projected);
     s->drive = norm(n, projected);
-    const double scale = s->drive > s->cap ? s->cap / s->drive : 1.0;
+    /* capped, and no stiffer than a tick allows */
+    const double fastest = swing(s, H);
+    double scale = s->drive > s->cap ? s->cap / s->drive : 1.0;
+    if (scale * fastest > FASTEST * FASTEST) scale = FASTEST * FASTEST / fastest;
+    const double rate = 2.0 * RATIO * sqrt(scale * fastest);
     guard_avoid(s->guard, retreat);
     const double away = retreating(s, M, S, retreat);
-    for (int i = 0; i < n; i++)
-        s->secondary[i] = -scale * pull[i] - away * retreat[i] - s->damping * s->qd[i];
+    for (int i = 0; i < n; i++) {
+        double momentum = 0.0;
+        for (int k = 0; k < n; k++) momentum += s->M[n * i + k] * s->qd[k];
+        s->secondary[i] = -scale * pull[i] - away * retreat[i] - s->damping * s->qd[i] - rate * momentum;
+    }
     memcpy(s->null, s->secondary, sizeof(double) * (size_t)n);
     project(s, M, S, s->null);
-    hierarchy(s, M, S);
-    guard_update(s->guard);
     return isfinite(s->cost) && isfinite(s->drive);
 }
 
