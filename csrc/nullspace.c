@@ -10,7 +10,7 @@ static const double AVOID = 1.0;
 
 /* Fastest swing of the posture about a target [rad/s], far below what a tick of 1 ms turns, and its damping
  * ratio. */
-static const double FASTEST = 80.0, RATIO = 0.5;
+static const double FASTEST = 100.0, RATIO = 0.25;
 
 enum { JOINTS = SERIAL_MAX_JOINTS, TASK = REDUNDANT_MAX_TASK };
 
