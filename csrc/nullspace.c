@@ -255,6 +255,7 @@ void nullspace_compose(nullspace *s, double part, double gain) {
         const double room = s->limit[i] - (posture[i] < 0.0 ? -used : used);
         if (fabs(posture[i]) * share > room) share = fmax(room, 0.0) / fabs(posture[i]);
     }
+    share = fmin(fmin(fmax(share, s->share - s->slew), s->share + s->slew), gain);
     for (int i = 0; i < n; i++) posture[i] *= share;
     guard_hold(s->guard, posture, kept);
     for (int i = 0; i < n; i++) posture[i] += kept[i] + s->guard->stop[i];

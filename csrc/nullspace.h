@@ -45,7 +45,8 @@ typedef struct {
     double *wanted SHAPE(n); /* J^T F */
     double *torque SHAPE(n);
     double alpha; /* share of the wanted torque */
-    double share; /* share of the null-space torque */
+    double share; /* share of the null-space torque; of the tick before when called */
+    double slew;  /* largest change of it in a call */
 } nullspace;
 
 /* Cost, gradient, secondary and null-space torque for D = omega D_free + (1 - omega) D_stiff, (12), (13),
@@ -61,7 +62,7 @@ double nullspace_reserve(const nullspace *s, const double *J, const double *forc
 
 /* alpha J^T F + share (tau_N + J^T f) with the largest alpha <= 1 that keeps this part (0 to 1) of the
  * limits, then the largest share <= gain (0 to 1) that keeps the limits. What the joint limits need besides
- * comes before both: alpha yields to it. */
+ * comes before both, and share changes by no more than slew: alpha yields to them. */
 void nullspace_compose(nullspace *s, double part, double gain);
 
 /* Rows of a hierarchy over (tau, alpha), each n + 1 wide, with their right-hand sides:

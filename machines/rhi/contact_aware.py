@@ -23,6 +23,8 @@ SLOW = 0.01
 """Speed of the hand below which its direction says nothing [m/s]."""
 LIGHT = 0.5
 """Force below which its direction says nothing [N]."""
+SLEW_S = 0.03
+"""Time in which the posture's share of the torques goes from nothing to all [s]."""
 FELT_S = 0.05
 """Time constant with which the direction of contact follows the measured force [s]."""
 
@@ -107,7 +109,9 @@ class ContactAware:
     ) -> None:
         """An arm, its limits (n,) [N m], the first direction of motion and contact (m,)."""
         self.arm, self._settings = arm, settings
-        self.space = NullSpace(arm, limit, settings.shape, settings.gains, np.array(u, float), settings.span)
+        self.space = NullSpace(
+            arm, limit, settings.shape, settings.gains, np.array(u, float), settings.span, dt / SLEW_S
+        )
         self.resolution: Resolution = Projection(self.space)
         self.transition = Transition(settings.thresholds, dt)
         self.headroom = Headroom(settings.held, settings.moving, settings.release, dt)

@@ -78,8 +78,20 @@ class NullSpace:
         gains: Gains,
         u: Array,
         span: Span | None = None,
+        slew: float = 1.0,
     ) -> None:
-        """Bind to an arm; limits of its motors (n,) [N m], the first direction of motion and contact (m,)."""
+        """Bind to an arm.
+
+        Args:
+            arm: the interface.
+            limit: torques of its motors, (n,) [N m].
+            shape: of the desired ellipsoids.
+            gains: of the secondary torque.
+            u: first direction of motion and contact, (m,).
+            span: limits of the motors; None for none.
+            slew: largest change of ``share`` in a ``compose``: where a motor saturates, a little more or less
+                of the force gives the posture all or nothing.
+        """
         n = arm.n
         self.limit = np.array(limit, float)
         self.motion, self.contact = direction(u), direction(u)
@@ -92,7 +104,7 @@ class NullSpace:
         self.guard = Guard(
             arm, span or Span.unbounded(n), self.limit, friction, self.inverse, self.root
         )
-        core = self._core = ffi.new("nullspace *", {"n": n, "m": arm.m, "guard": self.guard.core})
+        core = self._core = ffi.new("nullspace *", {"n": n, "m": arm.m, "guard": self.guard.core, "slew": slew, "share": 1.0})
         core.major, core.minor = shape.major, shape.minor
         core.beta, core.damping, core.cap, core.stiffness = (
             gains.beta,
