@@ -9,8 +9,6 @@
 
 enum { JOINTS = SERIAL_MAX_JOINTS, TASK = REDUNDANT_MAX_TASK };
 
-/* Shares of the margin that the posture keeps, and in which the end stop is. */
-static const double KEPT = 0.5, STOP = 0.2;
 /* How far ahead a motor is to be inside its limits [s]: it brakes with a time constant of this. */
 static const double HORIZON = 0.05;
 /* A motor of which the posture moves less than this share is hardly asked. */
@@ -19,9 +17,11 @@ static const double SOFT = 0.01;
 static const double MOST = 20.0;
 /* Damping ratio of the end stop. */
 static const double ABSORBED = 0.5;
-enum { SWEEPS = 12 };
-/* Distance to a limit, in margins, from which on a motor counts fully; what counts of it at the limit. */
-static const double ROOM = 4.0, LEFT = 0.02;
+enum { SWEEPS = 100 };
+/* Change of all lambdas in a sweep that ends them [N m]. */
+static const double SETTLED = 1e-6;
+/* What counts of a motor at its limit. */
+static const double LEFT = 0.02;
 
 /* rows = diag(M) M^-1 N, from M^-1 = L^-T L^-1 and M^-1 N = M^-1 - M^-1 J^T J#^T. */
 static void mobility(guard *g) {
@@ -56,7 +56,7 @@ static double stopped(double depth, double rate, double zone, double limit, doub
 
 void guard_update(guard *g) {
     const int n = g->n, m = g->m;
-    const double kept = KEPT * g->margin, zone = STOP * g->margin;
+    const double zone = g->zone;
     double load[JOINTS];
     mobility(g);
     for (int i = 0; i < n; i++) load[i] = g->bias[i] + g->friction[i] * g->qd[i];
@@ -65,7 +65,7 @@ void guard_update(guard *g) {
         double own = 0.0; /* what the motor does without tau */
         for (int k = 0; k < n; k++) own -= g->rows[n * i + k] * load[k];
         for (int a = 0; a < m; a++) own -= inertia * g->inverse[n * a + i] * g->drift[a];
-        const bounds_interval b = bounds_c(g->lower[i] + kept, g->upper[i] - kept, q, qd, HORIZON);
+        const bounds_interval b = bounds_c(g->lower[i] + g->kept, g->upper[i] - g->kept, q, qd, HORIZON);
         g->floor[i] = inertia * b.lower - own;
         g->ceiling[i] = inertia * b.upper - own;
         g->stop[i] = stopped(g->lower[i] + zone - q, qd, zone, g->limit[i], inertia) -
@@ -76,7 +76,7 @@ void guard_update(guard *g) {
 /* What counts of a motor at q, and its derivative. */
 static double weight(const guard *g, int i, double *slope) {
     const double below = g->q[i] - g->lower[i], above = g->upper[i] - g->q[i];
-    const double span = (ROOM - KEPT) * g->margin, room = fmin(below, above) - KEPT * g->margin;
+    const double span = g->room - g->kept, room = fmin(below, above) - g->kept;
     const double s = fmax(fmin(room / span, 1.0), 0.0);
     *slope = (1.0 - LEFT) * 6.0 * s * (1.0 - s) / span * (below < above ? 1.0 : -1.0);
     return LEFT + (1.0 - LEFT) * s * s * (3.0 - 2.0 * s);
@@ -149,7 +149,7 @@ void guard_hold(const guard *g, const double *tau, double *add) {
             if (step != 0.0)
                 for (int k = 0; k < n; k++) moved[k] += g->rows[n * k + i] * step;
         }
-        if (change == 0.0) break;
+        if (change < SETTLED) break;
     }
     double felt[TASK] = {0.0}; /* what the lambdas would do to the hand */
     for (int a = 0; a < m; a++)

@@ -23,7 +23,9 @@ typedef struct {
     const double *friction SHAPE(n);   /* viscous, of the motors */
     const double *limit SHAPE(n);      /* largest torques */
     const double *lower SHAPE(n), *upper SHAPE(n);
-    double margin; /* the posture keeps half of it, the end stop is in the last fifth */
+    double kept; /* distance to the limits that the posture keeps */
+    double zone; /* of the end stop */
+    double room; /* distance from which on a motor counts fully */
     /* results of guard_update: floor <= rows tau <= ceiling, in torques: row i is M_ii (M^-1 N)_i */
     double *rows SHAPE(n, n), *floor SHAPE(n), *ceiling SHAPE(n);
     double *stop SHAPE(n); /* torque of the end stop */

@@ -8,10 +8,6 @@
 /* Weight of what leads out of dead ends [N m]. */
 static const double AVOID = 1.0;
 
-/* Fastest swing of the posture about a target [rad/s], far below what a tick of 1 ms turns, and its damping
- * ratio. */
-static const double FASTEST = 100.0, RATIO = 0.25;
-
 enum { JOINTS = SERIAL_MAX_JOINTS, TASK = REDUNDANT_MAX_TASK };
 
 /* D of (16) from (12) and (13): both are a multiple of the identity and one of a direction's u u^T. */
@@ -158,6 +154,14 @@ static double swing(const nullspace *s, const double *H) {
     return fmax(sum, 0.0);
 }
 
+/* Scale the pull until it swings no faster than it may, and return how fast it is to be damped [1/s]. */
+static double calm(const nullspace *s, const double *H, double *scale) {
+    if (!(s->ratio > 0.0)) return 0.0;
+    const double square = swing(s, H), most = s->fastest * s->fastest;
+    if (*scale * square > most) *scale = most / square;
+    return 2.0 * s->ratio * sqrt(*scale * square);
+}
+
 /* How much of the cap the way out of a dead end takes: all of it where its projection asks for that much. */
 static double retreating(const nullspace *s, const double *M, const double *S, const double *retreat) {
     double projected[JOINTS];
@@ -193,11 +197,8 @@ int nullspace_secondary(nullspace *s, double omega) {
     memcpy(projected, pull, sizeof(double) * (size_t)n);
     project(s, M, S, projected);
     s->drive = norm(n, projected);
-    /* capped, and no stiffer than a tick allows */
-    const double fastest = swing(s, H);
     double scale = s->drive > s->cap ? s->cap / s->drive : 1.0;
-    if (scale * fastest > FASTEST * FASTEST) scale = FASTEST * FASTEST / fastest;
-    const double rate = 2.0 * RATIO * sqrt(scale * fastest);
+    const double rate = calm(s, H, &scale);
     guard_avoid(s->guard, retreat);
     const double away = retreating(s, M, S, retreat);
     for (int i = 0; i < n; i++) {

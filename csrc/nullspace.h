@@ -7,7 +7,10 @@
  *     tau_N = (I - J^T J#^T) tau_s,   J# = M^-1 J^T (J M^-1 J^T)^-1,   tau_s = -beta dv/dq - K_d qd.
  * tau_N does not accelerate the hand, but the motion that it causes does: the coupling force
  *     f = J#^T (bias + friction qd_N) - (J M^-1 J^T)^-1 drift,   qd_N = (I - J# J) qd
- * cancels that. Beyond the paper, tau_s may also pull towards known postures, so that the way is no detour.
+ * cancels that. Beyond the paper, tau_s may also pull towards known postures, so that the way is no detour, and
+ * is no stiffer and no less damped than suits the tick: with H an upper bound of v's second derivatives and
+ * w^2 = tr(M^-1 N (beta H + stiffness)), at least the square of the fastest swing about an optimum, the pull
+ * is scaled until w <= fastest, and -2 ratio w M qd damps it.
  */
 #ifndef HAPTICD_NULLSPACE_H
 #define HAPTICD_NULLSPACE_H
@@ -27,6 +30,7 @@ typedef struct {
     const double *contact SHAPE(m, m); /* the same of the environment's force */
     double major, minor;               /* eigenvalues of the desired ellipsoids along and across */
     double beta, damping, cap;         /* step, K_d, largest norm of the projected pull */
+    double ratio, fastest; /* of the damping besides, 0 for K_d alone; and the fastest swing [rad/s] */
     /* postures that are best for free motion and for contact */
     const double *free SHAPE(n), *stiff SHAPE(n);
     double stiffness; /* of the pull towards them, 0 for none */

@@ -14,14 +14,18 @@ from ...models import Array
 from .redundant import RedundantArm
 
 
+KEPT, STOP, ROOM = 0.5, 0.2, 4.0
+"""Distances to a limit in margins: that the posture keeps, in which the end stop is, from which on a motor counts
+fully."""
+
+
 @dataclass(frozen=True, slots=True)
 class Span:
     """Where the motors may be.
 
     Attributes:
         lower, upper: (n,) [rad], may be infinite.
-        margin: that postures keep to them [rad]; half of it while the posture turns, and the end stop is in
-            its last fifth.
+        margin: that targets keep to them [rad].
     """
 
     lower: Sequence[float]
@@ -55,7 +59,8 @@ class Guard:
         n = arm.n
         self.rows, self.floor, self.ceiling = np.zeros((n, n)), np.zeros(n), np.zeros(n)
         self.stop, self._add = np.zeros(n), np.zeros(n)
-        core: Any = ffi.new("guard *", {"n": n, "m": arm.m, "margin": span.margin})
+        places = {"kept": KEPT * span.margin, "zone": STOP * span.margin, "room": ROOM * span.margin}
+        core: Any = ffi.new("guard *", {"n": n, "m": arm.m, **places})
         self.core = core
         bind(lib, core, J=arm.J, dJ=arm.dJ, M=arm.M, q=arm.q, qd=arm.qd, drift=arm.drift, bias=arm.bias)
         bind(lib, core, lower=np.array(span.lower, float), upper=np.array(span.upper, float))

@@ -40,6 +40,8 @@ STEADY_S = 20e-3
 """Time constant of the hand's pull that the hold takes over: a hand that has just jerked is not held."""
 SUPPORT_FADE_S = 5e-3
 """Time constant with which what the measured hand contributed leaves the torques of a stop."""
+SWING = 0.1
+"""Fastest swing of the posture [rad] in a tick."""
 AT_REST = 0.25
 """Measured speeds below this are standstill: a hand goes on pulling at motors that hold [rad/s]."""
 
@@ -233,6 +235,8 @@ def contact_aware(config: RhiConfig, robot: Robot, wall: Wall, dt: float) -> Con
             space.cap,
             space.stiffness if space.scan else 0.0,
             rhi.motors.friction,
+            space.ratio,
+            SWING / dt,
         ),
         thresholds=Reserves(saturation.leave, saturation.come_back),
         steepness=saturation.steepness,

@@ -30,6 +30,9 @@ class Gains:
         stiffness: of the pull towards known good postures, beyond the paper [N m/rad].
         friction: viscous, of the motors, (n,) [N m s/rad]; what of it the posture's motion puts on the hand
             is cancelled. Empty for none.
+        ratio: of the damping about an optimum that the curvature there asks for besides, beyond the paper; 0
+            for K_d alone.
+        fastest: swing about an optimum [rad/s], to which the pull is weakened; with ``ratio`` only.
     """
 
     beta: float
@@ -37,6 +40,8 @@ class Gains:
     cap: float
     stiffness: float = 0.0
     friction: tuple[float, ...] = ()
+    ratio: float = 0.0
+    fastest: float = np.inf
 
 
 def dynamic_inverse(J: Array, M: Array) -> Array:
@@ -112,6 +117,7 @@ class NullSpace:
             gains.cap,
             gains.stiffness,
         )
+        core.ratio, core.fastest = gains.ratio, gains.fastest
         bind(lib, core, J=arm.J, dJ=arm.dJ, M=arm.M, q=arm.q, qd=arm.qd, drift=arm.drift, bias=arm.bias)
         bind(
             lib,
