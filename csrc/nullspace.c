@@ -5,6 +5,8 @@
 #include <math.h>
 #include <string.h>
 
+/* How much faster than it rises the posture's share may fall: the force is waiting for it. */
+static const double FALLING = 3.0;
 /* Weight of what leads out of dead ends [N m]. */
 static const double AVOID = 1.0;
 
@@ -230,6 +232,15 @@ double nullspace_reserve(const nullspace *s, const double *J, const double *forc
     return expm1(-steepness * p) / expm1(-steepness);
 }
 
+double nullspace_within(const nullspace *s, double part) {
+    double alpha = 1.0;
+    for (int i = 0; i < s->n; i++) {
+        const double most = part * s->limit[i], size = fabs(s->wanted[i]);
+        if (size * alpha > most) alpha = most / size;
+    }
+    return alpha;
+}
+
 /* Largest share of J^T F, at most s->alpha, that keeps the limits beside these torques. */
 static double beside(const nullspace *s, const double *torque) {
     double alpha = s->alpha;
@@ -244,11 +255,7 @@ static double beside(const nullspace *s, const double *torque) {
 void nullspace_compose(nullspace *s, double part, double gain) {
     const int n = s->n;
     double share = gain, posture[JOINTS] = {0.0}, kept[JOINTS];
-    s->alpha = 1.0;
-    for (int i = 0; i < n; i++) {
-        const double most = part * s->limit[i], size = fabs(s->wanted[i]);
-        if (size * s->alpha > most) s->alpha = most / size;
-    }
+    s->alpha = nullspace_within(s, part);
     for (int i = 0; i < n; i++) {
         posture[i] = s->null[i];
         for (int a = 0; a < s->m; a++) posture[i] += s->J[n * a + i] * s->coupling[a];
@@ -256,7 +263,7 @@ void nullspace_compose(nullspace *s, double part, double gain) {
         const double room = s->limit[i] - (posture[i] < 0.0 ? -used : used);
         if (fabs(posture[i]) * share > room) share = fmax(room, 0.0) / fabs(posture[i]);
     }
-    share = fmin(fmin(fmax(share, s->share - s->slew), s->share + s->slew), gain);
+    share = fmin(fmin(fmax(share, s->share - FALLING * s->slew), s->share + s->slew), gain);
     for (int i = 0; i < n; i++) posture[i] *= share;
     guard_hold(s->guard, posture, kept);
     for (int i = 0; i < n; i++) posture[i] += kept[i] + s->guard->stop[i];

@@ -50,7 +50,7 @@ typedef struct {
     double *torque SHAPE(n);
     double alpha; /* share of the wanted torque */
     double share; /* share of the null-space torque; of the tick before when called */
-    double slew;  /* largest change of it in a call */
+    double slew;  /* largest rise of it in a call; it falls three times as fast */
 } nullspace;
 
 /* Cost, gradient, secondary and null-space torque for D = omega D_free + (1 - omega) D_stiff, (12), (13),
@@ -63,6 +63,9 @@ void nullspace_wanted(nullspace *s, const double *force);
 /* Actuator saturation observer V of the torques J^T F in a posture with Jacobian J (m x n), (14): 1 without
  * torque, 0 where any motor saturates. */
 double nullspace_reserve(const nullspace *s, const double *J, const double *force, double steepness);
+
+/* Largest share <= 1 of J^T F that keeps this part (0 to 1) of the limits. */
+double nullspace_within(const nullspace *s, double part);
 
 /* alpha J^T F + share (tau_N + J^T f) with the largest alpha <= 1 that keeps this part (0 to 1) of the
  * limits, then the largest share <= gain (0 to 1) that keeps the limits. What the joint limits need besides

@@ -24,7 +24,7 @@ SLOW = 0.01
 LIGHT = 0.5
 """Force below which its direction says nothing [N]."""
 SLEW_S = 0.03
-"""Time in which the posture's share of the torques goes from nothing to all [s]."""
+"""Time in which the posture's share of the torques goes from nothing to all [s]; back in a third of it."""
 FELT_S = 0.05
 """Time constant with which the direction of contact follows the measured force [s]."""
 

@@ -55,8 +55,7 @@ class Hierarchy:
     def resolve(self, part: float, gain: float) -> bool:
         """Solve the levels of this tick; False where the solver does not stand by its answer."""
         space, n = self._space, self._n
-        space.compose(part, gain)
-        self._box.ub[n] = space.alpha
+        self._box.ub[n] = space.within(part)
         space.level_rows(self._rows, gain)
         solution = self._solver.solve(self._levels)
         self.iterations = solution.iterations

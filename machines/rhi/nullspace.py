@@ -94,7 +94,7 @@ class NullSpace:
             gains: of the secondary torque.
             u: first direction of motion and contact, (m,).
             span: limits of the motors; None for none.
-            slew: largest change of ``share`` in a ``compose``: where a motor saturates, a little more or less
+            slew: largest rise of ``share`` in a ``compose``, and a third of the largest fall: where a motor saturates, a little more or less
                 of the force gives the posture all or nothing.
         """
         n = arm.n
@@ -187,6 +187,10 @@ class NullSpace:
             shapes = (m, n + 1), (m,), (n, n + 1), (n, n + 1), (n,)
             self._rows = [pointer(a, "double", *shape) for a, shape in zip(rows, shapes, strict=True)]
         lib.nullspace_levels(self._core, gain, *self._rows)
+
+    def within(self, part: float) -> float:
+        """Largest share of J^T F, at most 1, that keeps this part (0 to 1) of the limits."""
+        return float(lib.nullspace_within(self._core, part))
 
     def compose(self, part: float, gain: float = 1.0) -> None:
         """Write ``torque``: alpha J^T F within this part of the limits, then tau_N with its coupling.
