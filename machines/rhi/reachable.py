@@ -16,7 +16,7 @@ from .guard import Span
 from .redundant import RedundantArm
 from .self_motion import CLOSED, Objective, close, descend, scan
 
-NEIGHBOURS = 8
+NEIGHBOURS = 12
 """Postures next to one that are tried for a way."""
 STRAIGHT = 0.5
 """How far the middle of a way may lie beside the straight line, as a share of half its length."""
