@@ -127,7 +127,9 @@ void guard_avoid(const guard *g, double *gradient) {
     }
 }
 
-static double clamp(double x, double most) { return fmax(fmin(x, most), -most); }
+static double clamp(double x, double most) {
+    return fmax(fmin(x, most), -most);
+}
 
 void guard_hold(const guard *g, const double *tau, double *add) {
     const int n = g->n, m = g->m;

@@ -7,10 +7,10 @@
  *     tau_N = (I - J^T J#^T) tau_s,   J# = M^-1 J^T (J M^-1 J^T)^-1,   tau_s = -beta dv/dq - K_d qd.
  * tau_N does not accelerate the hand, but the motion that it causes does: the coupling force
  *     f = J#^T (bias + friction qd_N) - (J M^-1 J^T)^-1 drift,   qd_N = (I - J# J) qd
- * cancels that. Beyond the paper, tau_s may also pull towards known postures, so that the way is no detour, and
- * is no stiffer and no less damped than suits the tick: with H an upper bound of v's second derivatives and
- * w^2 = tr(M^-1 N (beta H + stiffness)), at least the square of the fastest swing about an optimum, the pull
- * is scaled until w <= fastest, and -2 ratio w M qd damps it.
+ * cancels that. Beyond the paper, tau_s may also pull towards known postures, so that the way is no detour,
+ * and is no stiffer and no less damped than suits the tick: with H an upper bound of v's second derivatives
+ * and w^2 = tr(M^-1 N (beta H + stiffness)), at least the square of the fastest swing about an optimum, the
+ * pull is scaled until w <= fastest, and -2 ratio w M qd damps it.
  */
 #ifndef HAPTICD_NULLSPACE_H
 #define HAPTICD_NULLSPACE_H

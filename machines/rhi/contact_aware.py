@@ -13,9 +13,9 @@ from ...models import Array
 from .guard import Span
 from .manipulability import Shape
 from .nullspace import Gains, NullSpace
-from .reachable import Targets
 from .passivity import Tank
-from .reachable import RedundantArm
+from .reachable import Targets
+from .redundant import RedundantArm
 from .saturation import Headroom
 from .transition import Thresholds, Transition
 

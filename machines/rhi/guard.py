@@ -13,10 +13,9 @@ from ...control._kernels import ffi, lib
 from ...models import Array
 from .redundant import RedundantArm
 
-
 KEPT, STOP, ROOM = 0.5, 0.2, 4.0
-"""Distances to a limit in margins: that the posture keeps, in which the end stop is, from which on a motor counts
-fully."""
+"""Distances to a limit, in margins: that the posture keeps, in which the end stop is, from which on a motor
+counts fully."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -94,8 +94,8 @@ class NullSpace:
             gains: of the secondary torque.
             u: first direction of motion and contact, (m,).
             span: limits of the motors; None for none.
-            slew: largest rise of ``share`` in a ``compose``, and a third of the largest fall: where a motor saturates, a little more or less
-                of the force gives the posture all or nothing.
+            slew: largest rise of ``share`` in a ``compose``, and a third of the largest fall. Where a motor
+                saturates, a little more or less of the force would give the posture all or nothing.
         """
         n = arm.n
         self.limit = np.array(limit, float)
@@ -106,10 +106,10 @@ class NullSpace:
         self.inverse, self.root = np.zeros((arm.m, n)), np.zeros((n, n))
         self.coupling = np.zeros(arm.m)
         friction = np.array(gains.friction or np.zeros(n), float)
-        self.guard = Guard(
-            arm, span or Span.unbounded(n), self.limit, friction, self.inverse, self.root
+        self.guard = Guard(arm, span or Span.unbounded(n), self.limit, friction, self.inverse, self.root)
+        core = self._core = ffi.new(
+            "nullspace *", {"n": n, "m": arm.m, "guard": self.guard.core, "slew": slew, "share": 1.0}
         )
-        core = self._core = ffi.new("nullspace *", {"n": n, "m": arm.m, "guard": self.guard.core, "slew": slew, "share": 1.0})
         core.major, core.minor = shape.major, shape.minor
         core.beta, core.damping, core.cap, core.stiffness = (
             gains.beta,

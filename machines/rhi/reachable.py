@@ -1,7 +1,7 @@
 """Postures that the interface can turn to with the hand in one place and every motor inside its limits.
 
-Limits divide the self-motion into parts: from one to another there is no way but across a limit, or by another
-place of the hand. A target is of use only in the part where the interface is.
+Limits divide the self-motion into parts: from one to another there is no way but across a limit, or by
+another place of the hand. A target is of use only in the part where the interface is.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from ...models import Array, ModelError
 from .guard import Span
 from .redundant import RedundantArm
-from .self_motion import CLOSED, Objective, close, descend, scan
+from .self_motion import CLOSED, Bounds, Objective, close, descend, scan
 
 NEIGHBOURS = 12
 """Postures next to one that are tried for a way."""
@@ -25,7 +25,7 @@ LEAST = 20
 POLISHED = 8
 """How many of the best scanned postures are improved further."""
 ROOM = (3.0, 2.0)
-"""Distance of targets to the limits, in margins, where a part has such postures: the hand does not stay at x."""
+"""Distance of targets to the limits, in margins, where a part has such postures: the hand leaves x, too."""
 CHUNK = 500
 
 
@@ -36,9 +36,7 @@ class Parts:
         postures: (k, n) [rad]; part: of each, (k,), from 0.
     """
 
-    def __init__(
-        self, arm: RedundantArm, x: Array, bounds: tuple[Sequence[float], Sequence[float]], count: int
-    ) -> None:
+    def __init__(self, arm: RedundantArm, x: Array, bounds: Bounds, count: int) -> None:
         """Scan with so many configurations.
 
         Raises:
@@ -102,9 +100,6 @@ class Targets:
         return targets
 
 
-Bounds = tuple[Sequence[float], Sequence[float]] | tuple[Array, Array]
-
-
 def _roomy(
     postures: Array, own: NDArray[np.int64], span: Span, bounds: Bounds
 ) -> tuple[NDArray[np.int64], Bounds]:
@@ -117,9 +112,7 @@ def _roomy(
     return own, bounds
 
 
-def _ways(
-    arm: RedundantArm, x: Array, bounds: tuple[Sequence[float], Sequence[float]], postures: Array
-) -> NDArray[np.int64]:
+def _ways(arm: RedundantArm, x: Array, bounds: Bounds, postures: Array) -> NDArray[np.int64]:
     """Pairs (w, 2) of postures with a way between them: its middle is on the manifold, inside, and near."""
     pairs = _neighbours(postures)
     ends = postures[pairs]

@@ -50,8 +50,8 @@ class Headroom:
 
     A saturated force would leave the null space nothing, and the reconfiguration that makes room for more
     force would stall half-way. The part follows the pull on the posture with a play: what has been let go is
-    taken back only by TAKEN times the pull, and nothing is let go or taken back at once. Otherwise the force, which
-    moves the posture, would take itself back.
+    taken back only by TAKEN times the pull, and nothing is let go or taken back at once. Otherwise the force,
+    which moves the posture, would take itself back.
 
     Attributes:
         part: 0 to 1.

@@ -19,6 +19,9 @@ CLOSING_STEPS = 12
 LARGEST_STEP = 0.5
 """Largest step of one iteration, per joint [rad]."""
 
+Bounds = tuple[Sequence[float], Sequence[float]] | tuple[Array, Array]
+"""Lower and upper limits of the motors, (n,) each [rad]."""
+
 
 class Objective(Protocol):
     """A cost of postures by their Jacobians; takes stacks."""
@@ -61,9 +64,7 @@ def close(arm: RedundantArm, q: Array, x: Array, steps: int = CLOSING_STEPS) -> 
     return q
 
 
-def scan(
-    arm: RedundantArm, x: Array, bounds: tuple[Sequence[float], Sequence[float]], count: int, seed: int = 0
-) -> Array:
+def scan(arm: RedundantArm, x: Array, bounds: Bounds, count: int, seed: int = 0) -> Array:
     """Configurations (k, n), k <= count, that hold the hand at x (m,) within joint bounds.
 
     Random configurations are moved onto the manifold; those that do not get there, or leave the bounds on
@@ -85,7 +86,7 @@ def descend(
     x: Array,
     objective: Objective,
     iterations: int = 200,
-    bounds: tuple[Sequence[float], Sequence[float]] | None = None,
+    bounds: Bounds | None = None,
 ) -> tuple[Array, Array]:
     """Local optima along the manifold from many starts at once: configurations (k, n) and costs (k,).
 
@@ -122,7 +123,7 @@ def descend(
 def best_posture(
     arm: RedundantArm,
     x: Array,
-    bounds: tuple[Sequence[float], Sequence[float]],
+    bounds: Bounds,
     objective: Objective,
     count: int,
     polished: int = 8,

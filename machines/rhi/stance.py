@@ -44,9 +44,7 @@ def rhi_stance(config: RhiConfig, robot: Robot, random: Random) -> Stance[RhiCon
         rhi,
         wall=msgspec.structs.replace(rhi.wall, point=tuple(point.tolist()), normal=tuple(normal)),
         task=msgspec.structs.replace(rhi.task, home=_home(config, arm, random)),
-        null_space=msgspec.structs.replace(
-            rhi.null_space, resolution=random.choice(("projection", "hqp"))
-        ),
+        null_space=msgspec.structs.replace(rhi.null_space, resolution=random.choice(("projection", "hqp"))),
     )
     plant = msgspec.structs.replace(simulation.rhi, posture=tuple(posture.tolist()))
     varied = msgspec.structs.replace(
@@ -60,9 +58,7 @@ def rhi_stance(config: RhiConfig, robot: Robot, random: Random) -> Stance[RhiCon
     return Stance(varied, place, lower, upper)
 
 
-def _wall(
-    config: RhiConfig, arm: RedundantArm, random: Random
-) -> tuple[Array, float, list[float], Array]:
+def _wall(config: RhiConfig, arm: RedundantArm, random: Random) -> tuple[Array, float, list[float], Array]:
     """Point, room about it, normal, and a posture that holds the hand in front of it."""
     inside = _bounds(config, INSIDE)
     for _ in range(TRIES):

@@ -148,7 +148,7 @@ def test_far_from_the_limits_the_hierarchy_is_the_projection() -> None:
 
 
 def test_at_the_limits_the_hierarchy_gets_more_out_of_the_motors() -> None:
-    """In the M^-1 metric its torques are never further from the posture's wish than those of the projection."""
+    """In the M^-1 metric its torques are never further from what the posture wants than the projection's."""
     arm = four_dof()
     space = NullSpace(arm, LIMIT, home_shape(arm), Gains(20.0, 0.1, 1.2, 0.0, FRICTION), U)
     hierarchy = Hierarchy(space)
@@ -188,7 +188,9 @@ def test_where_the_joint_limits_bind_both_resolutions_keep_them_and_the_hand_fee
             continue
         moved = guard.rows @ hierarchy.torque
         lack = np.maximum(guard.floor - moved, moved - guard.ceiling).max()
-        free = np.maximum(guard.floor - guard.rows @ space.null, guard.rows @ space.null - guard.ceiling).max()
+        free = np.maximum(
+            guard.floor - guard.rows @ space.null, guard.rows @ space.null - guard.ceiling
+        ).max()
         if lack < 1e-6 < free and np.linalg.norm(guard.hold(space.null)) < 1.0:
             bound += 1
             soft = guard.rows @ space.torque

@@ -1,4 +1,4 @@
-"""Joint limits: the bounds against the dynamics, the guard against its optimality conditions, the closed loop."""
+"""Joint limits: the bounds against the dynamics, the guard against quadprog, and the closed loop."""
 
 import numpy as np
 import pytest
@@ -51,11 +51,13 @@ def test_bounds_are_on_the_accelerations_of_a_posture_whose_hand_goes_on() -> No
         kept = KEPT * SPAN.margin
         torque = guard.rows @ tau
         np.testing.assert_allclose(torque - guard.floor, scale * (ahead - SPAN.lower - kept), atol=1e-8)
-        np.testing.assert_allclose(guard.ceiling - torque, scale * (np.array(SPAN.upper) - kept - ahead), atol=1e-8)
+        np.testing.assert_allclose(
+            guard.ceiling - torque, scale * (np.array(SPAN.upper) - kept - ahead), atol=1e-8
+        )
 
 
 def least_change(space: NullSpace, arm: RedundantArm, tau: Array) -> tuple[float, Array]:
-    """min a^T M^-1 a / 2 + sum_i slack_i^2 / (2 soft M_ii) over the null space by quadprog: weight and basis."""
+    """min a^T M^-1 a / 2 + sum_i slack_i^2 / (2 soft M_ii) over the null space, by quadprog: cost and a."""
     guard, n = space.guard, arm.n
     null = np.linalg.svd(null_projection(arm.J, arm.M))[0][:, : n - arm.m]
     G = np.zeros((2 + n, 2 + n))
@@ -140,7 +142,7 @@ def test_the_end_stop_pushes_back_in_its_zone_and_no_harder_than_its_motor_can()
 @pytest.mark.parametrize("motor", range(4))
 @pytest.mark.parametrize("side", [-1.0, 1.0])
 def test_a_pull_across_a_limit_stops_in_front_of_it(motor: int, side: float) -> None:
-    """A target 1 rad beyond: the posture turns towards it with a hand that holds the handle, and stays inside."""
+    """A target 1 rad beyond, and a hand that holds the handle: the posture turns, and stays inside."""
     arm = four_dof()
     space = guarded(arm, Gains(1e-6, 0.1, 2.0, 10.0, FRICTION))
     ends = SPAN.upper if side > 0.0 else SPAN.lower

@@ -9,7 +9,7 @@ K = 1000.0
 
 
 def rendered(depths: np.ndarray, strength: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Forces along the wall's normal, of motors of this strength, and their work on a hand at these depths."""
+    """Forces along the wall's normal, of motors so strong, and their work on a hand at these depths."""
     wall, tank = Wall((0.0, 0.0), (0.0, 1.0), K), Tank(2)
     forces, work, force, before = [], [0.0], [0.0, 0.0], depths[0]
     for depth, most in zip(depths, strength, strict=True):
@@ -41,7 +41,7 @@ def test_a_wall_that_is_rendered_as_it_is_does_not_notice_the_tank() -> None:
 
 @pytest.mark.parametrize("depth", [0.01, 0.02, 0.04])
 def test_a_posture_that_turns_to_strong_while_the_hand_presses_gives_nothing_back(depth: float) -> None:
-    """4.8 N on the way in, up to 12 N on the way out: without the tank that is more than half as much again."""
+    """4.8 N on the way in, up to 12 N on the way out: without the tank far too much."""
     depths = press(depth)
     strong = np.where(np.arange(len(depths)) < 500, 4.8, 12.0)
     forces, work = rendered(depths, strong)

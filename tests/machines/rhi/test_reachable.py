@@ -89,7 +89,7 @@ def test_where_nothing_keeps_the_margin_the_limits_themselves_count_and_beyond_t
     objectives = [Ellipsoid(home_shape(arm).free(np.outer(U, U)), LIMIT)]
     q = np.array([0.6, 0.6, 0.4, 0.1])
     tight = Span(tuple(q - 0.2), tuple(q + 0.2), 0.19)
-    x = arm.at(q + [0.15, -0.1, 0.15, 0.1]).position.copy()
+    x = arm.at(q + np.array([0.15, -0.1, 0.15, 0.1])).position.copy()
     found = Targets(arm, x, tight, objectives, 3000).best[0, 0]
     assert (np.abs(found - q) <= 0.2).all()
     with pytest.raises(ModelError, match="cannot reach"):
