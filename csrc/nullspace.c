@@ -137,6 +137,12 @@ static void hierarchy(const nullspace *s, const double *M, const double *S) {
     couple(s, S);
 }
 
+static double dot(int n, const double *a, const double *b) {
+    double sum = 0.0;
+    for (int i = 0; i < n; i++) sum += a[i] * b[i];
+    return sum;
+}
+
 static double norm(int n, const double *x) {
     double sum = 0.0;
     for (int i = 0; i < n; i++) sum += x[i] * x[i];
@@ -241,15 +247,25 @@ double nullspace_within(const nullspace *s, double part) {
     return alpha;
 }
 
-/* Largest share of J^T F, at most s->alpha, that keeps the limits beside these torques. */
-static double beside(const nullspace *s, const double *torque) {
-    double alpha = s->alpha;
+/* Largest share of J^T F, at most alpha, that keeps the limits beside these torques. */
+static double beside(const nullspace *s, const double *torque, double alpha) {
     for (int i = 0; i < s->n; i++) {
         const double w = s->wanted[i], used = w < 0.0 ? -torque[i] : torque[i];
         const double room = fmax(s->limit[i] - used, 0.0), size = fabs(w);
         if (size * alpha > room) alpha = room / size;
     }
     return alpha;
+}
+
+double nullspace_bearable(const nullspace *s, double part, double gain) {
+    const int n = s->n, m = s->m;
+    double torque[JOINTS] = {0.0};
+    for (int a = 0; a < m; a++) {
+        const double *force = s->inverse + n * a;
+        const double felt = gain * s->coupling[a] + dot(n, force, s->guard->stop);
+        for (int i = 0; i < n; i++) torque[i] += s->J[n * a + i] * felt;
+    }
+    return beside(s, torque, nullspace_within(s, part));
 }
 
 void nullspace_compose(nullspace *s, double part, double gain) {
@@ -267,18 +283,12 @@ void nullspace_compose(nullspace *s, double part, double gain) {
     for (int i = 0; i < n; i++) posture[i] *= share;
     guard_hold(s->guard, posture, kept);
     for (int i = 0; i < n; i++) posture[i] += kept[i] + s->guard->stop[i];
-    s->alpha = beside(s, posture);
+    s->alpha = beside(s, posture, s->alpha);
     for (int i = 0; i < n; i++) {
         const double sum = s->alpha * s->wanted[i] + posture[i];
         s->torque[i] = fmax(fmin(sum, s->limit[i]), -s->limit[i]); /* the end stop may ask for more */
     }
     s->share = share;
-}
-
-static double dot(int n, const double *a, const double *b) {
-    double sum = 0.0;
-    for (int i = 0; i < n; i++) sum += a[i] * b[i];
-    return sum;
 }
 
 void nullspace_levels(const nullspace *s, double gain, double *force, double *force_b, double *limits,

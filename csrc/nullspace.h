@@ -67,6 +67,10 @@ double nullspace_reserve(const nullspace *s, const double *J, const double *forc
 /* Largest share <= 1 of J^T F that keeps this part (0 to 1) of the limits. */
 double nullspace_within(const nullspace *s, double part);
 
+/* The same, beside what else the hand is to feel: gain f and the end stop. A hierarchy that renders more has
+ * to drive the posture into the corners of the torque box for it. */
+double nullspace_bearable(const nullspace *s, double part, double gain);
+
 /* alpha J^T F + share (tau_N + J^T f) with the largest alpha <= 1 that keeps this part (0 to 1) of the
  * limits, then the largest share <= gain (0 to 1) that keeps the limits. What the joint limits need besides
  * comes before both, and share changes by no more than slew: alpha yields to them. */

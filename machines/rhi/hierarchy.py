@@ -2,7 +2,7 @@
 
 Over the torques tau and the rendered share alpha of the force F:
 
-0. torque box, 0 <= alpha <= what the limits (or the headroom) allow for alpha J^T F
+0. torque box, 0 <= alpha <= what limits or headroom allow for alpha J^T F and the coupling
 1. the hand feels alpha F and nothing else: J#^T tau = alpha F + the coupling force, and the end stop
 2. the posture keeps the joint limits, see csrc/guard.h
 3. alpha = 1, as far as the box lets it
@@ -55,7 +55,7 @@ class Hierarchy:
     def resolve(self, part: float, gain: float) -> bool:
         """Solve the levels of this tick; False where the solver does not stand by its answer."""
         space, n = self._space, self._n
-        self._box.ub[n] = space.within(part)
+        self._box.ub[n] = space.bearable(part, gain)
         space.level_rows(self._rows, gain)
         solution = self._solver.solve(self._levels)
         self.iterations = solution.iterations

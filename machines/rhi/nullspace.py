@@ -192,6 +192,10 @@ class NullSpace:
         """Largest share of J^T F, at most 1, that keeps this part (0 to 1) of the limits."""
         return float(lib.nullspace_within(self._core, part))
 
+    def bearable(self, part: float, gain: float) -> float:
+        """The same beside the coupling force, of which so much is rendered (0 to 1), and the end stop."""
+        return float(lib.nullspace_bearable(self._core, part, gain))
+
     def compose(self, part: float, gain: float = 1.0) -> None:
         """Write ``torque``: alpha J^T F within this part of the limits, then tau_N with its coupling.
 
