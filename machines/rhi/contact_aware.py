@@ -27,6 +27,8 @@ SLEW_S = 0.03
 """Time in which the posture's share of the torques goes from nothing to all [s]; back in a third of it."""
 FELT_S = 0.05
 """Time constant with which the direction of contact follows the measured force [s]."""
+ALIKE = 2e-3
+"""Difference of two projectors that is not worth a turn."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,6 +101,7 @@ class ContactAware:
         transition, headroom: the actuator saturation controller.
         reserve: V of the wanted force, 0 to 1.
         tank: keeps the rendered force passive.
+        motion, contact: directions of the hand's motion and of the environment's force.
         alpha: rendered share of the environment's force.
         torque: of the motors, (n,) [N m].
         targets: postures for free motion and contact; None for none.
@@ -119,8 +122,9 @@ class ContactAware:
         self.targets: Targets | None = None
         self.tank, self.alpha = Tank(arm.m), 1.0
         self._J_free = np.zeros_like(arm.J)
-        self._blend, self._contact_blend = dt / settings.follow, dt / FELT_S
-        self._identity, self._normal = np.eye(arm.m).ravel().tolist(), self.space.contact.copy()
+        self.motion = Direction(self.space.motion, SLOW, dt / settings.follow)
+        self.contact = Direction(self.space.contact, LIGHT, dt / FELT_S)
+        self._follows, self._identity = settings.follow < np.inf, np.eye(arm.m).ravel().tolist()
         self._duration = self._transition_time()
 
     @property
@@ -137,7 +141,7 @@ class ContactAware:
         self.transition.reset()
         self.headroom.reset()
         self.tank.reset()
-        self.space.contact[:] = self._normal
+        self.contact.reset()
         self._duration = self._transition_time()
         self.reserve = 1.0
 
@@ -170,33 +174,45 @@ class ContactAware:
         return solved
 
     def _follow(self, wanted: Sequence[float], felt: Sequence[float] | None) -> None:
-        """Let the directions follow the hand's motion and force; P = u u^T: a reversal is no turn."""
-        turned = False
-        if self._blend:
-            turned = _turn(self.space.motion, self.arm.velocity.tolist(), SLOW, self._blend)
+        """Let the directions follow the hand's motion and force."""
+        turned = self._follows and self.motion.follow(self.arm.velocity.tolist())
         if felt is not None and hypot(*wanted) > LIGHT:
-            turned |= _turn(self.space.contact, felt, LIGHT, self._contact_blend)
+            turned |= self.contact.follow(felt)
         if turned:
             self._duration = self._transition_time()
 
     def _transition_time(self) -> float:
         """Duration of a whole transition (19) [s]: (12) and (13) are apart by (K - zeta)(I - P_u - P_F)."""
-        shape, space = self._settings.shape, self.space
-        motion, contact = space.motion.ravel().tolist(), space.contact.ravel().tolist()
-        pairs = zip(self._identity, motion, contact, strict=True)
+        shape = self._settings.shape
+        pairs = zip(self._identity, self.motion.flat, self.contact.flat, strict=True)
         apart = sqrt(sum((one - p - c) ** 2 for one, p, c in pairs))
         return self._settings.rho * (shape.major - shape.minor) * apart
 
 
-def _turn(projector: Array, vector: Sequence[float], least: float, blend: float) -> bool:
-    """Blend u u^T of a vector (m,) into a projector (m, m); False where the vector is too short for that."""
-    size = hypot(*vector)
-    if size <= least:
-        return False
-    flat = projector.ravel()
-    k = 0
-    for a in vector:
-        for b in vector:
-            flat[k] += blend * (a * b / (size * size) - flat[k])
-            k += 1
-    return True
+class Direction:
+    """The projector u u^T, (m, m), on a direction that follows vectors: without sign, a reversal is no turn."""
+
+    def __init__(self, projector: Array, least: float, blend: float) -> None:
+        """The projector to write; length of a vector that says nothing, and share of one in a tick."""
+        self._first, self._projector = projector.ravel().tolist(), projector.ravel()
+        self._least, self._blend = least, blend
+        self.flat: list[float] = list(self._first)
+
+    def reset(self) -> None:
+        """The first direction."""
+        self.flat = list(self._first)
+        self._projector[:] = self.flat
+
+    def follow(self, vector: Sequence[float]) -> bool:
+        """Turn towards a vector (m,); False where it has no direction, or that of before."""
+        size = hypot(*vector)
+        if size <= self._least:
+            return False
+        u = [x / size for x in vector]
+        wanted = [a * b for a in u for b in u]
+        apart = [w - x for w, x in zip(wanted, self.flat, strict=True)]
+        if max(apart) < ALIKE and min(apart) > -ALIKE:
+            return False
+        self.flat = [x + self._blend * d for x, d in zip(self.flat, apart, strict=True)]
+        self._projector[:] = self.flat
+        return True

@@ -43,15 +43,15 @@ class Tank:
             position: of the hand, (m,) [m].
             potential: of the environment there [J]; 0 where it stores nothing.
         """
-        # the force was held for a tick: its work is exact
-        rows = zip(self._force, position, self._position, strict=True)
-        self.energy -= sum(f * (x - before) for f, x, before in rows)
-        self._position = list(position)
         if not potential > 0.0:
             self.energy, self.share = 0.0, 1.0
         else:
+            # the force was held for a tick: its work is exact
+            for f, x, before in zip(self._force, position, self._position, strict=True):
+                self.energy -= f * (x - before)
             coming = max(0.0, potential - self._potential)  # what this tick's way in brings, half a tick late
             self.share = min(1.0, max(0.0, GAIN * (self.energy + coming + SPARE) / potential))
+        self._position = list(position)
         self._potential = potential
         return self.share
 

@@ -69,10 +69,10 @@ class Headroom:
 
     def update(self, drive: float) -> float:
         """The part for this tick from the norm of the projected gradient torque [N m]."""
-        pull = drive / self._moving
-        least, most = self._within(pull), self._within(pull / TAKEN)
-        wanted = min(max(self.part, least), most)
-        self.part = min(max(wanted, self.part - self._step), self.part + self._step)
+        pull, part = drive / self._moving, self.part
+        wanted = 1.0 if pull <= 0.5 else min(max(part, self._within(pull)), self._within(pull / TAKEN))
+        if wanted != part:
+            self.part = min(max(wanted, part - self._step), part + self._step)
         return self.part
 
     def _within(self, drive: float) -> float:
