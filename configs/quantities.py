@@ -35,6 +35,10 @@ class Angle(Quantity):
     strict = False
 
 
+class LimitMargin(Angle):
+    range = Range(1e-2, 1.0, "rad", "the play of a gear; half the range of a motor")
+
+
 class Speed(Quantity):
     dimension = "speed"
 

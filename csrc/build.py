@@ -60,7 +60,10 @@ def arrays(text: str) -> list[str]:
     return rows
 
 
-CONTROL = ("bounds", "rotation", "serial", "chain", "drift", "tracking", "ppu", "redundant", "nullspace")
+CONTROL = (
+    *("bounds", "rotation", "serial", "chain", "drift", "tracking", "ppu"),
+    *("spd", "redundant", "guard", "nullspace"),
+)
 
 devices = partial(module, "hapticd.devices._wire", ["wire.h", "image.h"], ["wire.c", "image.c"])
 control = partial(

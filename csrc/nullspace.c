@@ -1,63 +1,16 @@
 #include "nullspace.h"
 #include "redundant.h"
+#include "spd.h"
 
 #include <math.h>
 #include <string.h>
 
+/* How much faster than it rises the posture's share may fall: the force is waiting for it. */
+static const double FALLING = 3.0;
+/* Weight of what leads out of dead ends [N m]. */
+static const double AVOID = 1.0;
+
 enum { JOINTS = SERIAL_MAX_JOINTS, TASK = REDUNDANT_MAX_TASK };
-
-/* A pivot smaller than this share of the largest diagonal entry is rounding: the matrix counts as singular.
- */
-static const double SINGULAR = 1e-14;
-
-/* A pull weaker than this has no direction [N m]. */
-static const double RESTING = 1e-9;
-
-/* Lower factor of a symmetric positive definite A (n x n), in place; 0 where it is none. */
-static int factorise(int n, double *A) {
-    double largest = 0.0;
-    for (int i = 0; i < n; i++) largest = fmax(largest, A[n * i + i]);
-    for (int j = 0; j < n; j++)
-        for (int i = j; i < n; i++) {
-            double sum = A[n * i + j];
-            for (int k = 0; k < j; k++) sum -= A[n * i + k] * A[n * j + k];
-            if (i > j)
-                A[n * i + j] = sum / A[n * j + j];
-            else if (!(sum > SINGULAR * largest))
-                return 0;
-            else
-                A[n * j + j] = sqrt(sum);
-        }
-    return 1;
-}
-
-/* x = A^-1 x from A's factor. */
-static void solve(int n, const double *L, double *x) {
-    for (int i = 0; i < n; i++) {
-        for (int k = 0; k < i; k++) x[i] -= L[n * i + k] * x[k];
-        x[i] /= L[n * i + i];
-    }
-    for (int i = n - 1; i >= 0; i--) {
-        for (int k = i + 1; k < n; k++) x[i] -= L[n * k + i] * x[k];
-        x[i] /= L[n * i + i];
-    }
-}
-
-static double logdet(int n, const double *L) {
-    double sum = 0.0;
-    for (int i = 0; i < n; i++) sum += log(L[n * i + i]);
-    return 2.0 * sum;
-}
-
-/* Inverse of A (n x n) from its factor. */
-static void invert(int n, const double *L, double *inverse) {
-    for (int j = 0; j < n; j++) {
-        double column[TASK] = {0.0};
-        column[j] = 1.0;
-        solve(n, L, column);
-        for (int i = 0; i < n; i++) inverse[n * i + j] = column[i];
-    }
-}
 
 /* D of (16) from (12) and (13): both are a multiple of the identity and one of a direction's u u^T. */
 static void desired(const nullspace *s, double omega, double *D) {
@@ -67,25 +20,55 @@ static void desired(const nullspace *s, double omega, double *D) {
     for (int a = 0; a < m; a++) D[m * a + a] += omega * s->major + (1.0 - omega) * s->minor;
 }
 
-/* Cost and gradient; 0 where A or D is singular. */
-static int stein(nullspace *s, double omega) {
+/* Upper bound of v's second derivatives H (n x n): tr(A^-1 dA_k A^-1 dA_l) / 2, from A^-1. */
+static void curvature(const nullspace *s, const double *inverse, const double *weight, double *H) {
+    const int n = s->n, m = s->m;
+    double X[JOINTS][TASK * TASK];
+    for (int k = 0; k < n; k++) {
+        const double *dJ = s->dJ + m * n * k;
+        double dA[TASK * TASK];
+        for (int a = 0; a < m; a++)
+            for (int b = 0; b < m; b++) {
+                dA[m * a + b] = 0.0;
+                for (int i = 0; i < n; i++)
+                    dA[m * a + b] +=
+                        weight[i] * (dJ[n * a + i] * s->J[n * b + i] + s->J[n * a + i] * dJ[n * b + i]);
+            }
+        for (int a = 0; a < m; a++)
+            for (int b = 0; b < m; b++) {
+                X[k][m * a + b] = 0.0;
+                for (int c = 0; c < m; c++) X[k][m * a + b] += inverse[m * a + c] * dA[m * c + b];
+            }
+    }
+    for (int k = 0; k < n; k++)
+        for (int l = k; l < n; l++) {
+            double sum = 0.0;
+            for (int a = 0; a < m; a++)
+                for (int b = 0; b < m; b++) sum += X[k][m * a + b] * X[l][m * b + a];
+            H[n * k + l] = H[n * l + k] = 0.5 * sum;
+        }
+}
+
+/* Cost, gradient and a bound of the curvature H (n x n); 0 where A or D is singular. */
+static int stein(nullspace *s, double omega, double *H) {
     const int n = s->n, m = s->m;
     double A[TASK * TASK], B[TASK * TASK], D[TASK * TASK], mean[TASK * TASK], G[TASK * TASK];
     double weight[JOINTS], inverse[TASK * TASK], pull[TASK * JOINTS];
     for (int i = 0; i < n; i++) weight[i] = 1.0 / (s->limit[i] * s->limit[i]);
     desired(s, omega, D);
-    if (!factorise(m, D)) return 0;
-    invert(m, D, B);
+    if (spd_factor(m, D) < 0) return 0;
+    spd_invert(m, D, B);
     for (int a = 0; a < m; a++)
         for (int b = 0; b < m; b++) {
             A[m * a + b] = 0.0;
             for (int i = 0; i < n; i++) A[m * a + b] += s->J[n * a + i] * weight[i] * s->J[n * b + i];
             mean[m * a + b] = A[m * a + b] + B[m * a + b];
         }
-    if (!factorise(m, A) || !factorise(m, mean)) return 0;
-    s->cost = logdet(m, mean) - m * log(2.0) - 0.5 * (logdet(m, A) - logdet(m, D));
-    invert(m, mean, G);
-    invert(m, A, inverse);
+    if (spd_factor(m, A) < 0 || spd_factor(m, mean) < 0) return 0;
+    s->cost = spd_logdet(m, mean) - m * log(2.0) - 0.5 * (spd_logdet(m, A) - spd_logdet(m, D));
+    spd_invert(m, mean, G);
+    spd_invert(m, A, inverse);
+    curvature(s, inverse, weight, H);
     for (int e = 0; e < m * m; e++) G[e] -= 0.5 * inverse[e];
     for (int a = 0; a < m; a++)
         for (int i = 0; i < n; i++) {
@@ -105,12 +88,12 @@ static void project(const nullspace *s, const double *M, const double *S, double
     const int n = s->n, m = s->m;
     double acceleration[JOINTS], force[TASK];
     memcpy(acceleration, tau, sizeof(double) * (size_t)n);
-    solve(n, M, acceleration);
+    spd_solve(n, M, acceleration);
     for (int a = 0; a < m; a++) {
         force[a] = 0.0;
         for (int i = 0; i < n; i++) force[a] += s->J[n * a + i] * acceleration[i];
     }
-    solve(m, S, force);
+    spd_solve(m, S, force);
     for (int i = 0; i < n; i++)
         for (int a = 0; a < m; a++) tau[i] -= s->J[n * a + i] * force[a];
 }
@@ -122,7 +105,7 @@ static void couple(const nullspace *s, const double *S) {
     for (int a = 0; a < m; a++)
         for (int i = 0; i < n; i++) hand[a] += s->J[n * a + i] * s->qd[i];
     memcpy(inertial, s->drift, sizeof(double) * (size_t)m);
-    solve(m, S, inertial);
+    spd_solve(m, S, inertial);
     for (int a = 0; a < m; a++) s->coupling[a] = -inertial[a];
     for (int i = 0; i < n; i++) {
         double null_rate = s->qd[i];
@@ -132,18 +115,18 @@ static void couple(const nullspace *s, const double *S) {
     }
 }
 
-/* J#^T, L^-1 and the row of steepest descent, from the factors of M and of J M^-1 J^T. */
-static void hierarchy(const nullspace *s, const double *M, const double *S, const double *projected) {
+/* J#^T and L^-1, from the factors of M and of J M^-1 J^T. */
+static void hierarchy(const nullspace *s, const double *M, const double *S) {
     const int n = s->n, m = s->m;
     for (int j = 0; j < n; j++) {
         double column[JOINTS] = {0.0}, force[TASK];
         column[j] = 1.0;
-        solve(n, M, column);
+        spd_solve(n, M, column);
         for (int a = 0; a < m; a++) {
             force[a] = 0.0;
             for (int i = 0; i < n; i++) force[a] += s->J[n * a + i] * column[i];
         }
-        solve(m, S, force);
+        spd_solve(m, S, force);
         for (int a = 0; a < m; a++) s->inverse[n * a + j] = force[a];
         for (int i = 0; i < n; i++) { /* L x = unit vector j */
             double sum = i == j ? 1.0 : 0.0;
@@ -152,11 +135,12 @@ static void hierarchy(const nullspace *s, const double *M, const double *S, cons
         }
     }
     couple(s, S);
-    double size = 0.0;
-    memcpy(s->descent, projected, sizeof(double) * (size_t)n);
-    solve(n, M, s->descent);
-    for (int i = 0; i < n; i++) size += projected[i] * s->descent[i];
-    for (int i = 0; i < n; i++) s->descent[i] = s->drive > RESTING ? s->descent[i] / sqrt(size) : 0.0;
+}
+
+static double dot(int n, const double *a, const double *b) {
+    double sum = 0.0;
+    for (int i = 0; i < n; i++) sum += a[i] * b[i];
+    return sum;
 }
 
 static double norm(int n, const double *x) {
@@ -165,22 +149,55 @@ static double norm(int n, const double *x) {
     return sqrt(sum);
 }
 
+/* Fastest angular frequency squared of the posture on the spring beta H + stiffness: at most the trace of
+ * M^-1 N times that. */
+static double swing(const nullspace *s, const double *H) {
+    const int n = s->n;
+    double sum = 0.0;
+    for (int i = 0; i < n; i++)
+        for (int j = 0; j < n; j++) {
+            const double mobile = s->guard->rows[n * i + j] / s->M[n * i + i];
+            sum += mobile * (s->beta * H[n * j + i] + (i == j ? s->stiffness : 0.0));
+        }
+    return fmax(sum, 0.0);
+}
+
+/* Scale the pull until it swings no faster than it may, and return how fast it is to be damped [1/s]. */
+static double calm(const nullspace *s, const double *H, double *scale) {
+    if (!(s->ratio > 0.0)) return 0.0;
+    const double square = swing(s, H), most = s->fastest * s->fastest;
+    if (*scale * square > most) *scale = most / square;
+    return 2.0 * s->ratio * sqrt(*scale * square);
+}
+
+/* How much of the cap the way out of a dead end takes: all of it where its projection asks for that much. */
+static double retreating(const nullspace *s, const double *M, const double *S, const double *retreat) {
+    double projected[JOINTS];
+    memcpy(projected, retreat, sizeof(double) * (size_t)s->n);
+    project(s, M, S, projected);
+    const double size = AVOID * norm(s->n, projected);
+    return AVOID * (size > s->cap ? s->cap / size : 1.0);
+}
+
 int nullspace_secondary(nullspace *s, double omega) {
     const int n = s->n, m = s->m;
     double M[JOINTS * JOINTS], S[TASK * TASK], pull[JOINTS], projected[JOINTS];
-    if (!stein(s, omega)) return 0;
+    double retreat[JOINTS], H[JOINTS * JOINTS];
+    if (!stein(s, omega, H)) return 0;
     memcpy(M, s->M, sizeof(double) * (size_t)(n * n));
-    if (!factorise(n, M)) return 0;
+    if (spd_factor(n, M) < 0) return 0;
     for (int b = 0; b < m; b++) {
         double column[JOINTS];
         memcpy(column, s->J + n * b, sizeof(double) * (size_t)n);
-        solve(n, M, column);
+        spd_solve(n, M, column);
         for (int a = 0; a < m; a++) {
             S[m * a + b] = 0.0;
             for (int i = 0; i < n; i++) S[m * a + b] += s->J[n * a + i] * column[i];
         }
     }
-    if (!factorise(m, S)) return 0;
+    if (spd_factor(m, S) < 0) return 0;
+    hierarchy(s, M, S);
+    guard_update(s->guard);
     for (int i = 0; i < n; i++) {
         const double target = omega * s->free[i] + (1.0 - omega) * s->stiff[i];
         pull[i] = s->beta * s->gradient[i] + s->stiffness * (s->q[i] - target);
@@ -188,11 +205,17 @@ int nullspace_secondary(nullspace *s, double omega) {
     memcpy(projected, pull, sizeof(double) * (size_t)n);
     project(s, M, S, projected);
     s->drive = norm(n, projected);
-    const double scale = s->drive > s->cap ? s->cap / s->drive : 1.0;
-    for (int i = 0; i < n; i++) s->secondary[i] = -scale * pull[i] - s->damping * s->qd[i];
+    double scale = s->drive > s->cap ? s->cap / s->drive : 1.0;
+    const double rate = calm(s, H, &scale);
+    guard_avoid(s->guard, retreat);
+    const double away = retreating(s, M, S, retreat);
+    for (int i = 0; i < n; i++) {
+        double momentum = 0.0;
+        for (int k = 0; k < n; k++) momentum += s->M[n * i + k] * s->qd[k];
+        s->secondary[i] = -scale * pull[i] - away * retreat[i] - s->damping * s->qd[i] - rate * momentum;
+    }
     memcpy(s->null, s->secondary, sizeof(double) * (size_t)n);
     project(s, M, S, s->null);
-    hierarchy(s, M, S, projected);
     return isfinite(s->cost) && isfinite(s->drive);
 }
 
@@ -215,46 +238,73 @@ double nullspace_reserve(const nullspace *s, const double *J, const double *forc
     return expm1(-steepness * p) / expm1(-steepness);
 }
 
-void nullspace_compose(nullspace *s, double part, double gain) {
-    const int n = s->n;
-    double alpha = 1.0, share = gain, add[JOINTS];
-    for (int i = 0; i < n; i++) {
+double nullspace_within(const nullspace *s, double part) {
+    double alpha = 1.0;
+    for (int i = 0; i < s->n; i++) {
         const double most = part * s->limit[i], size = fabs(s->wanted[i]);
         if (size * alpha > most) alpha = most / size;
     }
-    for (int i = 0; i < n; i++) {
-        add[i] = s->null[i];
-        for (int a = 0; a < s->m; a++) add[i] += s->J[n * a + i] * s->coupling[a];
-        const double used = alpha * s->wanted[i];
-        const double room = s->limit[i] - (add[i] < 0.0 ? -used : used);
-        if (fabs(add[i]) * share > room) share = fmax(room, 0.0) / fabs(add[i]);
-    }
-    for (int i = 0; i < n; i++) {
-        const double sum = alpha * s->wanted[i] + share * add[i];
-        s->torque[i] = fmax(fmin(sum, s->limit[i]), -s->limit[i]); /* rounding may pass the limit */
-    }
-    s->alpha = alpha, s->share = share;
+    return alpha;
 }
 
-static double dot(int n, const double *a, const double *b) {
-    double sum = 0.0;
-    for (int i = 0; i < n; i++) sum += a[i] * b[i];
-    return sum;
+/* Largest share of J^T F, at most alpha, that keeps the limits beside these torques. */
+static double beside(const nullspace *s, const double *torque, double alpha) {
+    for (int i = 0; i < s->n; i++) {
+        const double w = s->wanted[i], used = w < 0.0 ? -torque[i] : torque[i];
+        const double room = fmax(s->limit[i] - used, 0.0), size = fabs(w);
+        if (size * alpha > room) alpha = room / size;
+    }
+    return alpha;
 }
 
-void nullspace_levels(const nullspace *s, double gain, double *force, double *force_b, double *posture,
-                      double *posture_b, double *rest, double *rest_b) {
+double nullspace_bearable(const nullspace *s, double part, double gain) {
+    const int n = s->n, m = s->m;
+    double torque[JOINTS] = {0.0};
+    for (int a = 0; a < m; a++) {
+        const double *force = s->inverse + n * a;
+        const double felt = gain * s->coupling[a] + dot(n, force, s->guard->stop);
+        for (int i = 0; i < n; i++) torque[i] += s->J[n * a + i] * felt;
+    }
+    return beside(s, torque, nullspace_within(s, part));
+}
+
+void nullspace_compose(nullspace *s, double part, double gain) {
+    const int n = s->n;
+    double share = gain, posture[JOINTS] = {0.0}, kept[JOINTS];
+    s->alpha = nullspace_within(s, part);
+    for (int i = 0; i < n; i++) {
+        posture[i] = s->null[i];
+        for (int a = 0; a < s->m; a++) posture[i] += s->J[n * a + i] * s->coupling[a];
+        const double used = s->alpha * s->wanted[i];
+        const double room = s->limit[i] - (posture[i] < 0.0 ? -used : used);
+        if (fabs(posture[i]) * share > room) share = fmax(room, 0.0) / fabs(posture[i]);
+    }
+    share = fmin(fmin(fmax(share, s->share - FALLING * s->slew), s->share + s->slew), gain);
+    for (int i = 0; i < n; i++) posture[i] *= share;
+    guard_hold(s->guard, posture, kept);
+    for (int i = 0; i < n; i++) posture[i] += kept[i] + s->guard->stop[i];
+    s->alpha = beside(s, posture, s->alpha);
+    for (int i = 0; i < n; i++) {
+        const double sum = s->alpha * s->wanted[i] + posture[i];
+        s->torque[i] = fmax(fmin(sum, s->limit[i]), -s->limit[i]); /* the end stop may ask for more */
+    }
+    s->share = share;
+}
+
+void nullspace_levels(const nullspace *s, double gain, double *force, double *force_b, double *limits,
+                      double *posture, double *posture_b) {
     const int n = s->n, wide = n + 1;
     const size_t row = sizeof(double) * (size_t)n;
+    double wish[JOINTS]; /* the end stop as a whole: what of it the hand feels is another level's */
+    for (int i = 0; i < n; i++) wish[i] = s->guard->stop[i] + gain * s->null[i];
     for (int a = 0; a < s->m; a++) {
         memcpy(force + wide * a, s->inverse + n * a, row);
         force[wide * a + n] = -dot(n, s->inverse + n * a, s->wanted);
-        force_b[a] = gain * s->coupling[a];
+        force_b[a] = dot(n, s->inverse + n * a, s->guard->stop) + gain * s->coupling[a];
     }
-    memcpy(posture, s->descent, row);
-    posture_b[0] = gain * dot(n, s->descent, s->secondary);
     for (int i = 0; i < n; i++) {
-        memcpy(rest + wide * i, s->root + n * i, row);
-        rest_b[i] = -gain * s->damping * dot(n, s->root + n * i, s->qd);
+        memcpy(limits + wide * i, s->guard->rows + n * i, row);
+        memcpy(posture + wide * i, s->root + n * i, row);
+        posture_b[i] = dot(n, s->root + n * i, wish);
     }
 }

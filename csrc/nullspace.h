@@ -7,15 +7,20 @@
  *     tau_N = (I - J^T J#^T) tau_s,   J# = M^-1 J^T (J M^-1 J^T)^-1,   tau_s = -beta dv/dq - K_d qd.
  * tau_N does not accelerate the hand, but the motion that it causes does: the coupling force
  *     f = J#^T (bias + friction qd_N) - (J M^-1 J^T)^-1 drift,   qd_N = (I - J# J) qd
- * cancels that. Beyond the paper, tau_s may also pull towards known postures, so that the way is no detour.
+ * cancels that. Beyond the paper, tau_s may also pull towards known postures, so that the way is no detour,
+ * and is no stiffer and no less damped than suits the tick: with H an upper bound of v's second derivatives
+ * and w^2 = tr(M^-1 N (beta H + stiffness)), at least the square of the fastest swing about an optimum, the
+ * pull is scaled until w <= fastest, and -2 ratio w M qd damps it.
  */
 #ifndef HAPTICD_NULLSPACE_H
 #define HAPTICD_NULLSPACE_H
 
+#include "guard.h"
 #include "shape.h"
 
 typedef struct {
-    int n, m; /* at most 16 joints, 3 directions */
+    int n, m;     /* at most 16 joints, 3 directions */
+    guard *guard; /* of the joint limits */
     /* inputs of a tick, as redundant_update leaves them */
     const double *J SHAPE(m, n), *dJ SHAPE(n, m, n), *M SHAPE(n, n), *q SHAPE(n), *qd SHAPE(n);
     const double *drift SHAPE(m), *bias SHAPE(n);
@@ -25,6 +30,7 @@ typedef struct {
     const double *contact SHAPE(m, m); /* the same of the environment's force */
     double major, minor;               /* eigenvalues of the desired ellipsoids along and across */
     double beta, damping, cap;         /* step, K_d, largest norm of the projected pull */
+    double ratio, fastest; /* of the damping besides, 0 for K_d alone; and the fastest swing [rad/s] */
     /* postures that are best for free motion and for contact */
     const double *free SHAPE(n), *stiff SHAPE(n);
     double stiffness; /* of the pull towards them, 0 for none */
@@ -39,12 +45,12 @@ typedef struct {
     double *inverse SHAPE(m, n); /* J#^T: the force on the hand that torques make */
     double *root SHAPE(n, n);    /* L^-1 */
     double *coupling SHAPE(m);   /* force on the hand that cancels what the posture's motion does to it */
-    double *descent SHAPE(n);    /* d = g^T M^-1 / |L^-1 g|, g the projected pull; 0 where there is none */
     /* results of nullspace_compose */
     double *wanted SHAPE(n); /* J^T F */
     double *torque SHAPE(n);
     double alpha; /* share of the wanted torque */
-    double share; /* share of the null-space torque */
+    double share; /* share of the null-space torque; of the tick before when called */
+    double slew;  /* largest rise of it in a call; it falls three times as fast */
 } nullspace;
 
 /* Cost, gradient, secondary and null-space torque for D = omega D_free + (1 - omega) D_stiff, (12), (13),
@@ -58,15 +64,23 @@ void nullspace_wanted(nullspace *s, const double *force);
  * torque, 0 where any motor saturates. */
 double nullspace_reserve(const nullspace *s, const double *J, const double *force, double steepness);
 
+/* Largest share <= 1 of J^T F that keeps this part (0 to 1) of the limits. */
+double nullspace_within(const nullspace *s, double part);
+
+/* The same, beside what else the hand is to feel: gain f and the end stop. A hierarchy that renders more has
+ * to drive the posture into the corners of the torque box for it. */
+double nullspace_bearable(const nullspace *s, double part, double gain);
+
 /* alpha J^T F + share (tau_N + J^T f) with the largest alpha <= 1 that keeps this part (0 to 1) of the
- * limits, then the largest share <= gain (0 to 1) that keeps the limits. */
+ * limits, then the largest share <= gain (0 to 1) that keeps the limits. What the joint limits need besides
+ * comes before both, and share changes by no more than slew: alpha yields to them. */
 void nullspace_compose(nullspace *s, double part, double gain);
 
 /* Rows of a hierarchy over (tau, alpha), each n + 1 wide, with their right-hand sides:
- * force (m):    J#^T tau - alpha F = gain f
- * posture (1):  d tau = gain d tau_s
- * rest (n):     L^-1 tau = -gain L^-1 K_d qd */
-void nullspace_levels(const nullspace *s, double gain, double *force, double *force_b, double *posture,
-                      double *posture_b, double *rest, double *rest_b);
+ * force (m):    J#^T tau - alpha F = J#^T stop + gain f
+ * limits (n):   floor <= rows tau <= ceiling, of the guard; their bounds are its own
+ * posture (n):  L^-1 tau = L^-1 (N stop + gain tau_N) */
+void nullspace_levels(const nullspace *s, double gain, double *force, double *force_b, double *limits,
+                      double *posture, double *posture_b);
 
 #endif

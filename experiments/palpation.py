@@ -167,16 +167,16 @@ def simulate(
     rows: list[tuple[Any, ...]] = []
     arm.q[:], arm.qd[:] = plant.q, plant.qd
     controller.reset()
-    free = [False] * arm.n
+    free, push = [False] * arm.n, [0.0] * 3
     for k in range(round(duration * RATE)):
         before_tick(k)
         t = k * dt
         arm.q[:], arm.qd[:] = plant.q, plant.qd
         arm.update()
         demand = wall.force(arm.position.tolist())
-        if not controller.update(demand, 1.0):
+        if not controller.update(demand, 1.0, wall.energy, push[: arm.m]):
             raise RuntimeError(f"no torque at {t:g} s: the posture {arm.q} is singular")
-        alpha = controller.resolution.alpha
+        alpha = controller.alpha
         arrays = (controller.torque, controller.space.null, arm.position, arm.velocity)
         felt = [alpha * f for f in demand]
         scalars = (controller.reserve, controller.transition.omega, alpha)

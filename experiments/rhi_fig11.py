@@ -21,7 +21,7 @@ LIGHT_HAND = (200.0, 4.0, 20.0)
 def switched(rho: float, paper: bool) -> Trace:
     """A switch from free to stiff while a light hand holds the handle and nothing is rendered."""
     saturation: dict[str, Any] = {"rho": rho}
-    null_space: dict[str, Any] = {"scan": 0, "cap": UNCAPPED} if paper else {}
+    null_space: dict[str, Any] = {"scan": 0, "cap": UNCAPPED, "ratio": 0.0} if paper else {}
     device = Device(saturation=saturation, null_space=null_space)
     controller, wall = device.controller()
     centre = device.centre - 0.02 * device.u

@@ -16,6 +16,7 @@ from ...configs.quantities import (
     AngularStiffnesses,
     Inertias,
     Lengths,
+    LimitMargin,
     NoiseForce,
     Stiffness,
     TimeConstant,
@@ -65,6 +66,8 @@ class RhiNullSpace(Strict, frozen=True):
     cap: Torque
     scan: Annotated[int, Meta(ge=0, le=20_000, description="more takes seconds")]
     stiffness: AngularStiffness
+    ratio: Annotated[float, Meta(ge=0.0, le=2.0, description="K_d alone; crawling")]
+    margin: LimitMargin
 
 
 class RhiSaturation(Strict, frozen=True):

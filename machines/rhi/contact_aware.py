@@ -10,14 +10,25 @@ from typing import Protocol
 import numpy as np
 
 from ...models import Array
+from .guard import Span
 from .manipulability import Shape
 from .nullspace import Gains, NullSpace
+from .passivity import Tank
+from .reachable import Targets
 from .redundant import RedundantArm
 from .saturation import Headroom
 from .transition import Thresholds, Transition
 
 SLOW = 0.01
 """Speed of the hand below which its direction says nothing [m/s]."""
+LIGHT = 0.5
+"""Force below which its direction says nothing [N]."""
+SLEW_S = 0.03
+"""Time in which the posture's share of the torques goes from nothing to all [s]; back in a third of it."""
+FELT_S = 0.05
+"""Time constant with which the direction of contact follows the measured force [s]."""
+ALIKE = 2e-3
+"""Difference of two projectors that is not worth a turn."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,6 +45,7 @@ class Settings:
         moving: drive of the null space above which the posture counts as moving [N m].
         release: time to give the rest of the limits to the force [s].
         follow: time constant with which the direction of motion follows the hand [s]; inf keeps it.
+        span: limits of the motors; None for none.
     """
 
     shape: Shape
@@ -45,6 +57,7 @@ class Settings:
     moving: float
     release: float
     follow: float
+    span: Span | None = None
 
 
 class Resolution(Protocol):
@@ -87,7 +100,11 @@ class ContactAware:
         space: secondary and null-space torques.
         transition, headroom: the actuator saturation controller.
         reserve: V of the wanted force, 0 to 1.
+        tank: keeps the rendered force passive.
+        motion, contact: directions of the hand's motion and of the environment's force.
+        alpha: rendered share of the environment's force.
         torque: of the motors, (n,) [N m].
+        targets: postures for free motion and contact; None for none.
     """
 
     def __init__(
@@ -95,13 +112,19 @@ class ContactAware:
     ) -> None:
         """An arm, its limits (n,) [N m], the first direction of motion and contact (m,)."""
         self.arm, self._settings = arm, settings
-        self.space = NullSpace(arm, limit, settings.shape, settings.gains, np.array(u, float))
+        self.space = NullSpace(
+            arm, limit, settings.shape, settings.gains, np.array(u, float), settings.span, dt / SLEW_S
+        )
         self.resolution: Resolution = Projection(self.space)
         self.transition = Transition(settings.thresholds, dt)
         self.headroom = Headroom(settings.held, settings.moving, settings.release, dt)
         self.reserve = 1.0
+        self.targets: Targets | None = None
+        self.tank, self.alpha = Tank(arm.m), 1.0
         self._J_free = np.zeros_like(arm.J)
-        self._blend = dt / settings.follow
+        self.motion = Direction(self.space.motion, SLOW, dt / settings.follow)
+        self.contact = Direction(self.space.contact, LIGHT, dt / FELT_S)
+        self._follows, self._identity = settings.follow < np.inf, np.eye(arm.m).ravel().tolist()
         self._duration = self._transition_time()
 
     @property
@@ -110,47 +133,86 @@ class ContactAware:
         return self.resolution.torque
 
     def reset(self) -> None:
-        """Free motion in the posture that the arm has."""
+        """Free motion in the posture that the arm has, towards targets that it can reach from there."""
         self.arm.update()
+        if self.targets:
+            self.space.free[:], self.space.stiff[:] = self.targets.reachable(self.arm.q)
         self._J_free[:] = self.arm.J
         self.transition.reset()
         self.headroom.reset()
+        self.tank.reset()
+        self.contact.reset()
+        self._duration = self._transition_time()
         self.reserve = 1.0
 
-    def update(self, force: Sequence[float], gain: float) -> bool:
+    def update(
+        self, force: Sequence[float], gain: float, potential: float = 0.0, felt: Sequence[float] | None = None
+    ) -> bool:
         """Compute ``torque``; False in a singular posture or without an answer of the resolution.
 
         ``arm.update`` comes first: the force depends on where the hand is.
 
         Args:
-            force: that the hand shall feel, (m,) [N].
+            force: of the environment on the hand, (m,) [N].
             gain: 0 to 1, how much of force and posture control acts while the machine engages.
+            potential: energy that the environment stores where the hand is [J]; 0 where it stores none.
+            felt: measured force of the hand, (m,) [N]; None keeps the direction of contact.
         """
         arm, space = self.arm, self.space
-        self._follow()
-        space.want([gain * f for f in force])
+        part = gain * self.tank.update(arm.position.tolist(), potential)
+        wanted = [part * f for f in force]
+        self._follow(wanted, felt)
+        space.want(wanted)
         self.reserve = space.reserve(arm.J, self._settings.steepness)
         in_free = space.reserve(self._J_free, self._settings.steepness)
         omega = self.transition.update(self.reserve, in_free, self._duration)
         if self.transition.phase == 0.0:
             self._J_free[:] = arm.J
-        if not space.secondary(omega):
-            return False
-        return self.resolution.resolve(self.headroom.update(space.drive), gain)
+        solved = space.secondary(omega) and self.resolution.resolve(self.headroom.update(space.drive), gain)
+        self.alpha = part * self.resolution.alpha if solved else 0.0
+        self.tank.render([self.alpha * f for f in force])
+        return solved
 
-    def _follow(self) -> None:
-        """Let the direction of motion follow the hand; P = u u^T needs no sign, so a reversal is no turn."""
-        if not self._blend:
-            return
-        velocity = self.arm.velocity.tolist()
-        speed = hypot(*velocity)
-        if speed > SLOW:
-            u = self.arm.velocity / speed
-            self.space.motion += self._blend * (np.outer(u, u) - self.space.motion)
+    def _follow(self, wanted: Sequence[float], felt: Sequence[float] | None) -> None:
+        """Let the directions follow the hand's motion and force."""
+        turned = self._follows and self.motion.follow(self.arm.velocity.tolist())
+        if felt is not None and hypot(*wanted) > LIGHT:
+            turned |= self.contact.follow(felt)
+        if turned:
             self._duration = self._transition_time()
 
     def _transition_time(self) -> float:
-        """Duration of a whole transition (19) [s]."""
-        shape, space = self._settings.shape, self.space
-        apart = shape.free(space.motion) - shape.stiff(space.contact)
-        return self._settings.rho * sqrt(float(np.sum(apart * apart)))
+        """Duration of a whole transition (19) [s]: (12) and (13) are apart by (K - zeta)(I - P_u - P_F)."""
+        shape = self._settings.shape
+        pairs = zip(self._identity, self.motion.flat, self.contact.flat, strict=True)
+        apart = sqrt(sum((one - p - c) ** 2 for one, p, c in pairs))
+        return self._settings.rho * (shape.major - shape.minor) * apart
+
+
+class Direction:
+    """The projector u u^T, (m, m), on a direction that follows vectors: without sign, a reversal is no turn."""
+
+    def __init__(self, projector: Array, least: float, blend: float) -> None:
+        """The projector to write; length of a vector that says nothing, and share of one in a tick."""
+        self._first, self._projector = projector.ravel().tolist(), projector.ravel()
+        self._least, self._blend = least, blend
+        self.flat: list[float] = list(self._first)
+
+    def reset(self) -> None:
+        """The first direction."""
+        self.flat = list(self._first)
+        self._projector[:] = self.flat
+
+    def follow(self, vector: Sequence[float]) -> bool:
+        """Turn towards a vector (m,); False where it has no direction, or that of before."""
+        size = hypot(*vector)
+        if size <= self._least:
+            return False
+        u = [x / size for x in vector]
+        wanted = [a * b for a in u for b in u]
+        apart = [w - x for w, x in zip(wanted, self.flat, strict=True)]
+        if max(apart) < ALIKE and min(apart) > -ALIKE:
+            return False
+        self.flat = [x + self._blend * d for x, d in zip(self.flat, apart, strict=True)]
+        self._projector[:] = self.flat
+        return True

@@ -22,6 +22,11 @@ class Wall:
         self.depth = 0.0
 
     @property
+    def energy(self) -> float:
+        """What the spring stores at ``depth`` [J]."""
+        return 0.5 * self._stiffness * self.depth * self.depth
+
+    @property
     def normal(self) -> list[float]:
         """Unit vector into the wall, (m,)."""
         return self._normal

@@ -2,14 +2,14 @@
 
 Over the torques tau and the rendered share alpha of the force F:
 
-0. torque box, 0 <= alpha <= what the limits (or the headroom) allow for alpha J^T F
-1. the hand feels alpha F and nothing else: J#^T tau = alpha F + the coupling force
-2. alpha = 1, as far as the box lets it
-3. the pull on the posture with the damping along it: one row, d tau = d tau_s
-4. damping of what is left of the null space: min |L^-1 (tau + K_d qd)|, the M^-1 metric
+0. torque box, 0 <= alpha <= what limits or headroom allow for alpha J^T F and the coupling
+1. the hand feels alpha F and nothing else: J#^T tau = alpha F + the coupling force, and the end stop
+2. the posture keeps the joint limits, see csrc/guard.h
+3. alpha = 1, as far as the box lets it
+4. the wish of the null space: min |L^-1 (tau - tau_N)|, the M^-1 metric
 
-Far from the box this is the projection law (3); at the box the projection can only shrink tau_N as a whole,
-while here every motor gives what it has left.
+Far from box and joint limits this is the projection law (3); at the box the projection can only shrink tau_N
+as a whole, while here every motor gives what it has left.
 """
 
 from __future__ import annotations
@@ -43,19 +43,19 @@ class Hierarchy:
             C=np.eye(n + 1), lb=np.array([*-self._limit, 0.0]), ub=np.array([*self._limit, 1.0])
         )
         force = Level(A=np.zeros((m, n + 1)), b=np.zeros(m))
+        guard = space.guard
+        limits = Level(C=np.zeros((n, n + 1)), lb=guard.floor, ub=guard.ceiling)
         share = Level(A=np.eye(n + 1)[n:].copy(), b=np.ones(1))
-        posture = Level(A=np.zeros((1, n + 1)), b=np.zeros(1))
-        rest = Level(A=np.zeros((n, n + 1)), b=np.zeros(n))
-        self._levels = (self._box, force, share, posture, rest)
-        self._rows = [array for level in (force, posture, rest) for array in (level.A, level.b)]
+        posture = Level(A=np.zeros((n, n + 1)), b=np.zeros(n))
+        self._levels = (self._box, force, limits, share, posture)
+        self._rows = [force.A, force.b, limits.C, posture.A, posture.b]
         rows = [level.rows for level in self._levels]
         self._solver = Solver(n + 1, rows, max_iterations=MAX_ITERATIONS)
 
     def resolve(self, part: float, gain: float) -> bool:
         """Solve the levels of this tick; False where the solver does not stand by its answer."""
         space, n = self._space, self._n
-        space.compose(part, gain)
-        self._box.ub[n] = space.alpha
+        self._box.ub[n] = space.bearable(part, gain)
         space.level_rows(self._rows, gain)
         solution = self._solver.solve(self._levels)
         self.iterations = solution.iterations

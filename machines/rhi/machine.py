@@ -23,11 +23,13 @@ from ...safety import Plausibility
 from .config import RhiConfig
 from .contact_aware import ContactAware, Settings
 from .environment import Wall
+from .guard import Span
 from .hierarchy import Hierarchy
 from .manipulability import Shape, force_ellipsoid
 from .nullspace import Gains
+from .reachable import Targets
 from .redundant import AXES, RedundantArm
-from .self_motion import Ellipsoid, best_posture
+from .self_motion import Ellipsoid
 from .transition import Thresholds as Reserves
 
 HOLDABLE = 0.8
@@ -38,6 +40,8 @@ STEADY_S = 20e-3
 """Time constant of the hand's pull that the hold takes over: a hand that has just jerked is not held."""
 SUPPORT_FADE_S = 5e-3
 """Time constant with which what the measured hand contributed leaves the torques of a stop."""
+SWING = 0.1
+"""Fastest swing of the posture [rad] in a tick."""
 AT_REST = 0.25
 """Measured speeds below this are standstill: a hand goes on pulling at motors that hold [rad/s]."""
 
@@ -59,6 +63,7 @@ def state_layout(n: int, m: int) -> np.dtype[np.void]:
             ("alpha", "<f8"),  # rendered share of the force
             ("cost", "<f8"),  # Stein divergence v
             ("drive", "<f8"),  # norm of the pull on the posture [N m]
+            ("energy", "<f8"),  # that the rendered force has taken from the hand in this contact [J]
             ("iterations", "<u2"),
             ("solves", "u1"),
         ]
@@ -66,7 +71,7 @@ def state_layout(n: int, m: int) -> np.dtype[np.void]:
 
 
 class RedundantInterface:
-    """See ``Machine``. The wrench of the hand is watched and logged; the law itself needs none."""
+    """See ``Machine``. Of the wrench of the hand the law takes the direction of contact, nothing else."""
 
     outputs: tuple[tuple[str, str], ...] = (("joints", "target_torque"),)
 
@@ -93,6 +98,7 @@ class RedundantInterface:
         scales = self._force_torque.scales[0]
         self._force = sensor(image, "force_torque", 0, self._measured, scales, dt)
         self._rows = [AXES.index(name) for name in rhi.task.directions]
+        self._felt = np.zeros(arm.m)
         self._pull = np.zeros(arm.n)  # torques that hold the hand's force
         self._steady = np.zeros(arm.n)  # the same, smoothed
         self._smooth = 1.0 - exp(-dt / STEADY_S)
@@ -148,7 +154,9 @@ class RedundantInterface:
         """One tick of ContactAware, fig. 5."""
         self._demand = self.wall.force(self._arm.position.tolist())
         self._mark(Stage.MODEL)
-        self.solved = self.controller.update(self._demand, gain)
+        np.take(self._hand, self._rows, out=self._felt)
+        felt = self._felt.tolist() if self.raw_wrench is not None else None
+        self.solved = self.controller.update(self._demand, gain, self.wall.energy, felt)
         self._mark(Stage.SOLVE)
         self._standstill.reset()
         if not self.solved:
@@ -189,7 +197,7 @@ class RedundantInterface:
             *(arm.q, arm.qd, self._drives.target_torque, controller.space.null),
             *(arm.position, self._hand),
         )
-        count = sum(len(numbers) for numbers in self._numbers) + arm.m + 6
+        count = sum(len(numbers) for numbers in self._numbers) + arm.m + 7
         self._logged = state.view(np.uint8)[: 8 * count].view(np.float64)
         self._logged_solve = state["iterations"], state["solves"]
 
@@ -197,7 +205,7 @@ class RedundantInterface:
         """Copy the state of this tick."""
         controller, space = self.controller, self.controller.space
         observed = (self.wall.depth, controller.reserve, controller.transition.omega)
-        scalars = (*observed, controller.resolution.alpha, space.cost, space.drive)
+        scalars = (*observed, controller.alpha, space.cost, space.drive, controller.tank.energy)
         np.concatenate((*self._numbers, self._demand, scalars), out=self._logged)
         iterations, solves = self._logged_solve
         iterations[0], solves[0] = controller.resolution.iterations, controller.resolution.solves
@@ -220,6 +228,7 @@ def contact_aware(config: RhiConfig, robot: Robot, wall: Wall, dt: float) -> Con
     limit, task, saturation = np.array(rhi.motors.torque), rhi.task, rhi.saturation
     space = rhi.null_space
     home = force_ellipsoid(arm.at(np.array(task.home)).J, limit)
+    span = Span(rhi.motors.lower, rhi.motors.upper, space.margin)
     settings = Settings(
         shape=Shape.of_home(home, task.spread),
         gains=Gains(
@@ -228,6 +237,8 @@ def contact_aware(config: RhiConfig, robot: Robot, wall: Wall, dt: float) -> Con
             space.cap,
             space.stiffness if space.scan else 0.0,
             rhi.motors.friction,
+            space.ratio,
+            SWING / dt,
         ),
         thresholds=Reserves(saturation.leave, saturation.come_back),
         steepness=saturation.steepness,
@@ -236,19 +247,19 @@ def contact_aware(config: RhiConfig, robot: Robot, wall: Wall, dt: float) -> Con
         moving=saturation.moving,
         release=saturation.release,
         follow=task.follow if task.follow is not None else np.inf,
+        span=span,
     )
     controller = ContactAware(arm, limit, wall.normal, settings, dt)
     if space.resolution == "hqp":
         controller.resolution = Hierarchy(controller.space)
     if space.scan:
-        bounds = (rhi.motors.lower, rhi.motors.upper)
-        free, stiff = (
-            settings.shape.free(controller.space.motion),
-            settings.shape.stiff(controller.space.contact),
-        )
-        for target, desired in ((controller.space.free, free), (controller.space.stiff, stiff)):
-            objective = Ellipsoid(desired, limit)
-            target[:] = best_posture(arm, np.array(rhi.wall.point), bounds, objective, space.scan)
+        free = settings.shape.free(controller.space.motion)
+        stiff = settings.shape.stiff(controller.space.contact)
+        objectives = [Ellipsoid(desired, limit) for desired in (free, stiff)]
+        targets = Targets(arm, np.array(rhi.wall.point), span, objectives, space.scan)
+        controller.targets = targets
+        favourite = np.argmin(targets.cost[:, 1])
+        controller.space.free[:], controller.space.stiff[:] = targets.best[favourite]
     arm.at(np.array(task.home))
     return controller
 

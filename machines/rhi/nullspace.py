@@ -13,6 +13,7 @@ import numpy as np
 from ...binding import bind, pointer
 from ...control._kernels import ffi, lib
 from ...models import Array
+from .guard import Guard, Span
 from .manipulability import Shape, direction
 from .redundant import RedundantArm
 
@@ -29,6 +30,9 @@ class Gains:
         stiffness: of the pull towards known good postures, beyond the paper [N m/rad].
         friction: viscous, of the motors, (n,) [N m s/rad]; what of it the posture's motion puts on the hand
             is cancelled. Empty for none.
+        ratio: of the damping about an optimum that the curvature there asks for besides, beyond the paper; 0
+            for K_d alone.
+        fastest: swing about an optimum [rad/s], to which the pull is weakened; with ``ratio`` only.
     """
 
     beta: float
@@ -36,6 +40,8 @@ class Gains:
     cap: float
     stiffness: float = 0.0
     friction: tuple[float, ...] = ()
+    ratio: float = 0.0
+    fastest: float = np.inf
 
 
 def dynamic_inverse(J: Array, M: Array) -> Array:
@@ -64,23 +70,46 @@ class NullSpace:
         free, stiff: postures that free motion and contact pull towards, (n,) [rad]; write here.
         gradient: dv/dq, (n,); secondary_torque: tau_s; null: tau_N, (n,) [N m].
         inverse: J#^T, (m, n); root: L^-1 of M = L L^T, (n, n).
-        descent: unit row in the M^-1 metric along the projected pull, (n,); 0 without one.
         coupling: force that cancels what the posture's motion does to the hand, (m,) [N].
         wanted: J^T F; torque: composed, (n,) [N m].
+        guard: of the joint limits.
     """
 
-    def __init__(self, arm: RedundantArm, limit: Array, shape: Shape, gains: Gains, u: Array) -> None:
-        """Bind to an arm; limits of its motors (n,) [N m], the first direction of motion and contact (m,)."""
+    def __init__(
+        self,
+        arm: RedundantArm,
+        limit: Array,
+        shape: Shape,
+        gains: Gains,
+        u: Array,
+        span: Span | None = None,
+        slew: float = 1.0,
+    ) -> None:
+        """Bind to an arm.
+
+        Args:
+            arm: the interface.
+            limit: torques of its motors, (n,) [N m].
+            shape: of the desired ellipsoids.
+            gains: of the secondary torque.
+            u: first direction of motion and contact, (m,).
+            span: limits of the motors; None for none.
+            slew: largest rise of ``share`` in a ``compose``, and a third of the largest fall. Where a motor
+                saturates, a little more or less of the force would give the posture all or nothing.
+        """
         n = arm.n
         self.limit = np.array(limit, float)
         self.motion, self.contact = direction(u), direction(u)
         self.free, self.stiff = np.zeros(n), np.zeros(n)
         self.gradient, self.secondary_torque, self.null = np.zeros(n), np.zeros(n), np.zeros(n)
         self.wanted, self.torque = np.zeros(n), np.zeros(n)
-        self.inverse, self.root, self.descent = np.zeros((arm.m, n)), np.zeros((n, n)), np.zeros(n)
+        self.inverse, self.root = np.zeros((arm.m, n)), np.zeros((n, n))
         self.coupling = np.zeros(arm.m)
         friction = np.array(gains.friction or np.zeros(n), float)
-        core = self._core = ffi.new("nullspace *", {"n": n, "m": arm.m})
+        self.guard = Guard(arm, span or Span.unbounded(n), self.limit, friction, self.inverse, self.root)
+        core = self._core = ffi.new(
+            "nullspace *", {"n": n, "m": arm.m, "guard": self.guard.core, "slew": slew, "share": 1.0}
+        )
         core.major, core.minor = shape.major, shape.minor
         core.beta, core.damping, core.cap, core.stiffness = (
             gains.beta,
@@ -88,6 +117,7 @@ class NullSpace:
             gains.cap,
             gains.stiffness,
         )
+        core.ratio, core.fastest = gains.ratio, gains.fastest
         bind(lib, core, J=arm.J, dJ=arm.dJ, M=arm.M, q=arm.q, qd=arm.qd, drift=arm.drift, bias=arm.bias)
         bind(
             lib,
@@ -103,7 +133,6 @@ class NullSpace:
             null=self.null,
             inverse=self.inverse,
             root=self.root,
-            descent=self.descent,
             coupling=self.coupling,
             wanted=self.wanted,
             torque=self.torque,
@@ -149,15 +178,23 @@ class NullSpace:
         """Write the rows of a hierarchy over (tau, alpha) and their right-hand sides; see csrc/nullspace.h.
 
         Args:
-            rows: force (m, n + 1) and (m,), posture (1, n + 1) and (1,), rest (n, n + 1) and (n,); always the
-                same arrays.
+            rows: force (m, n + 1) and (m,), limits (n, n + 1), posture (n, n + 1) and (n,); always the same
+                arrays.
             gain: as of ``compose``.
         """
         if not self._rows:
             n, m = self._core.n, self._core.m
-            shapes = (m, n + 1), (m,), (1, n + 1), (1,), (n, n + 1), (n,)
+            shapes = (m, n + 1), (m,), (n, n + 1), (n, n + 1), (n,)
             self._rows = [pointer(a, "double", *shape) for a, shape in zip(rows, shapes, strict=True)]
         lib.nullspace_levels(self._core, gain, *self._rows)
+
+    def within(self, part: float) -> float:
+        """Largest share of J^T F, at most 1, that keeps this part (0 to 1) of the limits."""
+        return float(lib.nullspace_within(self._core, part))
+
+    def bearable(self, part: float, gain: float) -> float:
+        """The same beside the coupling force, of which so much is rendered (0 to 1), and the end stop."""
+        return float(lib.nullspace_bearable(self._core, part, gain))
 
     def compose(self, part: float, gain: float = 1.0) -> None:
         """Write ``torque``: alpha J^T F within this part of the limits, then tau_N with its coupling.

@@ -8,6 +8,7 @@ import pinocchio as pin
 from ...models import Robot
 from ...runtime.core.sampling import controls, fastest, integrates
 from .config import RhiConfig
+from .guard import STOP
 
 Found = list[tuple[str, str, str]]
 
@@ -27,6 +28,11 @@ def check_rates(config: RhiConfig, robot: Robot) -> Found:
             "rhi.null_space",
             np.full(robot.nv, rhi.null_space.stiffness),
             np.full(robot.nv, rhi.null_space.damping),
+        ),
+        (
+            "rhi.null_space.margin",
+            np.array(rhi.motors.torque) / (STOP * rhi.null_space.margin),
+            np.zeros(robot.nv),
         ),
     ):
         if not controls(fastest(inverse, spring), fastest(inverse, damper), dt):

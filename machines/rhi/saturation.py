@@ -9,6 +9,9 @@ import numpy as np
 
 from ...models import Array
 
+TAKEN = 3.0
+"""Pull that takes force back over the pull that lets it go: a posture swings about its target once."""
+
 
 def reserve(torque: Array, limit: Array, steepness: float) -> Array:
     """Actuator saturation observer V in [0, 1], (...,): 1 without torque, 0 where any motor saturates.
@@ -46,15 +49,17 @@ class Headroom:
     """Part of the limits that the rendered force may use while the posture is still on its way.
 
     A saturated force would leave the null space nothing, and the reconfiguration that makes room for more
-    force would stall half-way.
+    force would stall half-way. The part follows the pull on the posture with a play: what has been let go is
+    taken back only by TAKEN times the pull, and nothing is let go or taken back at once. Otherwise the force,
+    which moves the posture, would take itself back.
 
     Attributes:
         part: 0 to 1.
     """
 
-    def __init__(self, held: float, threshold: float, release: float, dt: float) -> None:
-        """Part that is held, drive of the null space above which it is [N m], time to let go of it [s]."""
-        self._held, self._threshold = held, threshold
+    def __init__(self, held: float, moving: float, release: float, dt: float) -> None:
+        """Part that is held, drive of the null space from which it is [N m], time to let go of it [s]."""
+        self._held, self._moving = held, moving
         self._step = (1.0 - held) * dt / release
         self.part = 1.0
 
@@ -64,8 +69,12 @@ class Headroom:
 
     def update(self, drive: float) -> float:
         """The part for this tick from the norm of the projected gradient torque [N m]."""
-        if drive > self._threshold:
-            self.part = max(self._held, self.part - self._step)
-        else:
-            self.part = min(1.0, self.part + self._step)
+        pull, part = drive / self._moving, self.part
+        wanted = 1.0 if pull <= 0.5 else min(max(part, self._within(pull)), self._within(pull / TAKEN))
+        if wanted != part:
+            self.part = min(max(wanted, part - self._step), part + self._step)
         return self.part
+
+    def _within(self, drive: float) -> float:
+        """All below a half, what is held from 1 on."""
+        return 1.0 - (1.0 - self._held) * min(max(2.0 * drive - 1.0, 0.0), 1.0)

@@ -19,6 +19,9 @@ CLOSING_STEPS = 12
 LARGEST_STEP = 0.5
 """Largest step of one iteration, per joint [rad]."""
 
+Bounds = tuple[Sequence[float], Sequence[float]] | tuple[Array, Array]
+"""Lower and upper limits of the motors, (n,) each [rad]."""
+
 
 class Objective(Protocol):
     """A cost of postures by their Jacobians; takes stacks."""
@@ -61,9 +64,7 @@ def close(arm: RedundantArm, q: Array, x: Array, steps: int = CLOSING_STEPS) -> 
     return q
 
 
-def scan(
-    arm: RedundantArm, x: Array, bounds: tuple[Sequence[float], Sequence[float]], count: int, seed: int = 0
-) -> Array:
+def scan(arm: RedundantArm, x: Array, bounds: Bounds, count: int, seed: int = 0) -> Array:
     """Configurations (k, n), k <= count, that hold the hand at x (m,) within joint bounds.
 
     Random configurations are moved onto the manifold; those that do not get there, or leave the bounds on
@@ -80,7 +81,12 @@ def scan(
 
 
 def descend(
-    arm: RedundantArm, q: Array, x: Array, objective: Objective, iterations: int = 200
+    arm: RedundantArm,
+    q: Array,
+    x: Array,
+    objective: Objective,
+    iterations: int = 200,
+    bounds: Bounds | None = None,
 ) -> tuple[Array, Array]:
     """Local optima along the manifold from many starts at once: configurations (k, n) and costs (k,).
 
@@ -92,18 +98,22 @@ def descend(
         x: where the hand stays, (m,) or (k, m).
         objective: what shall be least.
         iterations: of every start.
+        bounds: of the motors, (n,) each [rad], that no step leaves; starts are inside.
     """
     q = np.array(q, float)
+    lower, upper = bounds if bounds is not None else (-np.inf, np.inf)
     _, J, dJ = arm.sweep(q)
     cost = objective.cost(J)
     length = np.full(len(q), 0.1)
     for _ in range(iterations):
         slope = objective.gradient(J, dJ)
         slope -= _pseudo_solve(J, np.einsum("kai,ki->ka", J, slope))
-        trial = close(arm, q - _limited(length[:, None] * slope), x, 3)
+        wanted = np.clip(q - _limited(length[:, None] * slope), lower, upper)
+        trial = close(arm, wanted, x, 3)
         position, J_trial, dJ_trial = arm.sweep(trial)
         cost_trial = objective.cost(J_trial)
         better = (cost_trial < cost) & (np.linalg.norm(position - x, axis=1) < CLOSED)
+        better &= np.all((lower <= trial) & (trial <= upper), axis=1)
         q[better], cost[better] = trial[better], cost_trial[better]
         J[better], dJ[better] = J_trial[better], dJ_trial[better]
         length *= np.where(better, 1.5, 0.3)
@@ -113,7 +123,7 @@ def descend(
 def best_posture(
     arm: RedundantArm,
     x: Array,
-    bounds: tuple[Sequence[float], Sequence[float]],
+    bounds: Bounds,
     objective: Objective,
     count: int,
     polished: int = 8,
@@ -137,9 +147,9 @@ def best_posture(
             "the interface", 0, f"cannot reach {x.tolist()} m", "move the point, widen the limits"
         )
     costs = objective.cost(arm.reach(postures)[1])
-    found, cost = descend(arm, postures[np.argsort(costs)[:polished]], x, objective)
-    inside = np.all((np.asarray(bounds[0]) <= found) & (found <= np.asarray(bounds[1])), axis=1)
-    best: Array = found[np.argmin(np.where(inside, cost, np.inf))]
+    start = postures[np.argsort(costs)[:polished]]
+    found, cost = descend(arm, start, x, objective, bounds=bounds)
+    best: Array = found[np.argmin(cost)]
     return best
 
 

@@ -17,8 +17,11 @@ from hapticd.experiments import (
 )
 from hapticd.experiments.command import NAMES
 from hapticd.experiments.outcome import Outcome, Row, write_rows
-from hapticd.experiments.palpation import Device
+from hapticd.experiments.palpation import HAND, Device, simulate
+from hapticd.models import Array
 from hapticd.runtime.command_line.cli import main
+from hapticd.sim.hand import PointHand
+from hapticd.sim.rigid import RigidArm
 
 ROOT = Path(__file__).parents[2]
 
@@ -68,12 +71,64 @@ def test_the_stiff_posture_renders_at_least_half_as_much_again_as_the_free_one()
 
 def test_the_switching_palpation_renders_nearly_what_the_stiff_posture_does_as_docs_rhi_md_says() -> None:
     device = Device()
-    traces = {mode: device.palpate(0.04, 0.25, 1.7, mode) for mode in ("stiff", "switching")}
-    force = {mode: np.linalg.norm(trace.force, axis=1)[800:] for mode, trace in traces.items()}
-    assert force["stiff"].min() > 11.7
-    assert 10.1 < force["switching"].min() < 10.2  # 85 % of what the motors hold, while the posture turns
-    assert 11.9 < force["switching"].max() < 12.0 + 1e-6
-    assert force["switching"].mean() / force["stiff"].mean() == pytest.approx(0.96, abs=0.01)
+    traces = {mode: device.palpate(0.04, 0.25, 1.2, mode) for mode in ("stiff", "switching")}
+    force = {mode: np.linalg.norm(trace.force, axis=1)[1000:] for mode, trace in traces.items()}
+    assert force["stiff"].min() > 11.6
+    assert force["switching"].max() < 12.0 + 1e-6
+    assert force["switching"].mean() / force["stiff"].mean() == pytest.approx(0.99, abs=0.01)
+
+
+@pytest.mark.parametrize("resolution", ["projection", "hqp"])
+@pytest.mark.parametrize("depth", [0.010, 0.020, 0.040])
+def test_a_closed_palpation_gives_the_hand_nothing(
+    resolution: str, depth: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The work of the hand's force on the plant, substep by substep: nothing that the controller computed."""
+    work: list[float] = []
+    step = RigidArm.step
+
+    def watched(arm: RigidArm, torque: Array, braked: list[bool], push: list[float], h: float) -> None:
+        before = arm.position.copy()
+        step(arm, torque, braked, push, h)
+        work.append(float(np.dot(push, arm.position - before)))
+
+    monkeypatch.setattr(RigidArm, "step", watched)
+    device = Device(null_space={"resolution": resolution})
+    trace = device.palpate(depth, 0.25, 2.3)
+    steps = np.array(work)
+    put_in = steps[steps > 0.0].sum()
+    assert put_in > 0.02 and np.linalg.norm(trace.position[-1] - device.centre) < 0.02
+    assert -steps.sum() < 0.02 * put_in
+    assert trace.omega.min() < 0.5  # the posture has turned
+    share = np.abs(np.diff(trace.torque, axis=0)) / device.limit
+    assert share.max() < 0.1  # no motor chatters
+
+
+class Press:
+    """Into the wall within 0.4 s, and held there."""
+
+    def __init__(self, device: Device, depth: float) -> None:
+        self._place, self._along = (*device.centre, 0.0), (*device.u, 0.0)
+        self._depth = depth
+
+    def at(self, t: float) -> tuple[list[float], list[float]]:
+        s = min(max(t / 0.4, 0.0), 1.0)
+        depth, rate = self._depth * s * s * (3.0 - 2.0 * s), self._depth * 6.0 * s * (1.0 - s) / 0.4
+        place = [x + depth * a for x, a in zip(self._place, self._along, strict=True)]
+        return place, [rate * a for a in self._along]
+
+
+@pytest.mark.parametrize("resolution", ["projection", "hqp"])
+@pytest.mark.parametrize("depth", [0.012, 0.015, 0.030])
+def test_the_force_of_a_press_that_is_held_stands(resolution: str, depth: float) -> None:
+    device = Device(null_space={"resolution": resolution})
+    controller, wall = device.controller()
+    hand = PointHand(Press(device, depth), *HAND)
+    trace = simulate(controller, device.plant(controller.space.free), hand, wall, 1.6)
+    held = np.linalg.norm(trace.force, axis=1)[900:]  # 0.5 s after the hand stands
+    assert np.ptp(held) < 0.03 * held.mean()
+    assert held.mean() > 0.97 * min(12.0, np.linalg.norm(trace.demand[-1]))
+    assert (np.abs(np.diff(trace.torque, axis=0)) / device.limit).max() < 0.1
 
 
 def test_the_static_bound_is_the_moment_that_two_motors_carry() -> None:

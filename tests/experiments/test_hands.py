@@ -107,6 +107,27 @@ def test_a_gentle_hand_stops_nothing_and_passes_no_limit(machine: str) -> None:
     assert found.excess and max(found.excess.values()) < 1e-3
 
 
+@pytest.mark.parametrize("seed", [3, 5, 14, 31])
+def test_a_redundant_interface_keeps_its_joint_limits_under_any_wall_home_and_hand(seed: int) -> None:
+    """Both resolutions; strong and fast hands: only the posture keeps the motors off their limits."""
+    found = session(load("rhi"), seed, 6.0, Temper(force=30.0, speed=0.5))
+    assert (found.stop, found.seconds) == ("", 6.0)
+    assert max(excess for name, excess in found.excess.items() if "torque" not in name) <= 0.0
+
+
+def test_random_walls_and_homes_are_all_over_the_reach_and_postures_inside_the_limits() -> None:
+    configs = [a_stranger("rhi", seed) for seed in range(12)]
+    points = np.array([config.rhi.wall.point for config in configs])  # type: ignore[attr-defined]
+    assert np.ptp(points, axis=0).min() > 0.3
+    assert {c.rhi.null_space.resolution for c in configs} == {"projection", "hqp"}  # type: ignore[attr-defined]
+    for config in configs:
+        motors, plant = config.rhi.motors, config.simulation.rhi  # type: ignore[attr-defined, union-attr]
+        for q in (plant.posture, config.rhi.task.home):  # type: ignore[attr-defined]
+            assert all(
+                a <= x - 0.09 and x + 0.09 <= b for a, x, b in zip(motors.lower, q, motors.upper, strict=True)
+            )
+
+
 def test_what_stops_a_session_and_when_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
     def press(lockstep: Lockstep) -> None:
         if lockstep.inputs.tick == 1000:

@@ -5,8 +5,9 @@ import pytest
 from hapticd.control.hold import Hold, HoldGains
 from hapticd.machines.rhi.contact_aware import ContactAware, Settings
 from hapticd.machines.rhi.environment import Wall
+from hapticd.machines.rhi.guard import Span
 from hapticd.machines.rhi.hierarchy import Hierarchy
-from hapticd.machines.rhi.nullspace import Gains
+from hapticd.machines.rhi.nullspace import Gains, NullSpace, null_projection
 from hapticd.machines.rhi.transition import Thresholds
 
 from .rhi_device import LIMIT, U, four_dof, home_shape
@@ -122,8 +123,8 @@ def test_the_direction_of_motion_follows_the_hand_whichever_way_it_goes() -> Non
 
 
 def test_far_from_the_limits_the_hierarchy_is_the_projection() -> None:
-    made = controller()
-    arm, space = made.arm, made.space
+    arm = four_dof()
+    space = NullSpace(arm, LIMIT, home_shape(arm), Gains(20.0, 0.1, 1.2, 0.0, FRICTION), U)
     hierarchy = Hierarchy(space)
     rng = np.random.default_rng(5)
     compared = 0
@@ -147,9 +148,9 @@ def test_far_from_the_limits_the_hierarchy_is_the_projection() -> None:
 
 
 def test_at_the_limits_the_hierarchy_gets_more_out_of_the_motors() -> None:
-    """Descent along the projected pull is never further from its wish than with the scaled projection."""
-    made = controller()
-    arm, space = made.arm, made.space
+    """In the M^-1 metric its torques are never further from what the posture wants than the projection's."""
+    arm = four_dof()
+    space = NullSpace(arm, LIMIT, home_shape(arm), Gains(20.0, 0.1, 1.2, 0.0, FRICTION), U)
     hierarchy = Hierarchy(space)
     rng = np.random.default_rng(6)
     better = 0
@@ -158,12 +159,97 @@ def test_at_the_limits_the_hierarchy_gets_more_out_of_the_motors() -> None:
         arm.update()
         assert space.secondary(0.0)
         space.want([0.0, -20.0])
+        space.compose(0.85)
         assert hierarchy.resolve(0.85, 1.0)
-        wish = space.descent @ space.secondary_torque
-        scaled, solved = (abs(space.descent @ tau - wish) for tau in (space.torque, hierarchy.torque))
-        assert solved <= scaled + 1e-6
-        better += solved < scaled - 1e-3
+        assert hierarchy.alpha == pytest.approx(space.alpha, abs=1e-9)
+        far = [np.linalg.norm(space.root @ (tau - space.null)) for tau in (space.torque, hierarchy.torque)]
+        assert far[1] <= far[0] + 1e-6
+        better += far[1] < far[0] - 1e-3
     assert better > 30
+
+
+def test_where_the_joint_limits_bind_both_resolutions_keep_them_and_the_hand_feels_the_same() -> None:
+    span = Span((-1.0, -0.8, -1.8, -2.2), (2.0, 2.6, 1.8, 2.2), 0.15)
+    arm = four_dof()
+    space = NullSpace(arm, LIMIT, home_shape(arm), Gains(20.0, 0.1, 2.0, 0.0, FRICTION), U, span)
+    hierarchy, rng, bound = Hierarchy(space), np.random.default_rng(8), 0
+    lower, upper = np.array(span.lower), np.array(span.upper)
+    for _ in range(400):
+        share = np.clip(rng.uniform(-0.1, 1.1, 4), 0.05, 0.95)
+        arm.q[:], arm.qd[:] = lower + share * (upper - lower), 0.3 * rng.standard_normal(4)
+        arm.update()
+        if np.linalg.cond(arm.J) > 10.0 or not space.secondary(1.0):
+            continue
+        space.want(rng.standard_normal(2))
+        space.compose(1.0)
+        guard = space.guard
+        assert hierarchy.resolve(1.0, 1.0)
+        if space.share < 1.0 or np.max(np.abs(space.torque) / LIMIT) > 0.999 or guard.stop.any():
+            continue
+        moved = guard.rows @ hierarchy.torque
+        lack = np.maximum(guard.floor - moved, moved - guard.ceiling).max()
+        free = np.maximum(
+            guard.floor - guard.rows @ space.null, guard.rows @ space.null - guard.ceiling
+        ).max()
+        if lack < 1e-6 < free and np.linalg.norm(guard.hold(space.null)) < 1.0:
+            bound += 1
+            soft = guard.rows @ space.torque
+            assert np.maximum(guard.floor - soft, soft - guard.ceiling).max() < 0.15 * free + 0.05
+        for torque, alpha in ((space.torque, space.alpha), (hierarchy.torque, hierarchy.alpha)):
+            felt = space.inverse @ torque - space.coupling
+            np.testing.assert_allclose(felt, alpha * (space.inverse @ space.wanted), atol=1e-6)
+    assert bound > 20
+
+
+def test_the_direction_of_contact_is_that_of_the_measured_force() -> None:
+    """(13): not the wall's normal, and only where there is contact and a force that has a direction."""
+    made = controller()
+    arm = made.arm
+    arm.update()
+    along = np.array([0.6, 0.8])
+    for k in range(500):
+        assert made.update([0.0, -4.0], 1.0, 0.0, ((-1.0) ** (k // 50) * 5.0 * along).tolist())
+    np.testing.assert_allclose(made.space.contact, np.outer(along, along), atol=3e-3)
+    before = made.space.contact.copy()
+    assert made.update([0.0, -4.0], 1.0, 0.0, [0.1, 0.0])  # too light
+    assert made.update([0.0, 0.0], 1.0, 0.0, [5.0, 0.0])  # inertia, no contact
+    assert made.update([0.0, -4.0], 1.0, 0.0, None)  # not measured
+    np.testing.assert_array_equal(made.space.contact, before)
+    made.reset()
+    np.testing.assert_array_equal(made.space.contact, np.outer(U, U))
+
+
+def test_the_duration_of_a_transition_is_the_printed_norm() -> None:
+    """(19), for any two directions: rho |D_free - D_stiff|_F."""
+    rng = np.random.default_rng(9)
+    made = controller()
+    shape = home_shape(four_dof())
+    made.arm.update()
+    for _ in range(20):
+        w = rng.standard_normal(2)
+        for _ in range(400):
+            made.update([0.0, -4.0], 1.0, 0.0, (5.0 * w / np.linalg.norm(w)).tolist())
+        apart = shape.free(made.space.motion) - shape.stiff(made.space.contact)
+        assert made._duration == pytest.approx(0.003 * np.linalg.norm(apart), rel=1e-6)
+
+
+def test_without_a_ratio_the_damping_is_the_papers_and_with_one_that_of_the_curvature() -> None:
+    arm, rng = four_dof(), np.random.default_rng(10)
+    gains = Gains(20.0, 0.1, np.inf, 10.0, ratio=0.25, fastest=100.0)
+    space = NullSpace(arm, LIMIT, home_shape(arm), gains, U)
+    for _ in range(100):
+        arm.q[:], arm.qd[:] = rng.uniform(-1.5, 1.5, 4), rng.standard_normal(4)
+        arm.update()
+        assert space.secondary(0.3)
+        W2 = np.diag(LIMIT**-2.0)
+        X = [np.linalg.solve(arm.J @ W2 @ arm.J.T, d @ W2 @ arm.J.T + arm.J @ W2 @ d.T) for d in arm.dJ]
+        H = np.array([[0.5 * np.trace(a @ b) for b in X] for a in X])
+        mobile = np.linalg.solve(arm.M, null_projection(arm.J, arm.M))
+        square = np.trace(mobile @ (20.0 * H + 10.0 * np.eye(4)))
+        scale = min(1.0, 100.0**2 / square)
+        pull = 20.0 * space.gradient + 10.0 * arm.q
+        wanted = -scale * pull - 0.1 * arm.qd - 2.0 * 0.25 * np.sqrt(scale * square) * arm.M @ arm.qd
+        np.testing.assert_allclose(space.secondary_torque, wanted, rtol=1e-9, atol=1e-9)
 
 
 def test_a_wall_pushes_back_along_its_normal_and_only_behind_it() -> None:

@@ -60,7 +60,7 @@ def test_the_polytope_is_exact() -> None:
 
 
 def test_headroom_is_held_while_the_posture_moves_and_let_go_slowly() -> None:
-    headroom = Headroom(held=0.85, threshold=0.1, release=0.1, dt=1e-3)
+    headroom = Headroom(held=0.85, moving=0.1, release=0.1, dt=1e-3)
     parts = [headroom.update(1.0) for _ in range(150)]
     assert min(parts) == parts[-1] == 0.85
     parts += [headroom.update(0.05) for _ in range(99)]
@@ -70,3 +70,17 @@ def test_headroom_is_held_while_the_posture_moves_and_let_go_slowly() -> None:
     headroom.update(1.0)
     headroom.reset()
     assert headroom.part == 1.0
+
+
+def test_headroom_has_a_play_and_no_threshold() -> None:
+    """A pull that swings between once and half of what counts as moving never takes back what was let go."""
+    headroom = Headroom(held=0.85, moving=0.1, release=1e-3, dt=1e-3)
+    let_go = [headroom.update(drive) for drive in np.linspace(0.4, 0.0, 400)]
+    assert np.diff(let_go).min() >= 0.0 and np.diff(let_go).max() < 0.01
+    assert {headroom.update(drive) for drive in 0.1 + 0.05 * np.sin(np.arange(200))} == {1.0}
+    taken = [headroom.update(drive) for drive in np.linspace(0.0, 0.4, 400)]
+    assert np.diff(taken).max() <= 0.0 and np.diff(taken).min() > -0.01 and taken[-1] == pytest.approx(0.85)
+    # on the way, between the two, it stays where it is
+    headroom.reset()
+    half = headroom.update(0.225)
+    assert 0.85 < half < 1.0 and headroom.update(0.15) == half and headroom.update(0.1) == half
