@@ -4,8 +4,8 @@
 
 enum { SPD_MAX = 16 };
 
-/* Lower factor L of A = L L^T (n x n), in place, the upper part left as it is. Returns 0, or -1 where A is not
- * positive definite, or singular to rounding. */
+/* Lower factor L of A = L L^T (n x n), in place, the upper part left as it is. Returns 0, or -1 where A is
+ * not positive definite, or singular to rounding. */
 int spd_factor(int n, double *A);
 
 /* x = L^-1 x. */
