@@ -124,7 +124,7 @@ class ForceControl:
         ]
         rule: Rule = "gauss" if detection == "gauss" else "torques"
         self._chain = ChainLevels(
-            inputs, limits, twin.limits, sums, points, gains, horizons, dt, rule, directions
+            inputs, limits, twin.limits, sums, points, gains, horizons, dt, rule, directions, twin.held
         )
         rows = [level.rows for level in self._chain.levels]
         self._solver = Solver(self._chain.dim, rows, max_iterations=MAX_ITERATIONS)

@@ -74,7 +74,7 @@ def stranger(
     press = msgspec.structs.replace(hand.dead_man[0], at=PRESS_S, pressed=True)
     speed = random.uniform(SLOWEST, 1.0) * temper.speed
     path = [
-        msgspec.structs.replace(hand.path[0], at=at, **_coordinates(hand.path[0], place))
+        msgspec.structs.replace(hand.path[0], at=at, **_coordinates(hand.path[0], stance.pose(place)))
         for at, place in _way(stance, random, speed, BLOCK_S * ceil((seconds + 5.0) / BLOCK_S))
     ]
     changed = msgspec.structs.replace(hand, dead_man=(press,), path=tuple(path), **own)

@@ -101,8 +101,12 @@ class Hand:
     The path's coordinates are position [m] and orientation, three angles [rad] of which each may be any.
     """
 
-    def __init__(self, path: Path, grip: Grip, orientation: Orientation) -> None:
+    def __init__(
+        self, path: Path, grip: Grip, orientation: Orientation, away: Sequence[tuple[float, float]] = ()
+    ) -> None:
+        """``away``: from when to when the hand lets go of the handle, as long as no person leads it [s]."""
         self._path, self._grip, self._orientation = path, grip, orientation
+        self._away = away
         self.gripping = True
         self.wrench = np.zeros(6)
         first = path.at(0.0)[0]
@@ -123,7 +127,7 @@ class Hand:
         """Wrench (6,) in B at the handle [N, N m] at time t for the handle's pose and twist; own buffer."""
         wrench = self.wrench
         self._handle, self._rotation = list(position), rotation
-        if not self.gripping:
+        if not self.gripping or (self._own is None and any(begin <= t < end for begin, end in self._away)):
             wrench[:] = 0.0
             return wrench
         value, rate, target, omega = self._wish(t)

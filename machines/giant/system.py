@@ -9,6 +9,9 @@ from .config import GiantConfig
 from .limits import GiantLimits
 from .machine import Giant
 from .simulation import giant_plant
+from .script import giant_led
 from .stance import giant_stance
 
-GIANT = System(GiantConfig, Giant, GiantLimits, RenderingFigures, giant_plant, check_giant, giant_stance)
+GIANT = System(
+    GiantConfig, Giant, GiantLimits, RenderingFigures, giant_plant, check_giant, giant_stance, giant_led
+)

@@ -7,12 +7,12 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from ...control.chain_twin import ChainTwin
 from ...control.force_control import ForceControl
 from ...models import Array
 from .rendering import Rendering
 
-Field = tuple[str, str] | tuple[str, str, int | tuple[int, ...]]
-
+Field = tuple[str, str | list[tuple[str, str]]] | tuple[str, str, int | tuple[int, ...]]
 
 FELT: list[Field] = [
     ("wrench", "<f8", 6),  # of the operator, at the handle in B [N, N m]
@@ -21,7 +21,14 @@ FELT: list[Field] = [
     ("twin_twist", "<f8", 6),
     ("coupling", "<f8", 6),  # from handle to twin: translation [m] and rotation vector [rad] in B
 ]
-"""The last numbers of a state: what the operator does, and the twin."""
+"""What the operator does, and the twin."""
+
+
+def twin_fields(joints: Sequence[str]) -> list[Field]:
+    """The last numbers of a state: FELT, and of a chain its joints by their names [rad or m, s]."""
+    if not joints:
+        return FELT
+    return [*FELT, ("twin", [(name, "<f8") for name in joints]), ("twin_rate", [(name, "<f8") for name in joints])]
 
 
 def motion(m: int) -> list[Field]:
@@ -29,17 +36,19 @@ def motion(m: int) -> list[Field]:
     return [("q", "<f8", m), ("qd", "<f8", m), ("qdd", "<f8", m)]
 
 
-def solved(active: int) -> list[Field]:
-    """What follows after all numbers, with so many limits of levels 2 to 8."""
-    return [("active", "u1", active), ("status", "i1"), ("iterations", "<u2"), ("solves", "u1")]
+def solved(active: int, joints: Sequence[str] = ()) -> list[Field]:
+    """What follows after all numbers, with so many limits of levels 2 to 8, and what locks do to a chain."""
+    held: list[Field] = [("held", "u1", len(joints))] if joints else []
+    return [("active", "u1", active), ("status", "i1"), ("iterations", "<u2"), ("solves", "u1"), *held]
 
 
 def felt(rendering: Rendering) -> tuple[Array, ...]:
-    """The arrays of FELT, in its order."""
+    """The arrays of ``twin_fields``, in its order."""
     twin, control = rendering.control.twin, rendering.control
     return (
         *(rendering.wrench, twin.position, twin.rotation.reshape(-1), twin.twist),
         control.coupling_error,
+        *((twin.q, twin.qd) if isinstance(twin, ChainTwin) else ()),
     )
 
 
@@ -53,12 +62,17 @@ class StateLog:
         self._logged = state.view(np.uint8)[: 8 * count].view(np.float64)
         self._solve = [state[name] for name in ("status", "iterations", "solves")]
         self._active = state["active"][0]
+        held = control.twin.held
+        self._held = None if held is None else (held, state["held"][0])
 
     def fill(self) -> None:
         """Copy the state of this tick."""
         control = self._control
         np.concatenate(self._numbers, out=self._logged)
         self._active[:] = control.active
+        if self._held:
+            held, field = self._held
+            field[:] = held
         solve = (control.solution.status, control.iterations, control.solves)
         for field, value in zip(self._solve, solve, strict=True):
             field[0] = value

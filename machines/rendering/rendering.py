@@ -9,12 +9,10 @@ import numpy as np
 
 from ...control.force_control import ForceControl
 from ...control.tracking import SeriesElasticity, Tracking
-from ...control.twin import CartesianTwin
 from ...devices.torque_drive import JointDrives
 from ...models import Array, Robot
 from ...runtime.core.machine import DRIFT
 from ...runtime.core.stages import Mark, Stage
-from . import sections as s
 
 AT_REST = 1e-6
 """Commanded speeds below this are standstill [rad/s or m/s]."""
@@ -110,19 +108,6 @@ class Rendering:
     def advance(self) -> None:
         """Arm and twin over this tick."""
         self.control.advance()
-
-
-def cartesian_twin(section: s.CartesianTwin, directions: tuple[int, ...] = tuple(range(6))) -> CartesianTwin:
-    """The twin that a configuration describes, moving in these directions."""
-    return CartesianTwin(
-        section.mass,
-        section.inertia,
-        section.damping,
-        section.rotational_damping,
-        (section.velocity, section.rotational_velocity),
-        (section.acceleration, section.rotational_acceleration),
-        directions,
-    )
 
 
 def sensor_pose(robot: Robot, handle: str, sensor: str) -> Array:
