@@ -1,4 +1,4 @@
-"""A serial chain as the digital twin: its dynamics, springs, detents and locks (HapticGiant, section VI-C)."""
+"""A serial chain as the digital twin: dynamics, springs, detents and locks (HapticGiant, section VI-C)."""
 
 from __future__ import annotations
 

@@ -38,7 +38,7 @@ class ArmLimits:
         self._chain = bool(twin)
 
     def values(self, state: np.void) -> list[float]:
-        """Measured values, and the twin's, in the order of ``specs``, from one record of the machine's state."""
+        """Measured values, and the twin's, in the order of ``specs``, from a record of its state."""
         q = state["link"]
         sums = [float(weight @ q) for weight in self._weights]
         twin = state["twin"].item() if self._chain else ()

@@ -19,6 +19,4 @@ def arm_led(config: ArmConfig, robot: Robot, hand: Mapping[str, Any]) -> str:
     q = np.array([joint.start for joint in config.simulation.arm.joints.values()], float)
     handle = robot.placement(q, config.arm.frames.handle)
     first = handle[:3, :3].T
-    return path_of(
-        config.arm.twin, hand, handle, lambda R: tuple(pin.log3(R @ first).tolist()), "turned"
-    )
+    return path_of(config.arm.twin, hand, handle, lambda R: tuple(pin.log3(R @ first).tolist()), "turned")

@@ -34,7 +34,7 @@ class GiantLimits:
         self._chain = bool(twin)
 
     def values(self, state: np.void) -> list[float]:
-        """Measured values, and the twin's, in the order of ``specs``, from one record of the machine's state."""
+        """Measured values, and the twin's, in the order of ``specs``, from a record of its state."""
         q, ppu = state["link"].tolist(), state["axis"].tolist()
         handle, elbow = points(q, ppu)
         twin = state["twin"].item() if self._chain else ()

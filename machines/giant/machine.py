@@ -28,8 +28,8 @@ from ...safety import AxisLimits, Plausibility, Thresholds, Values
 from ..rendering.logged import StateLog, felt, motion, solved, twin_fields
 from ..rendering.ratings import Ratings
 from ..rendering.rendering import JOINTS_AT_REST, Rendering, pulled, sensor_pose
-from ..rendering.twin import degrees_of_freedom, joint_names, twin_of
 from ..rendering.sections import Twin
+from ..rendering.twin import degrees_of_freedom, joint_names, twin_of
 from .config import GiantConfig
 from .names import JOINTS, PPU_JOINTS
 from .prepositioning import PpuLimits, Prepositioning

@@ -8,8 +8,8 @@ from .check import check_giant
 from .config import GiantConfig
 from .limits import GiantLimits
 from .machine import Giant
-from .simulation import giant_plant
 from .script import giant_led
+from .simulation import giant_plant
 from .stance import giant_stance
 
 GIANT = System(

@@ -97,7 +97,7 @@ def check_wire(name: str, carried: float, effort: float, unit: str) -> Found:
 
 
 def check_control(key: str, force: ForceControl, twin: Twin, dt: float) -> Found:
-    """Gains and horizons of coupling and twin that a period dt [s] cannot follow, and what is wrong with it."""
+    """Gains and horizons that a period dt [s] cannot follow, and what is wrong with the twin."""
     gains = {f"{key}.force_control.d_gain": (force.p_gain, force.d_gain)}
     times = {
         f"{key}.force_control.viability_horizon": force.viability_horizon,

@@ -28,7 +28,11 @@ def twin_fields(joints: Sequence[str]) -> list[Field]:
     """The last numbers of a state: FELT, and of a chain its joints by their names [rad or m, s]."""
     if not joints:
         return FELT
-    return [*FELT, ("twin", [(name, "<f8") for name in joints]), ("twin_rate", [(name, "<f8") for name in joints])]
+    return [
+        *FELT,
+        ("twin", [(name, "<f8") for name in joints]),
+        ("twin_rate", [(name, "<f8") for name in joints]),
+    ]
 
 
 def motion(m: int) -> list[Field]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from bisect import bisect_right
 from collections.abc import Callable, Mapping, Sequence
 from math import pi
@@ -41,11 +42,12 @@ class Led:
     Angles that jump by a turn go on from the last ones instead.
     """
 
+    _last: Array | None = None
+
     def __init__(self, twin: ChainTwin, handle: Array, angles: Angles) -> None:
         """The handle's pose (4, 4) at which the machine engages."""
         twin.reset(handle[:3, 3], handle[:3, :3])
         self._twin, self._angles = twin, angles
-        self.pose(twin.q.copy())
 
     def pose(self, q: Sequence[float] | Array) -> list[float]:
         """Position [m] and angles [rad], (6,), of the handle that the joints (n,) lead to."""
@@ -53,9 +55,10 @@ class Led:
         twin.q[:] = q
         twin.place()
         angles = np.array(self._angles(twin.rotation))
-        before = getattr(self, "_last", angles)
-        self._last = angles - 2.0 * pi * np.round((angles - before) / (2.0 * pi))
-        return [*twin.position.tolist(), *self._last.tolist()]
+        if self._last is not None:
+            angles -= 2.0 * pi * np.round((angles - self._last) / (2.0 * pi))
+        self._last = angles
+        return [*twin.position.tolist(), *angles.tolist()]
 
 
 def path_of(section: s.Twin, hand: Mapping[str, Any], handle: Array, angles: Angles, key: str) -> str:
@@ -72,9 +75,9 @@ def path_of(section: s.Twin, hand: Mapping[str, Any], handle: Array, angles: Ang
         ScriptError: what the table says cannot be done.
     """
     script = _read(hand) if hand else None
-    if not isinstance(section, s.ChainTwin) or script is None:
-        if script is not None:
-            raise ScriptError("hand", "leads joints, but a free mass has none", "remove it")
+    if not isinstance(section, s.ChainTwin):
+        raise ScriptError("hand", "leads joints, but a free mass has none", "remove it, and touches")
+    if script is None:
         place = [*handle[:3, 3].tolist(), *angles(handle[:3, :3])]
         return "".join(_place(t, place, key) for t in (0.0, STILL_S))
     times, joints = _joints(script, section)
@@ -98,9 +101,7 @@ def _between(t: float, times: Sequence[float], joints: Array) -> Array:
 
 def _place(t: float, place: Sequence[float], key: str) -> str:
     position, angles = (" ".join(f"{x:.5f}" for x in part) for part in (place[:3], place[3:]))
-    return (
-        f'[[simulation.hand.path]]\nat = "{t:.6g} s"\nposition = "{position} m"\n{key} = "{angles} rad"\n'
-    )
+    return f'[[simulation.hand.path]]\nat = "{t:.6g} s"\nposition = "{position} m"\n{key} = "{angles} rad"\n'
 
 
 def _read(hand: Mapping[str, Any]) -> Hand:
@@ -136,7 +137,7 @@ def _joints(script: Hand, section: s.ChainTwin) -> tuple[list[float], Array]:
                 problem, _, fix = str(error).partition("; ")
                 raise ScriptError(f"{at}.{name}", problem, fix) from error
         rows.append(list(now.values()))
-    if any(after <= before for before, after in zip(times, times[1:], strict=False)):
+    if any(after <= before for before, after in itertools.pairwise(times)):
         raise ScriptError("hand.path", "its times do not rise", "order the places by their time")
     return times, np.array(rows)
 

@@ -176,7 +176,9 @@ def _keys(key: str, section: s.ChainTwin) -> Found:
     if not 1 <= len(joints) <= MOST_JOINTS:
         return [(f"{key}.joints", f"are {len(joints)}", f"give 1 to {MOST_JOINTS}")]
     if section.urdf is None and section.end is not None:
-        return [(f"{key}.end", "names a frame, but there is no URDF", "remove it: a table ends at its last row")]
+        return [
+            (f"{key}.end", "names a frame, but there is no URDF", "remove it: a table ends at its last row")
+        ]
     if section.urdf is not None and section.end is None:
         return [(f"{key}.end", "is missing", "name the frame of the URDF that the handle follows")]
     found: Found = []
@@ -205,7 +207,7 @@ def _lock(at: str, key: str, name: str, joints: dict[str, s.TwinJoint]) -> Found
 def _chain(key: str, section: s.ChainTwin, dt: float) -> Found:
     try:
         robot = robot_of(section)
-        lower, upper, velocity, _ = limits_of(section, robot)
+        lower, upper, _velocity, _ = limits_of(section, robot)
         found: Found = []
         for i, (name, joint) in enumerate(section.joints.items()):
             at = f"{key}.joints.{name}"
@@ -218,7 +220,9 @@ def _chain(key: str, section: s.ChainTwin, dt: float) -> Found:
                 problem = f"{joint.start:g} is outside {lower[i]:g} to {upper[i]:g}"
                 found.append((f"{at}.start", problem, "begin inside the limits"))
             if joint.lock and not np.isfinite(lower[i]):
-                found.append((f"{at}.lock", "the joint has no lower limit", "a lock holds it there: give one"))
+                found.append(
+                    (f"{at}.lock", "the joint has no lower limit", "a lock holds it there: give one")
+                )
         return found or _inertia(key, section, dt)
     except (ModelError, ValueError) as error:
         return [(key, str(error), "")]

@@ -91,9 +91,12 @@ def _with_twin(machine: Loaded, name: str, twin: str) -> Loaded:
     text = _read(path if own else folder / f"{twin}.toml", twin, MAX_BYTES)
     tree, system = tree_of(text, twin), find_system(tag)
     if system.led is None:
-        raise ConfigError(machine.source, [Finding(0, "", f"a machine of the kind {tag} renders no twin", "")])
+        raise ConfigError(
+            machine.source, [Finding(0, "", f"a machine of the kind {tag} renders no twin", "")]
+        )
     source = f"{Path(machine.source).stem}_{path.stem}.toml"
-    whole = exchanged(machine.text, text, tag)
+    own_hand = tree["twin"].get("kind") == "cartesian" and not tree.keys() & {"hand", "touches"}
+    whole = exchanged(machine.text, text, tag, own_hand)
     config = parse(whole, source)
     whole = _keep(whole, source, config, folder)
     config = parse(whole, source)
@@ -101,7 +104,7 @@ def _with_twin(machine: Loaded, name: str, twin: str) -> Loaded:
     if wrong := system.check(config, robot):
         lines = key_lines(whole)
         raise ConfigError(source, [Finding(line_of(key, lines), key, *rest) for key, *rest in wrong])
-    if config.simulation is not None:
+    if config.simulation is not None and not own_hand:
         try:
             whole = led(whole, system.led(config, robot, tree.get("hand", {})))
         except ScriptError as error:
@@ -126,7 +129,9 @@ def _keep(text: str, source: str, config: Config, folder: Any) -> str:
 
     def model(name: str) -> str:
         if name.startswith("/") or ".." in name.split("/"):
-            raise ConfigError(source, [Finding(0, "", f'"{name}" leaves the folder', "put it beside the file")])
+            raise ConfigError(
+                source, [Finding(0, "", f'"{name}" leaves the folder', "put it beside the file")]
+            )
         entry = folder / name if _exists(folder / name) else resources.files(CONFIGS) / name
         if not _exists(entry):
             problem = f'no model "{name}" of the twin beside it'

@@ -49,15 +49,16 @@ def tree_of(text: str, source: str) -> dict[str, Any]:
     return tree
 
 
-def exchanged(text: str, twin: str, system: str) -> str:
+def exchanged(text: str, twin: str, system: str, touches: bool) -> str:
     """A machine's text with another twin, and with the limits that its hand is to touch.
 
     Args:
         text: of the machine's configuration.
         twin: text of the twin's file.
         system: the machine's kind, whose table has the twin.
+        touches: whether the machine's own hand stays, and what it is to touch.
     """
-    kept = _without(text, f"{system}.twin", "simulation.touches")
+    kept = _without(text, f"{system}.twin", *(() if touches else ("simulation.touches",)))
     return "".join([*_lines(kept), "\n", *_renamed(twin, system)])
 
 
@@ -100,7 +101,7 @@ def _below(name: str, tables: Sequence[str]) -> bool:
 
 
 def _lines(text: str) -> list[str]:
-    return text.rstrip().splitlines(keepends=True) + ["\n"]
+    return [*text.rstrip().splitlines(keepends=True), "\n"]
 
 
 def _renamed(twin: str, system: str) -> Iterator[str]:
