@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..binding import pointer
-from ..hqp import Solution, Solver, Status
+from ..hqp import Level, Solution, Solver, Status
 from ..models import Array, Robot
 from ._kernels import lib
 from .chain import ALL_DIRECTIONS, BoxedPoint, ChainLevels, Gains, Horizons, JointSum, Rule
@@ -78,6 +78,7 @@ class ForceControl:
     Attributes:
         arm: kinematics at the commanded state; handle: of it, relative to the PPU.
         twin: the rendered mechanism.
+        base: what carries it.
         q, qd, qdd: commanded state of the manipulator, (m,) [rad or m, s].
         solution: of the last solve.
         solves, iterations: of the last tick.
@@ -111,7 +112,7 @@ class ForceControl:
         self.detection: Detection = detection
         m = self.arm.n
         self.q, self.qd, self.qdd = np.zeros(m), np.zeros(m), np.zeros(m)
-        base = self._base = base or FixedBase()
+        base = self.base = base or FixedBase()
         self.solves = self.iterations = 0
         self._dt, self._limits = dt, limits
         self._at = np.zeros(3)
@@ -140,6 +141,11 @@ class ForceControl:
         return self._chain.active
 
     @property
+    def levels(self) -> Sequence[Level]:
+        """The hierarchy of this tick, always the same objects."""
+        return self._chain.levels
+
+    @property
     def coupling_error(self) -> Array:
         """From the handle to the twin's end effector: translation and rotation vector in B, (6,)."""
         return self._chain.error
@@ -156,7 +162,7 @@ class ForceControl:
     def _place(self) -> None:
         """Where the base has carried the handle."""
         self._at[:] = self.handle.position
-        self._at[:2] += self._base.q
+        self._at[:2] += self.base.q
 
     def prepare(self, wrench: Array) -> None:
         """Kinematics and dynamics of this tick.

@@ -19,7 +19,7 @@ from ...devices.force_torque import ForceTorques
 from ...devices.image import ProcessImage
 from ...devices.imu import Imus
 from ...devices.torque_drive import JointDrives
-from ...models import Robot
+from ...models import Array, Robot
 from ...runtime.core.machine import GATE_SHARE, GRAVITY, GRAVITY_MARGIN, REST_S
 from ...runtime.core.measured import axes, sensor
 from ...runtime.core.stages import Mark
@@ -123,6 +123,11 @@ class Giant:
         still = (JOINTS_AT_REST,) * len(JOINTS) + (PPU_AT_REST,) * len(PPU_JOINTS)
         self._standstill = Standstill(still, round(REST_S * config.loop.rate))
         self._started = False
+
+    @property
+    def felt(self) -> Array:
+        """Wrench of the operator that moves the twin, (6,) in B [N, N m]."""
+        return self._rendering.felt
 
     @property
     def inside_limits(self) -> bool:

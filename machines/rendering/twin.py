@@ -67,7 +67,7 @@ def chain_twin(section: s.ChainTwin) -> ChainTwin:
     roll, pitch, yaw = section.base or (0.0, 0.0, 0.0)
     end = section.end or END
     return ChainTwin(
-        robot, end, _mechanism(section, robot), pin.rpy.rpyToMatrix(roll, pitch, yaw), section.gravity
+        robot, end, mechanism_of(section, robot), pin.rpy.rpyToMatrix(roll, pitch, yaw), section.gravity
     )
 
 
@@ -116,7 +116,8 @@ def _turns(joint: s.TwinJoint) -> bool:
     return isinstance(joint, s.RevoluteTwinJoint)
 
 
-def _mechanism(section: s.ChainTwin, robot: Robot) -> Mechanism:
+def mechanism_of(section: s.ChainTwin, robot: Robot) -> Mechanism:
+    """What drives the joints of a chain."""
     joints, names = list(section.joints.values()), list(section.joints)
 
     def of_each(key: str) -> Array:
