@@ -39,9 +39,8 @@ def moments(trace: Trace) -> dict[str, float | None]:
 
 def speeds(trace: Trace, t_a: float) -> tuple[float, float]:
     """Of the stick, just before the bucket meets its stop and just after [rad/s]."""
-    before, after = (
-        float(np.interp(t, trace.t, trace.qd[:, STICK])) for t in (t_a - BEFORE_S, t_a + AFTER_S)
-    )
+    times = [t_a - BEFORE_S, t_a + AFTER_S]
+    before, after = np.interp(times, trace.t, trace.qd[:, STICK]).tolist()
     return before, after
 
 
@@ -61,8 +60,7 @@ def run(progress: Progress) -> Outcome:
             "found by what the text tells of each; our hand is a script",
         ),
         Row(
-            "at t_a the bucket meets its upper limit, the boom is on its lower one: speed of the stick before "
-            "/ after [rad/s]",
+            "t_a: the bucket meets its stop, the boom is on its own; the stick before / after [rad/s]",
             "sudden increase",
             f"{before:.2f} / {after:.2f}",
             f"{1e3 * BEFORE_S:.0f} ms before and {1e3 * AFTER_S:.0f} ms after",

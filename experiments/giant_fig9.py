@@ -64,16 +64,16 @@ def run(progress: Progress) -> Outcome:
     rows = [
         Row("t_a to t_e, in this order [s]", "t_a, t_b, t_c, t_d, t_e", times, "our hand is a script"),
         Row(
-            "t_a: pushed and pulled without the handle; torque of the user [N m] / motion of the hinge [mrad]",
+            "t_a: pushed and pulled without the handle; user's torque [N m] / motion of the hinge [mrad]",
             "no movement",
             _most(nothing),
             "",
         ),
         Row(
-            "t_b: handle pressed while pulling; torque of the user [N m] / motion of the hinge [mrad]",
+            "t_b: handle pressed while pulling; user's torque [N m] / motion of the hinge [mrad]",
             "the door does not open",
-            _most(pulled, until=SHUT),
-            "until it opens",
+            _most(pulled, pulling=True),
+            "as long as the user pulls",
         ),
         Row(
             "t_c: pushed with the handle pressed; handle when the hinge leaves its limit [rad]",
@@ -84,9 +84,7 @@ def run(progress: Progress) -> Outcome:
         Row(
             "t_e: released, it slams; fastest [rad/s] / limit [rad/s] / hinge in the end [mrad]",
             "respects the velocity limit",
-            "-"
-            if shut is None
-            else f"{-shut.qd[:, HINGE].min():.4f} / {closer:g} / {1e3 * shut.q[-1, HINGE]:.2f}",
+            _slammed(shut, closer),
             "and locks" if shut is not None and shut.held[-1, HINGE] != FREE else "",
         ),
         Row("worst excess of the twin's limits [mrad]", "-", f"{1e3 * excess(trace):.3f}", ""),
@@ -105,10 +103,18 @@ def run(progress: Progress) -> Outcome:
     return Outcome(rows, {"phases": found, "deviation": worst}, draw, (8.0, 6.0))
 
 
-def _most(part: Trace | None, until: float = np.inf) -> str:
-    """Largest torque and motion of the hinge as long as it stays below a position."""
+def _slammed(part: Trace | None, closer: float) -> str:
+    """Fastest closing, its limit, and how far open the door is in the end."""
     if part is None:
         return "-"
-    shut = part.q[:, HINGE] <= until
-    push, moved = part.torque[shut, HINGE], np.abs(part.q[shut, HINGE])
+    fastest, end = -part.qd[:, HINGE].min(), abs(part.q[-1, HINGE])
+    return f"{fastest:.4f} / {closer:g} / {1e3 * end:.2f}"
+
+
+def _most(part: Trace | None, pulling: bool = False) -> str:
+    """Range of the torque, and motion of the hinge; of the ticks alone in which the user pulls."""
+    if part is None:
+        return "-"
+    chosen = part.torque[:, HINGE] < 0.0 if pulling else np.full(len(part.t), True)
+    push, moved = part.torque[chosen, HINGE], np.abs(part.q[chosen, HINGE])
     return f"{push.min():.0f} to {push.max():.0f} / {1e3 * moved.max():.3f}"
