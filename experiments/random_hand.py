@@ -70,7 +70,7 @@ def stranger(
         "rotational_damping": random.uniform(*ANGULAR_DAMPING),
         "torque": random.uniform(WEAKEST, 1.0) * temper.torque,
     }
-    traits |= {"away": ()}  # it never lets go
+    traits |= {"away": None}  # it never lets go
     own = {name: value for name, value in traits.items() if name in hand.__struct_fields__}
     press = msgspec.structs.replace(hand.dead_man[0], at=PRESS_S, pressed=True)
     speed = random.uniform(SLOWEST, 1.0) * temper.speed

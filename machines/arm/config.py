@@ -173,7 +173,7 @@ class ArmHand(Hand, frozen=True, kw_only=True):
     rotational_stiffness: HandAngularStiffness | None = None
     rotational_damping: HandAngularDamping | None = None
     torque: HandTorque | None = None
-    away: Annotated[tuple[Away, ...], Meta(max_length=1000)] = ()
+    away: Annotated[tuple[Away, ...], Meta(max_length=1000)] | None = None
     path: Annotated[tuple[Waypoint, ...], Meta(min_length=2, max_length=5000)]
 
 

@@ -38,7 +38,7 @@ def arm_plant(config: ArmConfig, robot: Robot, network: Network) -> ArmPlant:
             path,
             grip,
             turned(arm.rotation.copy()),
-            [(away.at, away.at + away.seconds) for away in hand.away],
+            [(away.at, away.at + away.seconds) for away in hand.away or ()],
         ),
         SensedTool(Tool(tool.mass, tool.centre, plant.handle_inertia), (R.T @ T[:3, 3]).tolist()),
         R,

@@ -118,7 +118,7 @@ class GiantHand(Hand, frozen=True, kw_only=True):
     rotational_stiffness: HandAngularStiffness
     rotational_damping: HandAngularDamping
     torque: HandTorque
-    away: Annotated[tuple[Away, ...], Meta(max_length=1000)] = ()
+    away: Annotated[tuple[Away, ...], Meta(max_length=1000)] | None = None
     path: Annotated[tuple[Waypoint, ...], Meta(min_length=2, max_length=5000)]
 
 

@@ -131,7 +131,7 @@ class RevoluteTwinJoint(Strict, frozen=True, tag_field="type", tag="revolute"):
     dh: Row | None = None
     body: Body | None = None
     lock: RevoluteLock | None = None
-    detents: Annotated[tuple[RevoluteDetent, ...], Meta(max_length=64)] = ()
+    detents: Annotated[tuple[RevoluteDetent, ...], Meta(max_length=64)] | None = None
 
 
 class PrismaticTwinJoint(Strict, frozen=True, tag_field="type", tag="prismatic"):
@@ -149,7 +149,7 @@ class PrismaticTwinJoint(Strict, frozen=True, tag_field="type", tag="prismatic")
     dh: Row | None = None
     body: Body | None = None
     lock: PrismaticLock | None = None
-    detents: Annotated[tuple[PrismaticDetent, ...], Meta(max_length=64)] = ()
+    detents: Annotated[tuple[PrismaticDetent, ...], Meta(max_length=64)] | None = None
 
 
 TwinJoint: TypeAlias = RevoluteTwinJoint | PrismaticTwinJoint

@@ -135,7 +135,7 @@ def mechanism_of(section: s.ChainTwin, robot: Robot) -> Mechanism:
         detents=[
             Detent(i, detent.at, detent.torque, detent.width)
             for i, joint in enumerate(joints)
-            for detent in joint.detents
+            for detent in joint.detents or ()
         ],
         locks=[
             Lock(i, names.index(joint.lock.key), joint.lock.unlock, joint.lock.relock)
@@ -241,7 +241,9 @@ def _inertia(key: str, section: s.ChainTwin, dt: float) -> Found:
     mobility = np.diag(np.linalg.inv(twin.M)).tolist()
     rows = zip(section.joints.items(), mobility, twin.damping.tolist(), strict=True)
     for (name, joint), free, damping in rows:
-        stiffest = max([joint.stiffness or 0.0, *(np.e**0.5 * d.torque / d.width for d in joint.detents)])
+        stiffest = max(
+            [joint.stiffness or 0.0, *(np.e**0.5 * d.torque / d.width for d in joint.detents or ())]
+        )
         if not controls(stiffest * free, damping * free, dt):
             found.append(_too_fast(f"{key}.joints.{name}", dt))
     return found
