@@ -32,7 +32,8 @@ class Judgement:
     Attributes:
         deviation: largest of the joints', as a share of the largest acceleration, free or constrained.
         tight: how many limits were.
-        pulling: whether one of them pulled where a limit can only push.
+        pulling: whether one of them pulled where a limit can only push; False where limits depend on each
+            other, so that what each of them contributes is open.
     """
 
     deviation: float
@@ -81,7 +82,8 @@ class Judge:
         told = control.solution.x[m : m + n]
         scale = max(np.abs(expected).max(), np.abs(free).max(), FLOOR)
         most = max(np.abs(solution[m + n :]).max(initial=0.0), 1e-9)
-        pulling = bool((pushes[sides != 0.0] < -PULLING * most).any())
+        unique = np.linalg.matrix_rank(rows) == k
+        pulling = unique and bool((pushes[sides != 0.0] < -PULLING * most).any())
         return Judgement(float(np.abs(told - expected).max() / scale), len(C), pulling)
 
     def _dynamics(self, wrench: Array) -> tuple[Array, Array, Array, Array]:
@@ -129,18 +131,26 @@ class Judge:
         return np.hstack([J, -J_a]), sync - a + drift_a
 
     def _tight(self) -> tuple[Array, Array, NDArray[np.float64]]:
-        """Rows and bounds of the limits that are tight, and their sides: 1 upper, -1 lower, 0 both."""
+        """Rows and bounds of the limits that are tight, and their sides: 1 upper, -1 lower, 0 both.
+
+        One that others of a higher level do not let keep its bound holds where it has yielded to, on both
+        sides: the twin's dynamics is a level below, and may change none of that.
+        """
         control = self._control
         x = control.solution.x
-        rows, bounds, sides = [], [], []
+        rows: list[Array] = []
+        bounds: list[float] = []
+        sides: list[float] = []
         size = control.arm.n + len(self._twin.q)
         limits = [level for level in control.levels if level.C.size and level.C[:, :size].any()]
         for level in limits:  # the others are of constraint torques
             for row, lower, upper in zip(level.C, level.lb, level.ub, strict=True):
                 y = float(row @ x)
-                low, high = y <= lower + TIGHT * (1 + abs(lower)), y >= upper - TIGHT * (1 + abs(upper))
-                if low or high:
+                below, above = TIGHT * (1 + abs(lower)), TIGHT * (1 + abs(upper))
+                low, high = y <= lower + below, y >= upper - above
+                if (low or high) and not any(np.array_equal(row[:size], other) for other in rows):
+                    yields = y < lower - below or y > upper + above
                     rows.append(row[:size])
-                    bounds.append(lower if low else upper)
-                    sides.append(float(high) - float(low))
+                    bounds.append(y if yields else lower if low else upper)
+                    sides.append(0.0 if yields else float(high) - float(low))
         return np.array(rows).reshape(-1, size), np.array(bounds), np.array(sides)

@@ -84,3 +84,15 @@ def door(trace: Trace) -> None:
     shutting = trace.part(e, float(trace.t[-1]))
     assert shutting.qd[:, 0].min() == pytest.approx(-0.8, abs=1e-6)  # no faster than its closer lets it
     assert hinge[-1] < 1e-3 and trace.held[-1, 0] == LOCKED
+
+
+@pytest.mark.slow
+def test_an_arm_renders_a_chain(tmp_path: Path) -> None:
+    loaded = config.load("panda with excavator")
+    outcome = lockstep_run.run(loaded, tmp_path / "log.mcap", 9.0, live=False)
+    assert (outcome.status, outcome.message) == (0, "") or "touched" in outcome.message
+    assert outcome.report is not None and not outcome.report.stop
+    rows = {row.name: row for row in outcome.report.limits}
+    assert rows["twin bucket"].touched == "upper" and rows["twin boom"].touched == "lower"
+    assert all(row.excess is None or row.excess < EXCESS for row in outcome.report.limits)
+    assert replaying.replay(open_log(str(tmp_path / "log.mcap"))).differing_ticks == 0
