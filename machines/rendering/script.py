@@ -12,9 +12,9 @@ import msgspec
 import numpy as np
 from msgspec import Meta
 
-from ...configs.quantities import Instant
+from ...configs.quantities import AnyAngle, AnyLength, Instant
 from ...configs.strict import Strict
-from ...configs.units import Quantity, UnitError, parse
+from ...configs.units import Quantity, UnitError
 from ...control.chain_twin import ChainTwin
 from ...models import Array
 from ...runtime.configuration.system import ScriptError
@@ -23,6 +23,8 @@ from .twin import chain_twin
 
 STEP_S = 0.1
 """Between two places of the path that is written."""
+LONGEST_S = 120.0
+"""Of a script: the path is text in the configuration."""
 STILL_S = 60.0
 """Without a script the hand stays where it is for so long."""
 Angles = Callable[[Array], Sequence[float]]
@@ -139,11 +141,10 @@ def _joints(script: Hand, section: s.ChainTwin) -> tuple[list[float], Array]:
         rows.append(list(now.values()))
     if any(after <= before for before, after in itertools.pairwise(times)):
         raise ScriptError("hand.path", "its times do not rise", "order the places by their time")
+    if times[-1] > LONGEST_S:
+        raise ScriptError("hand.path", f"lasts {times[-1]:g} s", f"give at most {LONGEST_S:g} s")
     return times, np.array(rows)
 
 
 def _one(value: Any, joint: s.TwinJoint) -> float:
-    numbers = parse(value, "angle" if isinstance(joint, s.RevoluteTwinJoint) else "length")
-    if len(numbers) != 1:
-        raise UnitError(f"holds {len(numbers)} numbers; give one")
-    return numbers[0]
+    return float((AnyAngle if isinstance(joint, s.RevoluteTwinJoint) else AnyLength).read(value))

@@ -132,6 +132,8 @@ WRONG = [
     ("twin drawer", "twin draw", "the machine has no limit 'twin draw'"),
     ("drawer = ", "draw = ", "hand.path[1]: no joint 'draw'; known: drawer, knob"),
     ('"0.8 rad" }, { at = "10 s"', '"0.8 m" }, { at = "10 s"', "hand.path[3].knob"),
+    ('knob = "0.8 rad" }, {', 'knob = "inf rad" }, {', "hand.path[3].knob"),
+    ('at = "11 s"', 'at = "1e5 s"', "hand.path: lasts 100000 s; give at most 120 s"),
     ('at = "10 s"', 'at = "6.5 s"', "hand.path: its times do not rise"),
     ('kind = "chain"', 'kind = "chains"', "giant.twin.kind"),
     ('kind = "chain"', 'kind = "chain"\nend = "tip"', "giant.twin.end: names a frame, but there is no URDF"),
