@@ -205,7 +205,9 @@ def draw_trace(
             )
     for name, moment in moments.items():
         if moment is not None:
-            angles.annotate(f"${name}$", (moment, 1.01), xycoords=("data", "axes fraction"), ha="center")
+            angles.annotate(
+                f"${name}$", (moment, 1.02), xycoords=("data", "axes fraction"), ha="center", va="bottom"
+            )
     angles.set(ylabel="angle of the twin's joint [rad]")
     torques.set(xlabel="time [s]", ylabel="user's torque in the joint [N m]")
     figure.legend(*angles.get_legend_handles_labels(), loc="outside lower center", ncols=len(names))

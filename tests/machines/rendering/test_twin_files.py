@@ -46,6 +46,22 @@ def test_the_twin_of_the_manual_is_short_and_does_what_it_says(
     assert rows["twin drawer"].upper == 0.3 and rows["twin knob"].unit == "rad"
 
 
+def test_a_session_with_another_twin_is_named_after_both_and_replays(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert main(["run", "giant", "--twin", "panda", "--lockstep", "--duration", "1"]) == 0
+    (log,) = (tmp_path / "log").glob("giant_panda-*.mcap")
+    assert "twin joint 4" in capsys.readouterr().out
+    assert main(["replay", str(log), "--verify"]) == 0
+
+
+def test_random_hands_repeat_the_worst_session_with_its_twin(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["hands", "giant", "--twin", "door", "--count", "1", "--seconds", "1"]) == 0
+    said = capsys.readouterr().out
+    assert "hands giant --twin door --count 1 --seed 1 --seconds 1.0" in said and "twin hinge" in said
+
+
 def test_the_log_names_the_joints_and_the_live_line_says_which_are_locked() -> None:
     session = build(config.load("giant with door"))
     machine = session.cycle.machine
