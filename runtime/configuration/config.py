@@ -84,26 +84,23 @@ def _load(name: str) -> Loaded:
 def _with_twin(machine: Loaded, name: str, twin: str) -> Loaded:
     """A machine with the twin of a file, or of the built-in ones, and a hand that leads it."""
     path, tag = Path(twin), _tag(machine.config)
-    own = path.suffix == ".toml" or _exists(path)
-    folder: Any = path.parent if own else resources.files(CONFIGS) / TWINS
-    if not own and not _exists(folder / f"{twin}.toml"):
-        raise ConfigError(twin, [Finding(0, "", "no such file or built-in twin", _nearest(twin, twins()))])
-    text = _read(path if own else folder / f"{twin}.toml", twin, MAX_BYTES)
+    text, folder = _twin_text(path, twin)
     tree, system = tree_of(text, twin), find_system(tag)
     if system.led is None:
-        raise ConfigError(
-            machine.source, [Finding(0, "", f"a machine of the kind {tag} renders no twin", "")]
-        )
+        problem = f"a machine of the kind {tag} renders no twin"
+        raise ConfigError(machine.source, [Finding(0, "", problem, "")])
     source = f"{Path(machine.source).stem}_{path.stem}.toml"
     own_hand = tree["twin"].get("kind") == "cartesian" and not tree.keys() & {"hand", "touches"}
-    whole = exchanged(machine.text, text, tag, own_hand)
-    config = parse(whole, source)
-    whole = _keep(whole, source, config, folder)
-    config = parse(whole, source)
     robot = Robot.from_urdf(machine.model_text, machine.model_source)
-    if wrong := system.check(config, robot):
-        lines = key_lines(whole)
-        raise ConfigError(source, [Finding(line_of(key, lines), key, *rest) for key, *rest in wrong])
+    try:
+        whole = exchanged(machine.text, text, tag, own_hand)
+        whole = _keep(whole, source, parse(whole, source), folder)
+        config = parse(whole, source)
+        if wrong := system.check(config, robot):
+            lines = key_lines(whole)
+            raise ConfigError(source, [Finding(line_of(key, lines), key, *rest) for key, *rest in wrong])
+    except ConfigError as error:
+        raise _in_its_file(error, f"{tag}.", twin, text) from error
     if config.simulation is not None and not own_hand:
         try:
             whole = led(whole, system.led(config, robot, tree.get("hand", {})))
@@ -112,6 +109,25 @@ def _with_twin(machine: Loaded, name: str, twin: str) -> Loaded:
             raise ConfigError(twin, [Finding(line, error.key, error.problem, error.fix)]) from error
         config = parse(whole, source)
     return Loaded(name, config, whole, source, machine.model_text, machine.model_source)
+
+
+def _twin_text(path: Path, twin: str) -> tuple[str, Any]:
+    """Text of a twin's file, or of a built-in one, and the folder that it is in."""
+    if path.suffix == ".toml" or _exists(path):
+        return _read(path, twin, MAX_BYTES), path.parent
+    folder = resources.files(CONFIGS) / TWINS
+    if not _exists(folder / f"{twin}.toml"):
+        raise ConfigError(twin, [Finding(0, "", "no such file or built-in twin", _nearest(twin, twins()))])
+    return _read(folder / f"{twin}.toml", twin, MAX_BYTES), folder
+
+
+def _in_its_file(error: ConfigError, machine: str, twin: str, text: str) -> ConfigError:
+    """What is wrong with a twin, with the lines of its own file; anything else as it is."""
+    keys = [finding.key.removeprefix(machine) for finding in error.findings]
+    if not all(finding.key.startswith(f"{machine}twin") for finding in error.findings):
+        return error
+    rows, lines = zip(keys, error.findings, strict=True), key_lines(text)
+    return ConfigError(twin, [Finding(line_of(key, lines), key, f.problem, f.fix) for key, f in rows])
 
 
 def twins() -> list[str]:

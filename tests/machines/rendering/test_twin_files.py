@@ -136,14 +136,14 @@ def test_random_hands_lead_the_joints_beyond_their_limits(twin: str) -> None:
 
 
 WRONG = [
-    ('"0 0.3 m"', '"0.3 0 m"', "giant.twin.joints.drawer.range: 0.3 is not below 0"),
-    ('start = "0 m"', 'start = "-1 m"', "giant.twin.joints.drawer.start: -1 is outside 0 to 0.3"),
-    ('key = "knob"', 'key = "nob"', "giant.twin.joints.drawer.lock.key: no other joint 'nob'; known: knob"),
+    ('"0 0.3 m"', '"0.3 0 m"', "twin.joints.drawer.range: 0.3 is not below 0"),
+    ('start = "0 m"', 'start = "-1 m"', "twin.joints.drawer.start: -1 is outside 0 to 0.3"),
+    ('key = "knob"', 'key = "nob"', "twin.joints.drawer.lock.key: no other joint 'nob'; known: knob"),
     ('key = "knob"', 'key = "drawer"', "no other joint 'drawer'"),
-    ('range = "0 0.3 m"\n', "", "giant.twin.joints.drawer.range: is missing"),
+    ('range = "0 0.3 m"\n', "", "twin.joints.drawer.range: is missing"),
     ('inertia = "0.06 kg m^2"', "", "give every joint an inertia"),
-    ('"20 N s/m"', '"2e4 N s/m"', "giant.twin.joints.drawer: with its spring and its inertia"),
-    ("0.15 rad", "0.15 m", 'giant.twin.joints.knob.detents[0].width: "m" is not a unit of angle'),
+    ('"20 N s/m"', '"2e4 N s/m"', "twin.joints.drawer: with its spring and its inertia"),
+    ("0.15 rad", "0.15 m", 'twin.joints.knob.detents[0].width: "m" is not a unit of angle'),
     ("[touches]", "[touchs]", 'touchs: is no part of a twin; did you mean "touches"?'),
     ("twin drawer", "twin draw", "the machine has no limit 'twin draw'"),
     ("drawer = ", "draw = ", "hand.path[1]: no joint 'draw'; known: drawer, knob"),
@@ -151,8 +151,8 @@ WRONG = [
     ('knob = "0.8 rad" }, {', 'knob = "inf rad" }, {', "hand.path[3].knob"),
     ('at = "11 s"', 'at = "1e5 s"', "hand.path: lasts 100000 s; give at most 120 s"),
     ('at = "10 s"', 'at = "6.5 s"', "hand.path: its times do not rise"),
-    ('kind = "chain"', 'kind = "chains"', "giant.twin.kind"),
-    ('kind = "chain"', 'kind = "chain"\nend = "tip"', "giant.twin.end: names a frame, but there is no URDF"),
+    ('kind = "chain"', 'kind = "chains"', "twin.kind"),
+    ('kind = "chain"', 'kind = "chain"\nend = "tip"', "twin.end: names a frame, but there is no URDF"),
     ('kind = "chain"', 'kind = "chain"\nurdf = "panda.urdf"\nend = "handle"', "its joints are joint_1"),
     ('kind = "chain"', 'kind = "chain"\nurdf = "../panda.urdf"\nend = "handle"', "leaves the folder"),
     ('kind = "chain"', 'kind = "chain"\nurdf = "pandas.urdf"\nend = "handle"', 'no model "pandas.urdf"'),
@@ -165,6 +165,14 @@ def test_what_is_wrong_with_a_twin_is_said(tmp_path: Path, old: str, new: str, t
     with pytest.raises(ConfigError) as error:
         build(config.load(written(tmp_path, DRAWER.replace(old, new, 1))))
     assert told in str(error.value)
+
+
+def test_a_mistake_has_the_line_of_the_twins_own_file(tmp_path: Path) -> None:
+    text = DRAWER.replace('velocity = "0.5 m/s"', 'velocity = "0.5 m"')
+    line = text.splitlines().index('velocity = "0.5 m"') + 1
+    with pytest.raises(ConfigError) as error:
+        config.load(written(tmp_path, text))
+    assert str(error.value).startswith(f"{tmp_path / 'my_twin.toml'}:{line}: twin.joints.drawer.velocity")
 
 
 def test_a_twin_that_is_not_there_and_a_machine_that_renders_none() -> None:
