@@ -286,6 +286,22 @@ class AnyLength(Quantity):
     dimension, minimum, strict = "length", float("-inf"), False
 
 
+class AnyTorque(Quantity):
+    dimension, minimum, strict = "torque", float("-inf"), False
+
+
+class AnyForce(Quantity):
+    dimension, minimum, strict = "force", float("-inf"), False
+
+
+class SomeAngle(Quantity):
+    dimension = "angle"
+
+
+class Gravity(Acceleration):
+    range, strict = Range(0.0, 30.0, "m/s^2", "weightless; Jupiter"), False
+
+
 class AngleRange(Vector):
     dimension, length, infinite = "angle", 2, True
 

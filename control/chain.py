@@ -22,6 +22,9 @@ REACHED = 1e-6
 LOWER = int(lib.CHAIN_LOWER_ACTIVE)
 UPPER = int(lib.CHAIN_UPPER_ACTIVE)
 
+FREE, CAUGHT, LOCKED = int(lib.CHAIN_FREE), int(lib.CHAIN_CAUGHT), int(lib.CHAIN_LOCKED)
+"""What a lock does to a joint of the twin: nothing; it may fall, not rise; it stands."""
+
 ALL_DIRECTIONS = (0, 1, 2, 3, 4, 5)
 
 Rule = Literal["torques", "gauss"]
@@ -133,12 +136,14 @@ class ChainLevels:
         dt: float,
         rule: Rule = "torques",
         directions: Sequence[int] = ALL_DIRECTIONS,
+        held: NDArray[np.uint8] | None = None,
         ability: Ability | None = None,
     ) -> None:
         """The inputs are those of ``input_shapes``, each a C-contiguous float64 array.
 
-        Where it is known what the motors can give, no more is asked of them, and what moves towards a limit
-        counts on no more to brake.
+        ``held``, (n,): what locks do to the twin's joints now, each FREE, CAUGHT or LOCKED, (31). Where it is
+        known what the motors can give, no more is asked of them, and what moves towards a limit counts on no
+        more to brake.
 
         Raises:
             BindError: for inputs or limits of another shape.
@@ -159,7 +164,7 @@ class ChainLevels:
         for i in range(3):
             c.k_p[i], c.k_p[3 + i] = gains.p_translation, gains.p_rotation
             c.k_d[i], c.k_d[3 + i] = gains.d_translation, gains.d_rotation
-        bind(lib, c, manipulator=_rows(manipulator), twin=_rows(twin))
+        bind(lib, c, manipulator=_rows(manipulator), twin=_rows(twin), held=held)
         bind(lib, c, **{name: inputs[name] for name in input_shapes(m, n)})
         self._bind_sums(sums)
         self._bind_points(points)

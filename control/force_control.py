@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..binding import pointer
-from ..hqp import Solution, Solver, Status
+from ..hqp import Level, Solution, Solver, Status
 from ..models import Array, Robot
 from ._kernels import lib
 from .ability import Ability
@@ -85,6 +85,7 @@ class ForceControl:
         twin: the rendered mechanism.
         ability: what the motors can give at this tick, to be filled between ``prepare`` and ``assemble``;
             None where the levels do not ask for it.
+        base: what carries it.
         q, qd, qdd: commanded state of the manipulator, (m,) [rad or m, s].
         solution: of the last solve.
         solves, iterations: of the last tick.
@@ -120,7 +121,7 @@ class ForceControl:
         self.detection: Detection = detection
         m = self.arm.n
         self.q, self.qd, self.qdd = np.zeros(m), np.zeros(m), np.zeros(m)
-        base = self._base = base or FixedBase()
+        base = self.base = base or FixedBase()
         self.solves = self.iterations = 0
         self._dt, self._limits = dt, limits
         self._at = np.zeros(3)
@@ -134,7 +135,8 @@ class ForceControl:
         rule: Rule = "gauss" if detection == "gauss" else "torques"
         self.ability = Ability(m) if limited else None
         self._chain = ChainLevels(
-            inputs, limits, twin.limits, sums, points, gains, horizons, dt, rule, directions, self.ability
+            *(inputs, limits, twin.limits, sums, points, gains, horizons, dt, rule, directions, twin.held),
+            ability=self.ability,
         )
         rows = [level.rows for level in self._chain.levels]
         self._solver = Solver(self._chain.dim, rows, max_iterations=MAX_ITERATIONS)
@@ -155,6 +157,11 @@ class ForceControl:
         return self._chain.spent
 
     @property
+    def levels(self) -> Sequence[Level]:
+        """The hierarchy of this tick, always the same objects."""
+        return self._chain.levels
+
+    @property
     def coupling_error(self) -> Array:
         """From the handle to the twin's end effector: translation and rotation vector in B, (6,)."""
         return self._chain.error
@@ -171,7 +178,7 @@ class ForceControl:
     def _place(self) -> None:
         """Where the base has carried the handle."""
         self._at[:] = self.handle.position
-        self._at[:2] += self._base.q
+        self._at[:2] += self.base.q
 
     def prepare(self, wrench: Array) -> None:
         """Kinematics and dynamics of this tick.

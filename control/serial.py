@@ -60,6 +60,14 @@ class SerialChain:
         """Compute the frames at the bound state."""
         lib.serial_frames(self._chain, *self._state, self._c_frames, len(self.frames))
 
+    def mount(self, first: Array) -> None:
+        """Put the first joint at a pose in the axes of the base, (4, 4) [m]: the base is elsewhere."""
+        self._chain.joint[0].R, self._chain.joint[0].t = _flat(first)
+
+    def fix(self, index: int, pose: Array) -> None:
+        """Put one of the frames at a pose in the frame of the joint that carries it, (4, 4) [m]."""
+        self._c_frames[index].R, self._c_frames[index].t = _flat(pose)
+
     @property
     def pointer(self) -> object:
         """The chain's constants for other parts of the C core."""
@@ -129,3 +137,7 @@ def _alone(joint: pin.JointModel) -> pin.Model:
 
 def _pose(placement: object) -> tuple[list[float], list[float]]:
     return placement.rotation.reshape(-1).tolist(), placement.translation.tolist()  # type: ignore[attr-defined]
+
+
+def _flat(T: Array) -> tuple[list[float], list[float]]:
+    return T[:3, :3].reshape(-1).tolist(), T[:3, 3].tolist()

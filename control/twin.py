@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..binding import pointer
 from ..models import Array
@@ -18,9 +19,13 @@ class Twin(Protocol):
     """A mechanism with n joints whose end effector E is kept coincident with the handle (HapticGiant, (9)).
 
     Arrays are the twin's own buffers, valid until the next ``update``.
+
+    Attributes:
+        held: what locks do to its joints, (n,) as ``ChainLevels`` takes it; None without locks.
     """
 
     limits: Limits
+    held: NDArray[np.uint8] | None
     q: Array
     qd: Array
     J: Array
@@ -70,6 +75,7 @@ class CartesianTwin:
             return values
 
         n = len(directions)
+        self.held: NDArray[np.uint8] | None = None
         unlimited = np.full(n, np.inf)
         self.limits = Limits(-unlimited, unlimited, of_each(*velocity), of_each(*acceleration))
         self.q, self.qd = np.zeros(n), np.zeros(n)

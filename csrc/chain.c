@@ -200,6 +200,18 @@ static void torques(const chain *c) {
     }
 }
 
+/* Bounds of a twin's joint under its lock, (31): locked it stands, caught it may fall but not rise. Both
+ * brake it as rated and no harder: these bounds rank above the manipulator's accelerations. */
+static bounds_interval held(const chain *c, int i, bounds_interval free) {
+    const double most = c->twin[i].acceleration, stop = -c->qd_a[i] / c->dt;
+    if (!c->held || c->held[i] == CHAIN_FREE) return free;
+    const double upper = fmax(stop, -most), still = fmin(upper, most);
+    if (c->held[i] == CHAIN_LOCKED) return (bounds_interval){still, still};
+    free.upper = fmin(free.upper, upper);
+    free.lower = fmin(free.lower, free.upper);
+    return free;
+}
+
 /* Levels 2 and 7 of the manipulator, 6 and 8 of the twin: (13), (17), (18), (19). */
 static void joint_limits(const chain *c, const reach *r) {
     for (int i = 0; i < c->m; i++) {
@@ -213,8 +225,9 @@ static void joint_limits(const chain *c, const reach *r) {
     for (int i = 0; i < c->n; i++) {
         const bounds_interval a = bounds_a(&c->twin[i], c->q_a[i], c->qd_a[i], c->dt);
         const bounds_interval b = bounds_b(&c->twin[i], c->q_a[i], c->qd_a[i], c->viability_horizon);
-        c->lb6[i] = a.lower, c->ub6[i] = a.upper;
-        c->lb8[i] = b.lower, c->ub8[i] = b.upper;
+        const bounds_interval position = held(c, i, a), ever = held(c, i, b);
+        c->lb6[i] = position.lower, c->ub6[i] = position.upper;
+        c->lb8[i] = ever.lower, c->ub8[i] = ever.upper;
     }
 }
 

@@ -14,6 +14,7 @@
 #include "shape.h"
 
 enum { CHAIN_MAX_JOINTS = 16, CHAIN_MAX_DOF = 24, CHAIN_LOWER_ACTIVE = 1, CHAIN_UPPER_ACTIVE = 2 };
+enum { CHAIN_FREE = 0, CHAIN_CAUGHT = 1, CHAIN_LOCKED = 2 }; /* what a lock does to a joint of the twin */
 
 /* A point of the manipulator, and the box along the axes of B that it stays in: (15), (16). */
 typedef struct {
@@ -53,6 +54,7 @@ typedef struct {
 
     /* twin */
     const double *q_a SHAPE(n), *qd_a SHAPE(n);
+    const unsigned char *held OPTIONAL(n); /* CHAIN_FREE, CHAIN_CAUGHT or CHAIN_LOCKED */
     const double *J_a SHAPE(6, n);
     const double *drift_a SHAPE(6); /* acceleration of E at qdd_a = 0 */
     const double *M_a SHAPE(n, n);

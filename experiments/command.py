@@ -25,6 +25,8 @@ NAMES = (
     "rhi_fig10",
     "rhi_fig11",
     "giant_redundancy",
+    "giant_fig8",
+    "giant_fig9",
 )
 
 

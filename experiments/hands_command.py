@@ -9,7 +9,16 @@ from time import monotonic
 
 import msgspec
 
-from ..runtime.command_line.arguments import MAX_COUNT, MAX_SECONDS, Commands, count, name, number
+from ..runtime.command_line.arguments import (
+    MAX_COUNT,
+    MAX_SECONDS,
+    Commands,
+    add_twin,
+    chosen,
+    count,
+    name,
+    number,
+)
 from ..runtime.configuration import config
 from ..runtime.configuration.session import build
 from ..runtime.invocation import program
@@ -33,6 +42,7 @@ def add_hands(commands: Commands) -> None:
     )
     known = ", ".join(config.built_in())
     hands.add_argument("config", type=name, metavar="MACHINE", help=f"a TOML file, or built in: {known}")
+    add_twin(hands)
     hands.add_argument("--count", type=count, default=40, metavar="N", help="of sessions; default: 40")
     hands.add_argument(
         "--seed",
@@ -92,7 +102,7 @@ def workers(text: str) -> int:
 
 def run(options: argparse.Namespace) -> int:
     """Run the sessions and print what became of them; 1 where one stopped, else 0."""
-    loaded = config.load(options.config)
+    loaded = config.load(chosen(options))
     build(loaded)  # what is wrong with the configuration itself is said before anything else
     temper = Temper(options.force, options.torque, options.speed)
     seeds = range(options.seed, options.seed + options.count)
@@ -124,7 +134,11 @@ def progress(tally: Tally, of: int, elapsed: float) -> str:
 def repeat(options: argparse.Namespace, tally: Tally) -> str:
     """The command that repeats the worst session."""
     assert tally.worst is not None
-    most, words = Temper(), [program(), "hands", options.config, "--count", "1", "--seed", tally.worst.seed]
+    twin = ["--twin", options.twin] if options.twin else []
+    most, words = (
+        Temper(),
+        [program(), "hands", options.config, *twin, "--count", "1", "--seed", tally.worst.seed],
+    )
     for option, value, usual in (
         ("--seconds", options.seconds, SECONDS),
         ("--force", options.force, most.force),

@@ -62,7 +62,7 @@ def stranger(
     simulation = stance.config.simulation
     assert simulation is not None
     hand = simulation.hand
-    traits = {
+    traits: dict[str, Any] = {
         "stiffness": _between(random, STIFFNESS),
         "damping": random.uniform(*DAMPING),
         "force": random.uniform(WEAKEST, 1.0) * temper.force,
@@ -70,11 +70,12 @@ def stranger(
         "rotational_damping": random.uniform(*ANGULAR_DAMPING),
         "torque": random.uniform(WEAKEST, 1.0) * temper.torque,
     }
+    traits |= {"away": None}  # it never lets go
     own = {name: value for name, value in traits.items() if name in hand.__struct_fields__}
     press = msgspec.structs.replace(hand.dead_man[0], at=PRESS_S, pressed=True)
     speed = random.uniform(SLOWEST, 1.0) * temper.speed
     path = [
-        msgspec.structs.replace(hand.path[0], at=at, **_coordinates(hand.path[0], place))
+        msgspec.structs.replace(hand.path[0], at=at, **_coordinates(hand.path[0], stance.pose(place)))
         for at, place in _way(stance, random, speed, BLOCK_S * ceil((seconds + 5.0) / BLOCK_S))
     ]
     changed = msgspec.structs.replace(hand, dead_man=(press,), path=tuple(path), **own)

@@ -105,8 +105,12 @@ class Hand:
         gripping: whether it holds the handle; otherwise it does nothing.
     """
 
-    def __init__(self, path: Path, grip: Grip, orientation: Orientation) -> None:
+    def __init__(
+        self, path: Path, grip: Grip, orientation: Orientation, away: Sequence[tuple[float, float]] = ()
+    ) -> None:
+        """``away``: from when to when the hand lets go of the handle, as long as no person leads it [s]."""
         self._path, self._grip, self._orientation = path, grip, orientation
+        self._away = away
         self.gripping = True
         first = path.at(0.0)[0]
         self._handle, self._rotation = list(first[:3]), orientation(first[3:], [0.0] * 3)[0]
@@ -141,8 +145,9 @@ class Hand:
         """
         grip = self._grip
         self._handle, self._rotation = list(position), rotation
+        away = self._own is None and any(begin <= t < end for begin, end in self._away)
         hold.stiffness[:], hold.damping[:] = grip.stiffness, grip.damping
-        hold.strength[:] = grip.strength if self.gripping else 0.0
+        hold.strength[:] = grip.strength if self.gripping and not away else 0.0
         value, rate, target, omega = self._wish(t)
         turn = pin.log3(target @ rotation.T).tolist()
         hold.error[:] = [value[i] - position[i] for i in range(3)] + turn

@@ -32,6 +32,7 @@ from ..rendering.check import (
     inverse_inertia,
 )
 from ..rendering.own_plant import check_own_plant, own_robot
+from ..rendering.sections import ChainTwin
 from .config import DIRECTIONS, ArmConfig, PrismaticJoint, PrismaticPlant, PrismaticSum
 from .machine import directions, joint_ratings, joint_sums
 from .simulation import plant_values
@@ -108,6 +109,9 @@ def _directions(config: ArmConfig) -> Found:
         return [(key, "repeats or reorders directions", f"keep the order of {', '.join(DIRECTIONS)}")]
     if len(chosen) > m:
         return [(key, f"are {len(chosen)}, the arm has {m} joints", f"name at most {m}")]
+    if isinstance(arm.twin, ChainTwin) and len(chosen) < len(DIRECTIONS):
+        fix = f"couple all of {', '.join(DIRECTIONS)}, or take a free mass"
+        return [("arm.twin.kind", f"the end of a chain moves in six directions, not {len(chosen)}", fix)]
     if arm.force_control.detection != "gauss" and (m, len(chosen)) != (6, 6):
         problem = f"{arm.force_control.detection!r} needs six joints and six directions"
         return [("arm.force_control.detection", problem, 'write "gauss"')]

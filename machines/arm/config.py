@@ -37,7 +37,7 @@ from ...configs.quantities import (
 )
 from ...configs.strict import Strict
 from ...runtime.core.sections import Config, Hand, Name, Place, Safety, Simulation, Substeps
-from ..rendering.sections import CartesianTwin, ForceControl, Handle, Plant
+from ..rendering.sections import Away, ForceControl, Handle, Plant, Twin
 
 DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
 """Along and about the axes of the base."""
@@ -122,7 +122,7 @@ class Arm(Strict, frozen=True):
     frames: Frames
     joints: dict[str, RevoluteJoint | PrismaticJoint]
     force_control: ForceControl
-    twin: CartesianTwin
+    twin: Twin
     handle: Handle
     posture: Posture | None = None
     sums: tuple[RevoluteSum | PrismaticSum, ...] | None = None
@@ -173,6 +173,7 @@ class ArmHand(Hand, frozen=True, kw_only=True):
     rotational_stiffness: HandAngularStiffness | None = None
     rotational_damping: HandAngularDamping | None = None
     torque: HandTorque | None = None
+    away: Annotated[tuple[Away, ...], Meta(max_length=1000)] | None = None
     path: Annotated[tuple[Waypoint, ...], Meta(min_length=2, max_length=5000)]
 
 

@@ -7,6 +7,7 @@ from math import isinf
 import numpy as np
 
 from ...runtime.core.machine import LimitSpec
+from ..rendering.twin import twin_limits
 from .config import ArmConfig, RevoluteJoint, RevoluteSum
 from .machine import joint_sums
 
@@ -32,10 +33,13 @@ class ArmLimits:
         self.specs = (
             *(LimitSpec(name, ends[0], ends[1], "rad" if turns else "m") for name, ends, turns in rows),
             *(LimitSpec(*sides[i], "m") for i in self._sides),
+            *(twin := twin_limits(arm.twin)),
         )
+        self._chain = bool(twin)
 
     def values(self, state: np.void) -> list[float]:
-        """Measured values in the order of ``specs``, from one record of the machine's state."""
+        """Measured values, and the twin's, in the order of ``specs``, from a record of its state."""
         q = state["link"]
         sums = [float(weight @ q) for weight in self._weights]
-        return [*q.tolist(), *sums, *state["points"].reshape(-1)[self._sides].tolist()]
+        twin = state["twin"].item() if self._chain else ()
+        return [*q.tolist(), *sums, *state["points"].reshape(-1)[self._sides].tolist(), *twin]

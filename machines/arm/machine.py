@@ -24,20 +24,23 @@ from ...runtime.core.measured import alive, sensor
 from ...runtime.core.stages import Mark
 from ...runtime.core.torque_axes import TorqueAxes
 from ...safety import Plausibility
-from ..rendering.logged import FELT, StateLog, felt, motion, solved
+from ..rendering.logged import StateLog, felt, motion, solved, twin_fields
 from ..rendering.ratings import Ratings
-from ..rendering.rendering import JOINTS_AT_REST, Rendering, cartesian_twin, pulled, sensor_pose
+from ..rendering.rendering import JOINTS_AT_REST, Rendering, pulled, sensor_pose
+from ..rendering.sections import Twin
+from ..rendering.twin import degrees_of_freedom, joint_names, twin_of
 from .config import DIRECTIONS, ArmConfig, RevoluteJoint
 
 STILL = np.zeros(2)
 """Acceleration of a base that stands."""
 
 
-def state_layout(m: int, sums: int, points: int, directions: int) -> np.dtype[np.void]:
+def state_layout(m: int, sums: int, points: int, twin: Twin, coupled: tuple[int, ...]) -> np.dtype[np.void]:
     """What the log keeps of a tick: numbers first, then flags and the solver."""
-    active = directions + m + sums + 3 * points
+    active = degrees_of_freedom(twin, coupled) + m + sums + 3 * points
+    joints = joint_names(twin)
     measured = [("link", "<f8", m), ("points", "<f8", (points, 3))]  # link side [rad or m]; boxed frames [m]
-    return np.dtype([*measured, *motion(m), *FELT, *solved(m, active)])
+    return np.dtype([*measured, *motion(m), *twin_fields(joints), *solved(m, active, joints)])
 
 
 class SerialArm:
@@ -61,7 +64,8 @@ class SerialArm:
             robot, control, self._joints, elasticity, (p_gain, d_gain), self.axes, mark, dt
         )
         self._measure(config, robot, dt)
-        self.state = state_layout(robot.nv, len(arm.sums or ()), len(arm.boxes or ()), len(arm.directions))
+        sums, boxes = len(arm.sums or ()), len(arm.boxes or ())
+        self.state = state_layout(robot.nv, sums, boxes, arm.twin, directions(config))
         self.play, self.braking = ratings.play, ratings.braking
         self.thresholds = ratings.axes.thresholds(config, image)
         scales = self._force_torque.scales[0]
@@ -195,7 +199,7 @@ def force_control(config: ArmConfig, robot: Robot, dt: float) -> ForceControl:
     return ForceControl(
         robot,
         joint_ratings(config, robot).limits,
-        cartesian_twin(arm.twin, coupled),
+        twin_of(arm.twin, coupled),
         joint_sums(config),
         [Box(box.frame, box.lower, box.upper) for box in arm.boxes or ()],
         Gains(gains.p_gain, gains.p_gain, gains.d_gain, gains.d_gain),

@@ -35,7 +35,12 @@ def arm_plant(config: ArmConfig, robot: Robot, network: Network) -> ArmPlant:
     return ArmPlant(
         network,
         arm,
-        Hand(path, grip, turned(arm.rotation.copy())),
+        Hand(
+            path,
+            grip,
+            turned(arm.rotation.copy()),
+            [(away.at, away.at + away.seconds) for away in hand.away or ()],
+        ),
         SensedTool(Tool(tool.mass, tool.centre, plant.handle_inertia), (R.T @ T[:3, 3]).tolist()),
         R,
         (plant.force_noise, plant.torque_noise),

@@ -8,6 +8,7 @@ from .check import check_arm
 from .config import ArmConfig
 from .limits import ArmLimits
 from .machine import SerialArm
+from .script import arm_led
 from .simulation import arm_plant
 
-ARM = System(ArmConfig, SerialArm, ArmLimits, RenderingFigures, arm_plant, check_arm)
+ARM = System(ArmConfig, SerialArm, ArmLimits, RenderingFigures, arm_plant, check_arm, led=arm_led)

@@ -34,7 +34,7 @@ from ...configs.quantities import (
 )
 from ...configs.strict import Strict
 from ...runtime.core.sections import Config, Hand, Place, Safety, Simulation, Substeps
-from ..rendering.sections import CartesianTwin, ForceControl, Handle, Plant
+from ..rendering.sections import Away, ForceControl, Handle, Plant, Twin
 
 
 class GiantSafety(Safety, frozen=True):
@@ -87,7 +87,7 @@ class Giant(Strict, frozen=True):
     box: Box
     ppu: Ppu
     force_control: ForceControl
-    twin: CartesianTwin
+    twin: Twin
     tracking: Tracking
     handle: Handle
 
@@ -112,12 +112,13 @@ class Waypoint(Place, frozen=True):
     angles: Angles3
 
 
-class GiantHand(Hand, frozen=True):
+class GiantHand(Hand, frozen=True, kw_only=True):
     """The simulated operator's hand, which also holds the handle's direction."""
 
     rotational_stiffness: HandAngularStiffness
     rotational_damping: HandAngularDamping
     torque: HandTorque
+    away: Annotated[tuple[Away, ...], Meta(max_length=1000)] | None = None
     path: Annotated[tuple[Waypoint, ...], Meta(min_length=2, max_length=5000)]
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ...runtime.core.machine import LimitSpec
+from ..rendering.twin import twin_limits
 from .config import GiantConfig
 from .kinematics import points
 from .names import JOINTS
@@ -23,14 +24,18 @@ class GiantLimits:
             (["elbow x", "elbow y"], box.lower[:2], box.upper[:2], "m"),
             (["PPU x", "PPU y"], ppu.lower, ppu.upper, "m"),
         )
-        self.specs = tuple(
+        machine = [
             LimitSpec(name, low, high, unit)
             for names, lower, upper, unit in groups
             for name, low, high in zip(names, lower, upper, strict=True)
-        )
+        ]
+        twin = twin_limits(giant.twin)
+        self.specs = (*machine, *twin)
+        self._chain = bool(twin)
 
     def values(self, state: np.void) -> list[float]:
-        """Measured values in the order of ``specs``, from one record of STATE."""
+        """Measured values, and the twin's, in the order of ``specs``, from a record of its state."""
         q, ppu = state["link"].tolist(), state["axis"].tolist()
         handle, elbow = points(q, ppu)
-        return [*q, q[3] + q[4], *handle, *elbow[:2], *ppu]
+        twin = state["twin"].item() if self._chain else ()
+        return [*q, q[3] + q[4], *handle, *elbow[:2], *ppu, *twin]

@@ -19,15 +19,17 @@ from ...devices.force_torque import ForceTorques
 from ...devices.image import ProcessImage
 from ...devices.imu import Imus
 from ...devices.torque_drive import JointDrives
-from ...models import Robot
+from ...models import Array, Robot
 from ...runtime.core.machine import GATE_SHARE, GRAVITY, GRAVITY_MARGIN, REST_S
 from ...runtime.core.measured import alive, axes, sensor
 from ...runtime.core.stages import Mark
 from ...runtime.core.torque_axes import TorqueAxes, thresholds
 from ...safety import AxisLimits, Plausibility, Thresholds, Values
-from ..rendering.logged import FELT, StateLog, felt, motion, solved
+from ..rendering.logged import StateLog, felt, motion, solved, twin_fields
 from ..rendering.ratings import Ratings
-from ..rendering.rendering import JOINTS_AT_REST, Rendering, cartesian_twin, pulled, sensor_pose
+from ..rendering.rendering import JOINTS_AT_REST, Rendering, pulled, sensor_pose
+from ..rendering.sections import Twin
+from ..rendering.twin import degrees_of_freedom, joint_names, twin_of
 from .config import GiantConfig
 from .names import JOINTS, PPU_JOINTS
 from .prepositioning import PpuLimits, Prepositioning
@@ -41,23 +43,29 @@ ELBOW = "joint_4"
 CARRIAGE, HANDLE = 0, 1
 """The inertial units."""
 
-STATE = np.dtype(
-    [
-        ("link", "<f8", 6),  # measured, link side [rad]
-        ("axis", "<f8", 2),  # measured [m]
-        *motion(6),
-        ("ppu", "<f8", (3, 2)),  # estimated position, velocity, acceleration [m, s]
-        *FELT,
-        *solved(6, 19),
-    ]
-)
+MACHINE_LIMITS = 13
+"""Limits besides the twin's: six joints, their tilt, three directions of handle and elbow each."""
+
+
+def state_layout(twin: Twin) -> np.dtype[np.void]:
+    """What the log keeps of a tick: numbers first, then flags and the solver."""
+    joints = joint_names(twin)
+    return np.dtype(
+        [
+            ("link", "<f8", 6),  # measured, link side [rad]
+            ("axis", "<f8", 2),  # measured [m]
+            *motion(6),
+            ("ppu", "<f8", (3, 2)),  # estimated position, velocity, acceleration [m, s]
+            *twin_fields(joints),
+            *solved(6, degrees_of_freedom(twin) + MACHINE_LIMITS, joints),
+        ]
+    )
 
 
 class Giant:
     """HapticGiant; see ``Machine``."""
 
     outputs: tuple[tuple[str, str], ...] = (("joints", "target_torque"), ("axes", "target_velocity"))
-    state: np.dtype[np.void] = STATE
 
     def __init__(self, config: GiantConfig, robot: Robot, image: ProcessImage, mark: Mark) -> None:
         giant = config.giant
@@ -106,6 +114,7 @@ class Giant:
         )
         sensors = (self._force, self._carried, self._held)
         self.plausibility = _plausibility(config, image, ratings, sensors)
+        self.state = state_layout(giant.twin)
         self.position: list[float] = [0.0] * len(self.axes)
         self.velocity: list[float] = [0.0] * len(self.axes)
         self.overload = ""
@@ -120,6 +129,11 @@ class Giant:
         still = (JOINTS_AT_REST,) * len(JOINTS) + (PPU_AT_REST,) * len(PPU_JOINTS)
         self._standstill = Standstill(still, round(REST_S * config.loop.rate))
         self._started = False
+
+    @property
+    def felt(self) -> Array:
+        """Wrench of the operator that moves the twin, (6,) in B [N, N m]."""
+        return self._rendering.felt
 
     @property
     def inside_limits(self) -> bool:
@@ -200,7 +214,7 @@ class Giant:
             np.multiply(self._base, self._rendering.fade, out=self._base)
 
     def bind_state(self, state: NDArray[np.void]) -> None:
-        """See STATE: its numbers come first and are copied in one go."""
+        """See ``state_layout``: its numbers come first and are copied in one go."""
         control, ppu = self.force_control, self._observer
         numbers = (
             *(self._joints.link_position, self._axes.position, control.q, control.qd, control.qdd),
@@ -243,7 +257,7 @@ def _force_control(config: GiantConfig, manipulator: Robot, ppu: PpuObserver, dt
     return ForceControl(
         manipulator,
         Limits(*map(np.array, (m.lower, m.upper, m.velocity, m.acceleration))),
-        cartesian_twin(giant.twin),
+        twin_of(giant.twin),
         [JointSum(TILT, *m.tilt)],
         [Box(point, giant.box.lower, giant.box.upper) for point in ("handle", ELBOW)],
         Gains(control.p_gain, control.p_gain, control.d_gain, control.d_gain),

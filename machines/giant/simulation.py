@@ -57,7 +57,7 @@ def giant_plant(config: GiantConfig, robot: Robot, network: Network) -> GiantPla
         own,
         arm,
         ppu,
-        Hand(path, grip, hanging),
+        Hand(path, grip, hanging, [(away.at, away.at + away.seconds) for away in hand.away or ()]),
         Tool(giant.handle.mass, giant.handle.centre, plant.handle_inertia),
         Noise(plant.force_noise, plant.torque_noise, plant.acceleration_noise),
         [(float(press.at), press.pressed) for press in hand.dead_man],

@@ -7,11 +7,16 @@ from math import cos, inf, isfinite, pi
 from random import Random
 
 import msgspec
+import numpy as np
 
-from ...models import Robot
+from ...models import Array, Robot
 from ...runtime.configuration.system import Stance
+from ..rendering.script import Led
+from ..rendering.sections import ChainTwin, Twin
+from ..rendering.twin import chain_twin
 from .config import Box, GiantConfig
 from .kinematics import DROP, FOREARM, HANDLE, points
+from .script import angles, start
 
 INSIDE, INSIDE_M = 0.1, 0.1
 """How far inside its limits the machine begins [rad], [m]."""
@@ -19,6 +24,8 @@ BEYOND, BEYOND_M, BEYOND_HEIGHT = 0.15, 0.15, 0.05
 """How far beyond its limits a hand may want to go: directions [rad], along x and y, heights [m]."""
 TURN = 2.5
 """How far from the beginning a hand may want to turn the handle about the vertical [rad]."""
+MOST_LED = 1.5
+"""How far from its beginning a hand leads a joint of a chain, which may have no limit [rad or m]."""
 MASS = (2.5, 8.0)
 """Mass of the twin [kg]; its inertia grows in proportion."""
 DAMPING = (0.5, 2.0)
@@ -26,9 +33,10 @@ DAMPING = (0.5, 2.0)
 
 
 def giant_stance(config: GiantConfig, robot: Robot, random: Random) -> Stance[GiantConfig]:
-    """A posture inside joint limits, tilt and boxes; a twin of another mass and damping.
+    """A posture inside joint limits, tilt and boxes; a free mass of another mass and damping.
 
-    The first five joints are drawn until handle and elbow are in their box.
+    The first five joints are drawn until handle and elbow are in their box. Where the twin is a chain, the
+    places that the hand wants are those of its joints.
     """
     simulation, giant = config.simulation, config.giant
     assert simulation is not None
@@ -36,26 +44,44 @@ def giant_stance(config: GiantConfig, robot: Robot, random: Random) -> Stance[Gi
     position, _ = points(q, ppu)
     place = (*position, sum(q[:3]), q[3] + q[4], q[5])
 
-    twin, mass, damping = giant.twin, random.uniform(*MASS), random.uniform(*DAMPING)
-    twin = msgspec.structs.replace(
-        twin,
-        mass=mass,
-        inertia=twin.inertia * mass / twin.mass,
-        damping=damping * twin.damping,
-        rotational_damping=damping * twin.rotational_damping,
-    )
     plant = msgspec.structs.replace(simulation.giant, posture=q, ppu=ppu)
     varied = msgspec.structs.replace(
         config,
-        giant=msgspec.structs.replace(giant, twin=twin),
+        giant=msgspec.structs.replace(giant, twin=_varied(giant.twin, random)),
         simulation=msgspec.structs.replace(simulation, giant=plant),
     )
+    if isinstance(giant.twin, ChainTwin):
+        return _leading(varied, giant.twin, start(varied, robot))
     (x, y, _), (X, Y, _) = giant.box.lower, giant.box.upper
     low, high = _heights(config)
     tilt, roll = giant.manipulator.tilt, (giant.manipulator.lower[5], giant.manipulator.upper[5])
     lower = (x - BEYOND_M, y - BEYOND_M, low, place[3] - TURN, tilt[0] - BEYOND, roll[0] - BEYOND)
     upper = (X + BEYOND_M, Y + BEYOND_M, high, place[3] + TURN, tilt[1] + BEYOND, roll[1] + BEYOND)
     return Stance(varied, place, lower, upper)
+
+
+def _varied(twin: Twin, random: Random) -> Twin:
+    """A free mass of another mass and damping; a chain as it is."""
+    mass, damping = random.uniform(*MASS), random.uniform(*DAMPING)
+    if isinstance(twin, ChainTwin):
+        return twin
+    return msgspec.structs.replace(
+        twin,
+        mass=mass,
+        inertia=twin.inertia * mass / twin.mass,
+        damping=damping * twin.damping,
+        rotational_damping=damping * twin.rotational_damping,
+    )
+
+
+def _leading(config: GiantConfig, section: ChainTwin, handle: Array) -> Stance[GiantConfig]:
+    """A hand that wants to lead the joints of a chain anywhere, and beyond their limits here and there."""
+    twin = chain_twin(section)
+    led, low, high = Led(twin, handle, angles), twin.limits.lower, twin.limits.upper
+    first = twin.q.copy()
+    lower = np.maximum(low - BEYOND, first - MOST_LED)
+    upper = np.minimum(high + BEYOND, first + MOST_LED)
+    return Stance(config, first.tolist(), lower.tolist(), upper.tolist(), led.pose)
 
 
 def _posture(config: GiantConfig, random: Random) -> tuple[tuple[float, ...], tuple[float, ...]]:

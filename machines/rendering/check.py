@@ -13,7 +13,8 @@ from ...models import Array, Robot
 from ...runtime.core.machine import RAMP_SHARE
 from ...runtime.core.sampling import controls, fastest, integrates
 from .rendering import sensor_pose
-from .sections import CartesianTwin, ForceControl, Handle
+from .sections import ForceControl, Handle, Twin
+from .twin import check_twin
 
 Found = list[tuple[str, str, str]]
 """Key, problem and fix of everything that is wrong."""
@@ -95,18 +96,14 @@ def check_wire(name: str, carried: float, effort: float, unit: str) -> Found:
     return [(f"devices.{name}.rated_torque", problem, "raise it, or lower the effort in the model")]
 
 
-def check_control(key: str, force: ForceControl, twin: CartesianTwin, dt: float) -> Found:
-    """Gains and horizons of coupling and twin that a period dt [s] cannot follow."""
-    pairs = {
-        f"{key}.force_control.d_gain": (force.p_gain, force.d_gain),
-        f"{key}.twin.damping": (0.0, twin.damping / twin.mass),
-        f"{key}.twin.rotational_damping": (0.0, twin.rotational_damping / twin.inertia),
-    }
+def check_control(key: str, force: ForceControl, twin: Twin, dt: float) -> Found:
+    """Gains and horizons that a period dt [s] cannot follow, and what is wrong with the twin."""
+    gains = {f"{key}.force_control.d_gain": (force.p_gain, force.d_gain)}
     times = {
         f"{key}.force_control.viability_horizon": force.viability_horizon,
         f"{key}.force_control.point_horizon": force.point_horizon,
     }
-    return check_gains(pairs, dt) + check_times(times, dt)
+    return check_gains(gains, dt) + check_times(times, dt) + check_twin(f"{key}.twin", twin, dt)
 
 
 def check_gains(pairs: Mapping[str, tuple[float, float]], dt: float) -> Found:

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from math import hypot
 
 import numpy as np
 
+from ...control.chain import FREE
 from ...runtime.core.machine import FigureSpec
 from ...runtime.core.modes import Mode
 
@@ -27,9 +29,18 @@ class RenderingFigures:
         return [float(state["iterations"]), float(state["solves"]), *apart]
 
     def live(self, mode: Mode, state: np.void) -> list[str]:
-        """The operator's force, which is estimated only while it moves the machine, and what yields to it."""
+        """The operator's force, what yields, and where a chain's joints are; only while they are moved."""
         if mode not in (Mode.ENGAGING, Mode.ACTIVE):
             return []
-        words = [f"force {hypot(*state['wrench'][:3].tolist()):.0f} N"]
-        spent = np.flatnonzero(state["spent"])
-        return [*words, f"joint {spent[0] + 1} at its rated torque"] if spent.size else words
+        force = f"force {hypot(*state['wrench'][:3].tolist()):.0f} N"
+        spent = [f"joint {i + 1} at its rated torque" for i in np.flatnonzero(state["spent"])[:1]]
+        return [force, *spent, *_chain(state)]
+
+
+def _chain(state: np.void) -> Iterator[str]:
+    """Joints of the twin by their names, and which of them a lock holds; a free mass has none."""
+    if "twin" not in (state.dtype.names or ()):
+        return
+    twin = state["twin"]
+    for name, q, held in zip(twin.dtype.names, twin.item(), state["held"].tolist(), strict=True):
+        yield f"{name} {q:.2f}{' locked' if held != FREE else ''}"

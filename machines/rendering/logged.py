@@ -7,12 +7,12 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from ...control.chain_twin import ChainTwin
 from ...control.force_control import ForceControl
 from ...models import Array
 from .rendering import Rendering
 
-Field = tuple[str, str] | tuple[str, str, int | tuple[int, ...]]
-
+Field = tuple[str, str | list[tuple[str, str]]] | tuple[str, str, int | tuple[int, ...]]
 
 FELT: list[Field] = [
     ("wrench", "<f8", 6),  # of the operator, at the handle in B [N, N m]
@@ -21,7 +21,18 @@ FELT: list[Field] = [
     ("twin_twist", "<f8", 6),
     ("coupling", "<f8", 6),  # from handle to twin: translation [m] and rotation vector [rad] in B
 ]
-"""The last numbers of a state: what the operator does, and the twin."""
+"""What the operator does, and the twin."""
+
+
+def twin_fields(joints: Sequence[str]) -> list[Field]:
+    """The last numbers of a state: FELT, and of a chain its joints by their names [rad or m, s]."""
+    if not joints:
+        return FELT
+    return [
+        *FELT,
+        ("twin", [(name, "<f8") for name in joints]),
+        ("twin_rate", [(name, "<f8") for name in joints]),
+    ]
 
 
 def motion(m: int) -> list[Field]:
@@ -29,23 +40,20 @@ def motion(m: int) -> list[Field]:
     return [("q", "<f8", m), ("qd", "<f8", m), ("qdd", "<f8", m)]
 
 
-def solved(m: int, active: int) -> list[Field]:
-    """What follows after all numbers, with m motors and so many limits of levels 2 to 8."""
-    return [
-        ("spent", "u1", m),
-        ("active", "u1", active),
-        ("status", "i1"),
-        ("iterations", "<u2"),
-        ("solves", "u1"),
-    ]
+def solved(m: int, active: int, joints: Sequence[str] = ()) -> list[Field]:
+    """What follows after all numbers: m motors, so many limits of levels 2 to 8, and a chain's locks."""
+    held: list[Field] = [("held", "u1", len(joints))] if joints else []
+    flags: list[Field] = [("spent", "u1", m), ("active", "u1", active)]
+    return [*flags, ("status", "i1"), ("iterations", "<u2"), ("solves", "u1"), *held]
 
 
 def felt(rendering: Rendering) -> tuple[Array, ...]:
-    """The arrays of FELT, in its order."""
+    """The arrays of ``twin_fields``, in its order."""
     twin, control = rendering.control.twin, rendering.control
     return (
         *(rendering.wrench, twin.position, twin.rotation.reshape(-1), twin.twist),
         control.coupling_error,
+        *((twin.q, twin.qd) if isinstance(twin, ChainTwin) else ()),
     )
 
 
@@ -58,7 +66,10 @@ class StateLog:
         count = sum(len(each) for each in numbers)
         self._logged = state.view(np.uint8)[: 8 * count].view(np.float64)
         self._solve = [state[name] for name in ("status", "iterations", "solves")]
-        self._flags = [(state[name][0], getattr(control, name)) for name in ("spent", "active")]
+        flags = [("spent", control.spent), ("active", control.active)]
+        if control.twin.held is not None:
+            flags.append(("held", control.twin.held))
+        self._flags = [(state[name][0], array) for name, array in flags]
 
     def fill(self) -> None:
         """Copy the state of this tick."""

@@ -10,13 +10,11 @@ import numpy as np
 from ...control.ability import Ability
 from ...control.force_control import ForceControl
 from ...control.tracking import Admitted, SeriesElasticity, Tracking
-from ...control.twin import CartesianTwin
 from ...devices.torque_drive import JointDrives
 from ...models import Array, Robot
 from ...runtime.core.machine import DRIFT
 from ...runtime.core.stages import Mark, Stage
 from ...safety import AxisLimits
-from . import sections as s
 
 AT_REST = 1e-6
 """Commanded speeds below this are standstill [rad/s or m/s]."""
@@ -194,19 +192,6 @@ class Rendering:
         """Arm and twin over this tick."""
         self._led[:] = self.control.q
         self.control.advance()
-
-
-def cartesian_twin(section: s.CartesianTwin, directions: tuple[int, ...] = tuple(range(6))) -> CartesianTwin:
-    """The twin that a configuration describes, moving in these directions."""
-    return CartesianTwin(
-        section.mass,
-        section.inertia,
-        section.damping,
-        section.rotational_damping,
-        (section.velocity, section.rotational_velocity),
-        (section.acceleration, section.rotational_acceleration),
-        directions,
-    )
 
 
 def sensor_pose(robot: Robot, handle: str, sensor: str) -> Array:

@@ -2,26 +2,46 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Literal, TypeAlias
 
 from msgspec import Meta
 
 from ...configs.quantities import (
     Acceleration,
+    AngleRange,
+    Angles3,
     AngularAcceleration,
     AngularDamping,
     AngularSpeed,
+    AngularStiffness,
+    AnyAngle,
+    AnyForce,
+    AnyLength,
+    AnyTorque,
     Damping,
+    Duration,
+    Force,
+    Gravity,
     HandleMass,
+    Inertia,
+    Inertias3,
+    Instant,
+    Length,
+    LengthRange,
     Lengths3,
+    Mass,
     Rate,
     RateSquared,
+    SomeAngle,
     Speed,
+    Stiffness,
     TimeConstant,
+    Torque,
     TwinInertia,
     TwinMass,
 )
 from ...configs.strict import Strict
+from ...runtime.core.sections import Name
 
 Factor = Annotated[float, Meta(ge=0.1, le=10.0, description="times what the controller believes")]
 Share = Annotated[float, Meta(ge=0.0, le=1.0, description="of the torque of a joint")]
@@ -40,10 +60,9 @@ class ForceControl(Strict, frozen=True):
     point_horizon: TimeConstant
 
 
-class CartesianTwin(Strict, frozen=True):
+class CartesianTwin(Strict, frozen=True, tag_field="kind", tag="cartesian"):
     """A free mass as the digital twin."""
 
-    kind: Literal["cartesian"]
     mass: TwinMass
     inertia: TwinInertia
     damping: Damping
@@ -52,6 +71,124 @@ class CartesianTwin(Strict, frozen=True):
     rotational_velocity: AngularSpeed
     acceleration: Acceleration
     rotational_acceleration: AngularAcceleration
+
+
+class Row(Strict, frozen=True):
+    """A row of a Denavit-Hartenberg table: Rz(theta) Tz(d) Tx(a) Rx(alpha)."""
+
+    theta: AnyAngle = AnyAngle(0.0)
+    d: AnyLength = AnyLength(0.0)
+    a: AnyLength = AnyLength(0.0)
+    alpha: AnyAngle = AnyAngle(0.0)
+
+
+class Body(Strict, frozen=True):
+    """What the link behind a row weighs; centre and principal moments in the frame behind the row."""
+
+    mass: Mass
+    centre: Lengths3
+    moments: Inertias3
+
+
+class RevoluteLock(Strict, frozen=True):
+    """What locks a turning joint: another joint is the key."""
+
+    key: Name
+    unlock: AnyAngle
+    relock: SomeAngle
+
+
+class PrismaticLock(Strict, frozen=True):
+    """The same of a sliding joint."""
+
+    key: Name
+    unlock: AnyAngle
+    relock: Length
+
+
+class RevoluteDetent(Strict, frozen=True):
+    """A place where a turning joint likes to stay."""
+
+    at: AnyAngle
+    torque: Torque
+    width: SomeAngle
+
+
+class PrismaticDetent(Strict, frozen=True):
+    """The same of a sliding joint."""
+
+    at: AnyLength
+    torque: Force
+    width: Length
+
+
+class RevoluteTwinJoint(Strict, frozen=True, tag_field="type", tag="revolute"):
+    """A joint of the twin that turns."""
+
+    start: AnyAngle
+    range: AngleRange | None = None
+    velocity: AngularSpeed | None = None
+    acceleration: AngularAcceleration | None = None
+    inertia: Inertia | None = None
+    damping: AngularDamping | None = None
+    drive: AnyTorque = AnyTorque(0.0)
+    stiffness: AngularStiffness | None = None
+    rest: AnyAngle = AnyAngle(0.0)
+    dh: Row | None = None
+    body: Body | None = None
+    lock: RevoluteLock | None = None
+    detents: Annotated[tuple[RevoluteDetent, ...], Meta(max_length=64)] | None = None
+
+
+class PrismaticTwinJoint(Strict, frozen=True, tag_field="type", tag="prismatic"):
+    """A joint of the twin that slides; its inertia is a mass here."""
+
+    start: AnyLength
+    range: LengthRange | None = None
+    velocity: Speed | None = None
+    acceleration: Acceleration | None = None
+    inertia: Mass | None = None
+    damping: Damping | None = None
+    drive: AnyForce = AnyForce(0.0)
+    stiffness: Stiffness | None = None
+    rest: AnyLength = AnyLength(0.0)
+    dh: Row | None = None
+    body: Body | None = None
+    lock: PrismaticLock | None = None
+    detents: Annotated[tuple[PrismaticDetent, ...], Meta(max_length=64)] | None = None
+
+
+TwinJoint: TypeAlias = RevoluteTwinJoint | PrismaticTwinJoint
+
+
+class KeptModel(Strict, frozen=True):
+    """The model of a twin, as a recording keeps it."""
+
+    urdf: Annotated[str, Meta(max_length=200_000)]
+
+
+class ChainTwin(Strict, frozen=True, tag_field="kind", tag="chain"):
+    """A serial chain as the digital twin: a URDF, or a Denavit-Hartenberg row for each joint.
+
+    ``urdf`` names a file beside the configuration; whoever loads it keeps the text of the file in ``kept``.
+    """
+
+    joints: dict[str, TwinJoint]
+    urdf: Name | None = None
+    kept: KeptModel | None = None
+    end: Name | None = None
+    base: Angles3 | None = None
+    gravity: Gravity = Gravity(0.0)
+
+
+Twin: TypeAlias = CartesianTwin | ChainTwin
+
+
+class Away(Strict, frozen=True):
+    """The hand lets go of the handle for a time."""
+
+    at: Instant
+    seconds: Duration
 
 
 class Handle(Strict, frozen=True):

@@ -11,6 +11,8 @@ from typing import Any, TypeAlias
 from ...configs.quantities import BitRate
 from ...configs.units import UnitError
 from ...configs.words import nearest
+from ..configuration import config
+from ..configuration.twin_file import BETWEEN
 
 Commands: TypeAlias = "argparse._SubParsersAction[Parser]"
 """What a command adds its parser to."""
@@ -52,6 +54,22 @@ def meant(word: str, known: Iterable[str]) -> str:
     begun = [each for each in known if len(word) > len("--") and each.startswith(word)]
     near = begun[0] if begun else nearest(word, known)
     return f"did you mean '{near}'?" if near else f"known: {', '.join(known)}"
+
+
+def add_twin(parser: argparse.ArgumentParser) -> None:
+    """Add the option that gives a machine another twin."""
+    parser.add_argument(
+        "--twin",
+        type=name,
+        metavar="TWIN",
+        help="render this digital twin instead: a twin's TOML file (docs/twins.md), or built in: "
+        f"{', '.join(config.twins())}",
+    )
+
+
+def chosen(options: argparse.Namespace) -> str:
+    """What a configuration is loaded by, with the twin that was asked for."""
+    return f"{options.config}{BETWEEN}{options.twin}" if options.twin else str(options.config)
 
 
 def name(text: str) -> str:

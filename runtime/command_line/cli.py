@@ -22,13 +22,26 @@ from ..errors import ConfigError, HapticdError
 from ..invocation import program
 from ..live.interrupts import Interrupted, held, say
 from ..live.screen import steerable
-from .arguments import MAX_SECONDS, Commands, Parser, bit_rate, file, name, number, setting
+from .arguments import (
+    MAX_SECONDS,
+    Commands,
+    Parser,
+    add_twin,
+    bit_rate,
+    chosen,
+    file,
+    name,
+    number,
+    setting,
+)
 from .outputs import folder
 
 EPILOG = """examples:
   {program} run {machine}
       a built-in machine, simulated, in a scripted hand
   {program} run my_machine.toml --duration 600
+  {program} run giant --twin door
+      the same machine as a door with a handle; docs/twins.md: one of your own
   {program} replay --verify
       the newest session again, every tick compared bit for bit
   {program} check my_machine.toml
@@ -119,6 +132,7 @@ def _add_run(commands: Commands) -> None:
         metavar="CONFIG",
         help=f"a TOML file, or the name of a built-in machine: {known}",
     )
+    add_twin(run)
     run.add_argument(
         "--duration",
         type=number(MAX_SECONDS),
@@ -168,6 +182,7 @@ def _add_check(commands: Commands) -> None:
         metavar="CONFIG",
         help="a TOML file, the name of a built-in machine, or a model: a URDF file",
     )
+    add_twin(check)
     check.add_argument("--json", action="store_true", help="print the findings as JSON")
     check.set_defaults(handler=_check)
 
@@ -200,6 +215,7 @@ def _add_plant(commands: Commands) -> None:
     plant.add_argument(
         "config", type=name, metavar="CONFIG", help="a TOML file with [simulation], or a built-in machine"
     )
+    add_twin(plant)
     plant.add_argument(
         "--interface", type=name, metavar="IF", help="e.g. vcan0, or of python-can: udp_multicast, pcan, ..."
     )
@@ -263,7 +279,7 @@ def _run(options: argparse.Namespace) -> int:
     from ..live.recorder import STDERR
     from ..recording.summary import as_json, table
 
-    loaded = config.load(options.config)
+    loaded = config.load(chosen(options))
     live = steerable(STDERR) and not options.json
     run = lockstep_run.run if options.lockstep else daemon.run
     with held():
@@ -362,7 +378,7 @@ def _check(options: argparse.Namespace) -> int:
     try:
         if Path(options.config).suffix == ".urdf":
             return _check_model(options.config, options.json)
-        session = build(config.load(options.config))
+        session = build(config.load(chosen(options)))
     except ConfigError as error:
         if not options.json:
             raise
@@ -413,7 +429,7 @@ def _plant(options: argparse.Namespace) -> int:
     from ..configuration.bus import chosen_bus
     from ..live.plant_process import serve_interface
 
-    loaded = config.load(options.config)
+    loaded = config.load(chosen(options))
     rates = {"bitrate": options.bitrate, "data_bitrate": options.data_bitrate}
     bus = chosen_bus(loaded, options.interface, options.channel, rates, dict(options.settings))
     return serve_interface(loaded, bus)

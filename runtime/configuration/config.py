@@ -16,17 +16,21 @@ from ...configs import plugins
 from ...configs.units import Quantity, UnitError, Vector, shown
 from ...configs.words import meant, nearest
 from ...devices.device import Device
+from ...models import Robot
 from ...models.xml_tree import MAX_BYTES as MAX_MODEL_BYTES
 from ..core.sections import Config
 from ..errors import ConfigError, Finding
 from ..invocation import program
 from .schema import advice, known_fields, value_type
-from .system import find_system, system_names
+from .system import ScriptError, find_system, system_names
 from .toml_lines import key_lines, line_of
 from .toml_reader import MAX_BYTES, read
+from .twin_file import BETWEEN, exchanged, led, tree_of, with_model
 
 CONFIGS = "hapticd.configs"
 """Where the built-in machines have their configurations; an installed one has them in its own package."""
+TWINS = "twins"
+"""Folder of the built-in twins there."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,11 +53,18 @@ class Loaded:
 
 
 def load(name: str) -> Loaded:
-    """A configuration by path, or by the name of a built-in one.
+    """A configuration by path, or by the name of a built-in one; "giant with door" has another twin.
 
     Raises:
         ConfigError: with file and line of everything that is wrong with it.
     """
+    machine, between, twin = name.partition(BETWEEN)
+    if between and not _exists(Path(name)):
+        return _with_twin(_load(machine), name, twin)
+    return _load(name)
+
+
+def _load(name: str) -> Loaded:
     path = Path(name)
     if path.suffix == ".toml" or _exists(path):
         text = _read(path, name, MAX_BYTES)
@@ -65,7 +76,85 @@ def load(name: str) -> Loaded:
         text = _read(entry, name, MAX_BYTES)
         source = f"{name}.toml"
     config = parse(text, source)
-    return Loaded(name, config, text, source, *_read_model(config, text, source, folder))
+    whole = _keep(text, source, config, folder)
+    config = config if whole is text else parse(whole, source)
+    return Loaded(name, config, whole, source, *_read_model(config, text, source, folder))
+
+
+def _with_twin(machine: Loaded, name: str, twin: str) -> Loaded:
+    """A machine with the twin of a file, or of the built-in ones, and a hand that leads it."""
+    path, tag = Path(twin), _tag(machine.config)
+    text, folder = _twin_text(path, twin)
+    tree, system = tree_of(text, twin), find_system(tag)
+    if system.led is None:
+        problem = f"a machine of the kind {tag} renders no twin"
+        raise ConfigError(machine.source, [Finding(0, "", problem, "")])
+    source = f"{Path(machine.source).stem}_{path.stem}.toml"
+    own_hand = tree["twin"].get("kind") == "cartesian" and not tree.keys() & {"hand", "touches"}
+    robot = Robot.from_urdf(machine.model_text, machine.model_source)
+    try:
+        whole = exchanged(machine.text, text, tag, own_hand)
+        whole = _keep(whole, source, parse(whole, source), folder)
+        config = parse(whole, source)
+        if wrong := system.check(config, robot):
+            lines = key_lines(whole)
+            raise ConfigError(source, [Finding(line_of(key, lines), key, *rest) for key, *rest in wrong])
+    except ConfigError as error:
+        raise _in_its_file(error, f"{tag}.", twin, text) from error
+    if config.simulation is not None and not own_hand:
+        try:
+            whole = led(whole, system.led(config, robot, tree.get("hand", {})))
+        except ScriptError as error:
+            line = line_of(error.key, key_lines(text))
+            raise ConfigError(twin, [Finding(line, error.key, error.problem, error.fix)]) from error
+        config = parse(whole, source)
+    return Loaded(name, config, whole, source, machine.model_text, machine.model_source)
+
+
+def _twin_text(path: Path, twin: str) -> tuple[str, Any]:
+    """Text of a twin's file, or of a built-in one, and the folder that it is in."""
+    if path.suffix == ".toml" or _exists(path):
+        return _read(path, twin, MAX_BYTES), path.parent
+    folder = resources.files(CONFIGS) / TWINS
+    if not _exists(folder / f"{twin}.toml"):
+        raise ConfigError(twin, [Finding(0, "", "no such file or built-in twin", _nearest(twin, twins()))])
+    return _read(folder / f"{twin}.toml", twin, MAX_BYTES), folder
+
+
+def _in_its_file(error: ConfigError, machine: str, twin: str, text: str) -> ConfigError:
+    """What is wrong with a twin, with the lines of its own file; anything else as it is."""
+    keys = [finding.key.removeprefix(machine) for finding in error.findings]
+    if not all(finding.key.startswith(f"{machine}twin") for finding in error.findings):
+        return error
+    rows, lines = zip(keys, error.findings, strict=True), key_lines(text)
+    return ConfigError(twin, [Finding(line_of(key, lines), key, f.problem, f.fix) for key, f in rows])
+
+
+def twins() -> list[str]:
+    """Names of the built-in twins."""
+    files = (file.name for file in (resources.files(CONFIGS) / TWINS).iterdir())
+    return sorted(name.removesuffix(".toml") for name in files if name.endswith(".toml"))
+
+
+def _tag(config: Config) -> str:
+    return str(type(config).__struct_config__.tag)
+
+
+def _keep(text: str, source: str, config: Config, folder: Any) -> str:
+    """The text with the model of its twin, from beside it or from the built-in ones."""
+
+    def model(name: str) -> str:
+        if name.startswith("/") or ".." in name.split("/"):
+            raise ConfigError(
+                source, [Finding(0, "", f'"{name}" leaves the folder', "put it beside the file")]
+            )
+        entry = folder / name if _exists(folder / name) else resources.files(CONFIGS) / name
+        if not _exists(entry):
+            problem = f'no model "{name}" of the twin beside it'
+            raise ConfigError(source, [Finding(0, "", problem, "check the name")])
+        return _read(entry, name, MAX_MODEL_BYTES)
+
+    return with_model(text, source, _tag(config), model)
 
 
 def read_model(name: str) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from random import Random
 from typing import Any, Generic, Protocol, TypeVar
@@ -43,7 +43,23 @@ class Plant(Protocol):
         """From now on its devices measure with errors, which the seed draws."""
 
 
+class ScriptError(ValueError):
+    """A hand's script in a twin's file that leads nowhere.
+
+    Attributes:
+        key: in the file; problem, fix: for people.
+    """
+
+    def __init__(self, key: str, problem: str, fix: str) -> None:
+        self.key, self.problem, self.fix = key, problem, fix
+        super().__init__(f"{key}: {problem}; {fix}")
+
+
 C = TypeVar("C", bound=Config)
+
+
+def _same(place: Sequence[float]) -> Sequence[float]:
+    return place
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,12 +72,14 @@ class Stance(Generic[C]):
             [rad].
         lower, upper: of what the hand may want, one entry a coordinate; beyond the machine's limits here and
             there.
+        pose: the handle's position and angles that stand for a place, where they are not the place itself.
     """
 
     config: C
     place: Sequence[float]
     lower: Sequence[float]
     upper: Sequence[float]
+    pose: Callable[[Sequence[float]], Sequence[float]] = _same
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,6 +94,8 @@ class System(Generic[C]):
         plant: builds its simulation.
         check: findings (key, problem, fix) that only the model can tell.
         stance: a random beginning of a simulated session; without it every session begins as configured.
+        led: for a machine that renders a twin, the path of a simulated hand, as tables of TOML, that leads
+            the twin as the [hand] of the twin's file says; raises ScriptError.
     """
 
     config: type[C]
@@ -85,6 +105,7 @@ class System(Generic[C]):
     plant: Callable[[C, Robot, Network], Plant]
     check: Callable[[C, Robot], list[tuple[str, str, str]]]
     stance: Callable[[C, Robot, Random], Stance[C]] | None = None
+    led: Callable[[C, Robot, Mapping[str, Any]], str] | None = None
 
 
 def system_names() -> list[str]:

@@ -336,7 +336,7 @@ def _limit_line(limit: LimitReport) -> str:
     allowed = f"{lower}{upper}{limit.unit}" if lower or upper else f"any {limit.unit}"
     excess = f"{1e3 * limit.excess:.2f} {small}" if limit.touched and limit.excess is not None else ""
     return (
-        f"{limit.name:19}{limit.low:8.3f}{limit.high:9.3f}  {allowed:20}{limit.touched or '-':9}{excess}"
+        f"{limit.name:19}{limit.low:8.3f}{limit.high:9.3f}  {allowed:19} {limit.touched or '-':9}{excess}"
     ).rstrip()
 
 

@@ -10,6 +10,9 @@ from hapticd import hqp
 from hapticd.configs import read_text
 from hapticd.control._kernels import ffi, lib
 from hapticd.control.chain import (
+    CAUGHT,
+    FREE,
+    LOCKED,
     LOWER,
     UPPER,
     BoxedPoint,
@@ -52,13 +55,16 @@ def random_inputs(n: int, seed: int) -> dict[str, np.ndarray]:
     return inputs
 
 
-def make(inputs: dict[str, np.ndarray], n: int, rule: Rule = "torques") -> ChainLevels:
+def make(
+    inputs: dict[str, np.ndarray], n: int, rule: Rule = "torques", held: np.ndarray | None = None
+) -> ChainLevels:
     tilt = JointSum((0, 0, 0, 1, 1, 0), *TILT)
     points = [
         BoxedPoint(inputs["x_H"], inputs["J"], inputs["drift"], *BOX),
         BoxedPoint(inputs["x_elbow"], inputs["J_elbow"], inputs["drift_elbow"], *BOX),
     ]
-    return ChainLevels(inputs, MANIPULATOR, twin_limits(n), [tilt], points, GAINS, HORIZONS, DT, rule)
+    limits, six = twin_limits(n), tuple(range(6))
+    return ChainLevels(inputs, MANIPULATOR, limits, [tilt], points, GAINS, HORIZONS, DT, rule, six, held)
 
 
 def interval(kind: str, limits: Limits, i: int, q: float, qd: float) -> tuple[float, float]:
@@ -272,3 +278,33 @@ def test_inputs_of_the_wrong_shape_are_refused() -> None:
         make(inputs, 6)
     with pytest.raises(ValueError, match="not below"):
         Limits(np.ones(2), np.ones(2), np.ones(2), np.ones(2))
+
+
+@pytest.mark.parametrize("rule", ["torques", "gauss"])
+def test_a_lock_stops_a_joint_of_the_twin_and_a_caught_one_may_only_fall(rule: Rule) -> None:
+    n, most = 4, 60.0
+    s = random_inputs(n, seed=5)
+    s["q_a"][:], s["qd_a"][:] = 0.0, [0.02, -0.3, 0.5, -0.4]
+    held = np.array([LOCKED, LOCKED, CAUGHT, CAUGHT], np.uint8)
+    free, chain = make(s, n, rule), make(s, n, rule, held)
+    assert free.assemble() and chain.assemble()
+    for a, b in ((free.levels[5], chain.levels[5]), (free.levels[7], chain.levels[7])):
+        # (31): at rest after this tick, or braked as rated
+        np.testing.assert_allclose([b.lb[0], b.ub[0]], [-20.0, -20.0])
+        np.testing.assert_allclose([b.lb[1], b.ub[1]], [most, most])
+        # rising, it brakes; falling, it goes on, and no further than to rest within a tick
+        np.testing.assert_allclose(b.ub[2], -most)
+        assert b.lb[2] == min(a.lb[2], b.ub[2])
+        np.testing.assert_allclose(b.ub[3], min(a.ub[3], 0.4 / DT))
+        assert b.lb[3] == a.lb[3]
+    held[:] = FREE
+    assert chain.assemble()
+    np.testing.assert_array_equal(chain.levels[5].ub, free.levels[5].ub)
+    if rule == "torques":  # both limits of what is locked are active: any constraint torque may act
+        held[0] = LOCKED
+        assert chain.assemble()
+        x = np.zeros(chain.dim)
+        x[6] = -20.0
+        chain.detect(x)
+        chain.set_range()
+        assert chain.levels[9].lb[0] == -np.inf and chain.levels[9].ub[0] == np.inf

@@ -1,16 +1,19 @@
 """The rendered dynamics: exact where nothing is in the way, a physical barrier where something is."""
 
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 import pytest
 from hapticd.configs import read_text
-from hapticd.control.chain import UPPER, Gains, Horizons, JointSum
+from hapticd.control.chain import FREE, LOCKED, UPPER, Gains, Horizons, JointSum
 from hapticd.control.force_control import Box, Detection, ForceControl, Posture
 from hapticd.control.limits import Limits
 from hapticd.control.twin import CartesianTwin
 from hapticd.hqp import Status
+from hapticd.machines.rendering.twin import chain_twin
 from hapticd.models import Robot
+from hapticd.runtime.configuration import config
 
 DT = 1e-3
 POSTURE = np.array([0.3, 1.4, -0.67, 0.6, 0.5, 0.1])
@@ -229,3 +232,43 @@ def test_the_seventh_joint_returns_to_the_posture_without_moving_the_handle() ->
         tick(control, np.zeros(6))
     assert np.abs((control.q - HOME_7) @ null) < 0.3 * start
     np.testing.assert_allclose(control.handle.position, handle, atol=1e-4)
+
+
+def door(detection: Detection) -> ForceControl:
+    settings: Any = config.load("giant with door").config
+    robot = Robot.from_urdf(read_text("giant.urdf"), "giant.urdf").without(["ppu_x", "ppu_y"])
+    control = ForceControl(
+        robot,
+        LIMITS,
+        chain_twin(settings.giant.twin),
+        [JointSum((0, 0, 0, 1, 1, 0), 0.6, np.pi - 0.6)],
+        [],
+        Gains(100.0, 100.0, 20.0, 20.0),
+        detection,
+        DT,
+        Horizons(5e-3, 15e-3),
+    )
+    control.reset(np.array(settings.simulation.giant.posture))
+    return control
+
+
+@pytest.mark.parametrize("detection", ["redetect", "previous", "gauss"])
+def test_a_locked_door_stays_shut_and_its_handle_unlocks_it_under_each_rule(detection: Detection) -> None:
+    control = door(detection)
+
+    def push(opening: float, pressing: float, ticks: int) -> None:
+        """With these torques in the two joints [N m]."""
+        for _ in range(ticks):
+            J = control.twin.J
+            tick(control, np.linalg.lstsq(J.T, np.array([opening, pressing]), rcond=None)[0])
+
+    push(30.0, 0.0, 300)
+    assert abs(control.twin.q[0]) < 1e-9 and control.twin.held is not None and control.twin.held[0] == LOCKED
+    push(-30.0, 3.0, 400)  # the handle goes down, the door is pulled
+    assert control.twin.q[1] > 0.35 and control.twin.held[0] == FREE
+    assert control.twin.q[0] > -1e-6
+    push(12.0, 3.0, 400)
+    assert control.twin.q[0] > 0.05
+    push(0.0, 0.0, 6000)  # let go
+    assert control.twin.held[0] == LOCKED and abs(control.twin.q[0]) < 1e-3
+    assert control.twin.q[1] == pytest.approx(-0.05, abs=1e-3)

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 from hapticd.bench import growth, jitter
-from hapticd.experiments import palpation, rhi_fig9, rhi_fig10, rhi_fig11, rhi_table1
+from hapticd.experiments import giant_fig8, giant_fig9, palpation, rhi_fig9, rhi_fig10, rhi_fig11, rhi_table1
 from hapticd.experiments.command import NAMES
 from hapticd.experiments.outcome import Outcome, write_plot
 
@@ -48,6 +48,8 @@ def little_work(monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setattr(rhi_fig10, name, count)
     monkeypatch.setattr(rhi_fig11, "switched", lambda rho, paper: palpation.Device().palpate(0.02, 0.5, 0.02))
     monkeypatch.setattr(rhi_fig11, "SWITCH", 10)
+    for module in (giant_fig8, giant_fig9):
+        monkeypatch.setattr(module, "SECONDS", 0.5)
     monkeypatch.setattr(rhi_table1, "identify", lambda device, stiff: (1.0, 2.0))
 
 

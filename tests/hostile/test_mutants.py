@@ -93,3 +93,19 @@ def test_a_seed_makes_one_mutant() -> None:
     for seed in range(30):
         first = mutants.mutant(data, mutants.URDF, seed)
         assert first == mutants.mutant(data, mutants.URDF, seed) != data
+
+
+@pytest.mark.parametrize("twin", ["door", "excavator", "panda"])
+@pytest.mark.slow
+def test_no_mutant_of_a_twin_falls_or_hangs(twin: str, runner: Runner, tmp_path: Path) -> None:
+    original, path = read_text(f"twins/{twin}.toml").encode(), tmp_path / "twin.toml"
+    verdicts: Counter[str] = Counter()
+    bad = []
+    for seed in range(SEED, SEED + COUNT // 2):
+        path.write_bytes(mutants.mutant(original, mutants.TOML, seed))
+        found = runner(Path(f"giant with {path}"))
+        verdicts[found["verdict"]] += 1
+        if found["verdict"] not in ("ran", "refused"):
+            bad.append((seed, found["verdict"], found["why"]))
+    assert not bad, f"{len(bad)}: " + "\n".join(map(str, bad[:20]))
+    assert verdicts["refused"] > 20 and verdicts["ran"] > 5

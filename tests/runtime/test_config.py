@@ -136,7 +136,7 @@ def test_zeros_of_drives_have_either_sign_and_move_no_joint() -> None:
         ('lower = "-2.2 -2.6 -1.28 m"', 'lower = "-2.2 -2.6 -0.74 m"', "elbow's constant height", ""),
         ('stop_time = "500 ms"', 'stop_time = "450 ms"', "braking alone takes 0.4 s", "longer"),
         ("[devices.imu_carriage]", "[devices.imu_carrage]", "no such device", 'did you mean "imu_carriage"?'),
-        ('kind = "cartesian"', 'kind = "excavator"', "Invalid enum value 'excavator'", ""),
+        ('kind = "cartesian"', 'kind = "excavator"', "Invalid value 'excavator'", "known: cartesian, chain"),
         ('kind = "cartesian"', "", "is missing", "add it"),
         ('mass = "4 kg"', "", "is missing", "add it"),
         ("[giant.twin]", "[giant.twn]", "unknown key", 'did you mean "twin"?'),

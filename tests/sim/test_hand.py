@@ -86,3 +86,18 @@ def test_rotation_vectors_turn_from_where_the_handle_was_and_their_rate_is_the_a
     later, _ = orientation(angles + h * rates, rates)
     np.testing.assert_allclose(pin.log3(later @ R.T) / h, omega, atol=1e-5)
     np.testing.assert_allclose(orientation([0.0] * 3, [0.0] * 3)[0], first)
+
+
+def test_a_hand_that_lets_go_leaves_the_handle_alone_until_it_is_back_or_a_person_takes_it() -> None:
+    path = Path([0.0, 1.0], np.array([[0.0] * 6, [0.1, 0.0, 0.0, 0.0, 0.0, 0.0]]))
+    hand = Hand(path, GRIP, hanging, away=[(2.0, 3.0)])
+
+    def pull(t: float) -> float:
+        return float(hand.update(t, (0.0, 0.0, 0.0), np.diag([-1.0, 1.0, -1.0]), [0.0] * 6)[0])
+
+    assert pull(1.99) == pytest.approx(90.0)
+    assert pull(2.0) == pull(2.99) == 0.0
+    assert pull(3.0) == pytest.approx(90.0)
+    hand.take()
+    hand.push((1.0, 0.0, 0.0))
+    assert pull(2.5) == pytest.approx(10.0)

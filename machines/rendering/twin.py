@@ -1,0 +1,249 @@
+"""The twin that a configuration describes: a free mass, or a serial chain."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import pinocchio as pin
+
+from ...control.chain_twin import ChainTwin, Detent, Lock, Mechanism
+from ...control.limits import Limits
+from ...control.twin import CartesianTwin, Twin
+from ...models import Array, DhRow, ModelError, Robot
+from ...models.dh_robot import END, Body, from_dh
+from ...runtime.core.machine import LimitSpec
+from ...runtime.core.sampling import controls
+from . import sections as s
+
+SIX = tuple(range(6))
+UP_TO_SPEED_S = 0.1
+"""How long a joint takes to its full speed where no acceleration is given."""
+MOST_JOINTS = 7
+LIGHTEST = 1e-4
+"""Least eigenvalue of the inertia matrix at the start that a controller can follow [kg m^2 or kg]."""
+Found = list[tuple[str, str, str]]
+"""Key, problem and fix of everything that is wrong."""
+
+
+def twin_of(section: s.Twin, directions: tuple[int, ...] = SIX) -> Twin:
+    """The twin of a section; a free mass moves in these directions.
+
+    Raises:
+        ModelError: its URDF is refused.
+        ValueError: limits that no joint can have.
+    """
+    if isinstance(section, s.ChainTwin):
+        return chain_twin(section)
+    return CartesianTwin(
+        section.mass,
+        section.inertia,
+        section.damping,
+        section.rotational_damping,
+        (section.velocity, section.rotational_velocity),
+        (section.acceleration, section.rotational_acceleration),
+        directions,
+    )
+
+
+def degrees_of_freedom(section: s.Twin, directions: tuple[int, ...] = SIX) -> int:
+    """How many joints, or directions, a twin moves in."""
+    return len(section.joints) if isinstance(section, s.ChainTwin) else len(directions)
+
+
+def joint_names(section: s.Twin) -> tuple[str, ...]:
+    """Names of the twin's joints; a free mass has none."""
+    return tuple(section.joints) if isinstance(section, s.ChainTwin) else ()
+
+
+def chain_twin(section: s.ChainTwin) -> ChainTwin:
+    """A serial chain.
+
+    Raises:
+        ModelError: its URDF is refused, or has no such frame.
+        ValueError: limits that no joint can have.
+    """
+    robot = robot_of(section)
+    roll, pitch, yaw = section.base or (0.0, 0.0, 0.0)
+    end = section.end or END
+    return ChainTwin(
+        robot, end, mechanism_of(section, robot), pin.rpy.rpyToMatrix(roll, pitch, yaw), section.gravity
+    )
+
+
+def robot_of(section: s.ChainTwin) -> Robot:
+    """The links of a chain.
+
+    Raises:
+        ModelError: its URDF is refused, or has other joints.
+    """
+    names = list(section.joints)
+    if section.urdf is None:
+        bodies = [Body(*_body(joint.body)) for joint in section.joints.values()]
+        return from_dh([_row(name, joint) for name, joint in section.joints.items()], bodies)
+    assert section.kept is not None, "whoever loads a configuration keeps the model of its twin"
+    robot = Robot.from_urdf(section.kept.urdf, section.urdf)
+    if names != robot.names:
+        problem = f"its joints are {', '.join(robot.names)}"
+        raise ModelError(section.urdf, 0, problem, f"the twin's are {', '.join(names)}: let them agree")
+    return robot
+
+
+def limits_of(section: s.ChainTwin, robot: Robot) -> tuple[Array, Array, Array, Array]:
+    """Lower, upper, velocity and acceleration limits, (n,) each; the model's where the section is silent."""
+    rows = []
+    for i, joint in enumerate(section.joints.values()):
+        lower, upper = joint.range or (robot.lower[i], robot.upper[i])
+        velocity = joint.velocity or robot.velocity[i]
+        rows.append((lower, upper, velocity, joint.acceleration or velocity / UP_TO_SPEED_S))
+    lower, upper, velocity, acceleration = np.array(rows, float).T.copy()
+    return lower, upper, velocity, acceleration
+
+
+def twin_limits(section: s.Twin) -> list[LimitSpec]:
+    """Position limits of a chain's joints, for a session that touches them; a free mass has none."""
+    if not isinstance(section, s.ChainTwin):
+        return []
+    lower, upper, *_ = limits_of(section, robot_of(section))
+    rows = zip(section.joints.items(), lower.tolist(), upper.tolist(), strict=True)
+    return [
+        LimitSpec(f"twin {name.replace('_', ' ')}", low, high, "rad" if _turns(joint) else "m")
+        for (name, joint), low, high in rows
+    ]
+
+
+def _turns(joint: s.TwinJoint) -> bool:
+    return isinstance(joint, s.RevoluteTwinJoint)
+
+
+def mechanism_of(section: s.ChainTwin, robot: Robot) -> Mechanism:
+    """What drives the joints of a chain."""
+    joints, names = list(section.joints.values()), list(section.joints)
+
+    def of_each(key: str) -> Array:
+        return np.array([getattr(joint, key) or 0.0 for joint in joints], float)
+
+    damping = [robot.damping[i] if joint.damping is None else joint.damping for i, joint in enumerate(joints)]
+    return Mechanism(
+        Limits(*limits_of(section, robot)),
+        start=of_each("start"),
+        inertia=of_each("inertia"),
+        damping=np.array(damping, float),
+        drive=of_each("drive"),
+        stiffness=of_each("stiffness"),
+        rest=of_each("rest"),
+        detents=[
+            Detent(i, detent.at, detent.torque, detent.width)
+            for i, joint in enumerate(joints)
+            for detent in joint.detents or ()
+        ],
+        locks=[
+            Lock(i, names.index(joint.lock.key), joint.lock.unlock, joint.lock.relock)
+            for i, joint in enumerate(joints)
+            if joint.lock
+        ],
+    )
+
+
+def _row(name: str, joint: s.TwinJoint) -> DhRow:
+    row = joint.dh or s.Row()
+    kind = "revolute" if _turns(joint) else "prismatic"
+    return DhRow(name, kind, row.theta, row.d, row.a, row.alpha)  # type: ignore[arg-type]
+
+
+def _body(body: s.Body | None) -> tuple[float, Sequence[float], Sequence[float]]:
+    return (body.mass, body.centre, body.moments) if body else (0.0, (0.0,) * 3, (0.0,) * 3)
+
+
+def check_twin(key: str, section: s.Twin, dt: float) -> Found:
+    """What is wrong with a twin at a key of the configuration, at a period dt [s]."""
+    if isinstance(section, s.ChainTwin):
+        return _keys(key, section) or _chain(key, section, dt)
+    pairs = (
+        (f"{key}.damping", section.damping / section.mass),
+        (f"{key}.rotational_damping", section.rotational_damping / section.inertia),
+    )
+    return [_too_fast(name, dt) for name, rate in pairs if not controls(0.0, rate, dt)]
+
+
+def _too_fast(key: str, dt: float) -> tuple[str, str, str]:
+    problem = f"with its spring and its inertia it acts faster than one period of {dt:g} s"
+    return key, problem, "lower the gains, or raise the rate"
+
+
+def _keys(key: str, section: s.ChainTwin) -> Found:
+    """Keys that do not go together."""
+    joints = section.joints
+    if not 1 <= len(joints) <= MOST_JOINTS:
+        return [(f"{key}.joints", f"are {len(joints)}", f"give 1 to {MOST_JOINTS}")]
+    if section.urdf is None and section.end is not None:
+        return [
+            (f"{key}.end", "names a frame, but there is no URDF", "remove it: a table ends at its last row")
+        ]
+    if section.urdf is not None and section.end is None:
+        return [(f"{key}.end", "is missing", "name the frame of the URDF that the handle follows")]
+    found: Found = []
+    for name, joint in joints.items():
+        at = f"{key}.joints.{name}"
+        for own in ("dh", "body"):
+            if section.urdf is not None and getattr(joint, own) is not None:
+                found.append((f"{at}.{own}", "is also in the URDF", "remove it"))
+        for own in ("range", "velocity"):
+            if section.urdf is None and getattr(joint, own) is None:
+                found.append((f"{at}.{own}", "is missing", "a Denavit-Hartenberg table has none"))
+        if joint.lock:
+            found += _lock(f"{at}.lock.key", joint.lock.key, name, joints)
+    return found
+
+
+def _lock(at: str, key: str, name: str, joints: dict[str, s.TwinJoint]) -> Found:
+    others = [other for other in joints if other != name]
+    if key not in others:
+        return [(at, f"no other joint '{key}'", f"known: {', '.join(others)}")]
+    if not _turns(joints[key]):
+        return [(at, f"'{key}' slides", "let the key be a joint that turns")]
+    return []
+
+
+def _chain(key: str, section: s.ChainTwin, dt: float) -> Found:
+    try:
+        robot = robot_of(section)
+        lower, upper, _velocity, _ = limits_of(section, robot)
+        found: Found = []
+        for i, (name, joint) in enumerate(section.joints.items()):
+            at = f"{key}.joints.{name}"
+            if robot.sliding[i] == _turns(joint):
+                found.append((f"{at}.type", "the URDF says otherwise", "let them agree"))
+            if not lower[i] < upper[i]:
+                problem = f"{lower[i]:g} is not below {upper[i]:g}"
+                found.append((f"{at}.range", problem, "every lower limit must be below its upper one"))
+            elif not lower[i] <= joint.start <= upper[i]:
+                problem = f"{joint.start:g} is outside {lower[i]:g} to {upper[i]:g}"
+                found.append((f"{at}.start", problem, "begin inside the limits"))
+            if joint.lock and not np.isfinite(lower[i]):
+                found.append(
+                    (f"{at}.lock", "the joint has no lower limit", "a lock holds it there: give one")
+                )
+        return found or _inertia(key, section, dt)
+    except (ModelError, ValueError) as error:
+        return [(key, str(error), "")]
+
+
+def _inertia(key: str, section: s.ChainTwin, dt: float) -> Found:
+    """Inertia that is too light, springs and dampers that are too fast for it, at the start."""
+    twin = chain_twin(section)
+    twin.update(np.zeros(6))
+    least = float(np.linalg.eigvalsh((twin.M + twin.M.T) / 2.0)[0])
+    if not least > LIGHTEST:
+        problem = f"at the start some motion of the chain has an inertia of {least:.3g} kg m^2"
+        return [(f"{key}.joints", problem, "give every joint an inertia, or its link a body")]
+    found: Found = []
+    mobility = np.diag(np.linalg.inv(twin.M)).tolist()
+    rows = zip(section.joints.items(), mobility, twin.damping.tolist(), strict=True)
+    for (name, joint), free, damping in rows:
+        stiffest = max(
+            [joint.stiffness or 0.0, *(np.e**0.5 * d.torque / d.width for d in joint.detents or ())]
+        )
+        if not controls(stiffest * free, damping * free, dt):
+            found.append(_too_fast(f"{key}.joints.{name}", dt))
+    return found

@@ -1,0 +1,112 @@
+"""Digital twins in files of their own: put into a machine's configuration instead of the twin that it has."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any
+
+from ...configs.words import nearest
+from ..errors import ConfigError, Finding
+from .toml_reader import read
+
+BETWEEN = " with "
+"""Stands between machine and twin in the name of both, as in "giant with door"."""
+TABLES = ("twin", "hand", "touches")
+"""What a twin's file may hold."""
+_HEADER = re.compile(r"^\s*\[\[?\s*([^\]]+?)\s*\]\]?\s*(?:#.*)?$")
+Blocks = list[tuple[str, str]]
+"""Tables of a text, in its order: name, and the text from its header on; the first one has no name."""
+
+
+def blocks(text: str) -> Blocks:
+    """The tables of a TOML text."""
+    found: list[tuple[str, list[str]]] = [("", [])]
+    for line in text.splitlines(keepends=True):
+        if match := _HEADER.match(line):
+            found.append((match[1].replace(" ", "").replace('"', ""), []))
+        found[-1][1].append(line)
+    return [(name, "".join(lines)) for name, lines in found]
+
+
+def tree_of(text: str, source: str) -> dict[str, Any]:
+    """A twin's file as a tree.
+
+    Raises:
+        ConfigError: no TOML, no [twin], or other tables than a twin's file has.
+    """
+    tree = read(text, source)
+    for key in tree:
+        if key not in TABLES:
+            near = nearest(key, TABLES)
+            fix = f'did you mean "{near}"?' if near else f"a twin's file has {', '.join(TABLES)}"
+            raise ConfigError(source, [Finding(1, key, "is no part of a twin", fix)])
+    for key, value in tree.items():
+        if not isinstance(value, dict):
+            raise ConfigError(source, [Finding(1, key, "is not a table", f"write [{key}]")])
+    if "twin" not in tree:
+        raise ConfigError(source, [Finding(1, "twin", "is missing", "describe the twin in a table [twin]")])
+    return tree
+
+
+def exchanged(text: str, twin: str, system: str, touches: bool) -> str:
+    """A machine's text with another twin, and with the limits that its hand is to touch.
+
+    Args:
+        text: of the machine's configuration.
+        twin: text of the twin's file.
+        system: the machine's kind, whose table has the twin.
+        touches: whether the machine's own hand stays, and what it is to touch.
+    """
+    kept = _without(text, f"{system}.twin", *(() if touches else ("simulation.touches",)))
+    return "".join([*_lines(kept), "\n", *_renamed(twin, system)])
+
+
+def led(text: str, path: str) -> str:
+    """A machine's text with other tables for the path of its simulated hand."""
+    kept = _without(text, "simulation.hand.path", "simulation.hand.away")
+    return f"{kept.rstrip()}\n\n{path}"
+
+
+def with_model(text: str, source: str, system: str, load: Callable[[str], str]) -> str:
+    """A text that holds the model of its twin, where it names one and does not hold it yet.
+
+    Args:
+        text: of a configuration.
+        source: its file, for errors.
+        system: its kind of machine.
+        load: gives the text of a model by its name.
+
+    Raises:
+        ConfigError: a model that no text in TOML can hold.
+    """
+    tree: Any = read(text, source)
+    table = tree.get(system) if isinstance(tree.get(system), dict) else {}
+    twin = table.get("twin")
+    if not (isinstance(twin, dict) and isinstance(twin.get("urdf"), str)) or "kept" in twin:
+        return text
+    model = load(twin["urdf"])
+    if "'''" in model:
+        key = f"{system}.twin.urdf"
+        raise ConfigError(source, [Finding(1, key, "the model contains '''", "write it with other quotes")])
+    return f"{text.rstrip()}\n\n[{system}.twin.kept]\nurdf = '''\n{model.rstrip()}\n'''\n"
+
+
+def _without(text: str, *tables: str) -> str:
+    return "".join(block for name, block in blocks(text) if not _below(name, tables))
+
+
+def _below(name: str, tables: Sequence[str]) -> bool:
+    return any(name == table or name.startswith(f"{table}.") for table in tables)
+
+
+def _lines(text: str) -> list[str]:
+    return [*text.rstrip().splitlines(keepends=True), "\n"]
+
+
+def _renamed(twin: str, system: str) -> Iterator[str]:
+    for name, block in blocks(twin):
+        place = {"twin": f"{system}.twin", "touches": "simulation.touches"}.get(name.split(".")[0])
+        if place:
+            header, rest = block.split("\n", 1) if "\n" in block else (block, "")
+            yield header.replace(name.split(".")[0], place, 1) + "\n" + rest

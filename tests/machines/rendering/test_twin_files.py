@@ -1,0 +1,182 @@
+"""A twin's file takes the place of a machine's twin; what is wrong with it is said with file, key and fix."""
+
+import re
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hapticd.configs import read_text
+from hapticd.experiments.random_hand import Temper, stranger
+from hapticd.machines.giant.system import GIANT
+from hapticd.models import Robot
+from hapticd.runtime.command_line.cli import main
+from hapticd.runtime.configuration import config
+from hapticd.runtime.configuration.session import build
+from hapticd.runtime.configuration.twin_file import exchanged
+from hapticd.runtime.errors import ConfigError
+from hapticd.runtime.live import lockstep_run
+from hapticd.runtime.live.promise import verdict
+from hapticd.sim.hand import hanging
+
+DOCUMENT = (Path(__file__).parents[3] / "docs" / "twins.md").read_text()
+(DRAWER,) = re.findall(r"```toml\n(.*?)```", DOCUMENT, re.DOTALL)
+
+
+def written(folder: Path, text: str) -> str:
+    path = folder / "my_twin.toml"
+    path.write_text(text)
+    return f"giant with {path}"
+
+
+def test_the_twin_of_the_manual_is_short_and_does_what_it_says(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert len([line for line in DRAWER.splitlines() if line.strip()]) <= 30
+    name = written(tmp_path, DRAWER)
+    assert main(["check", "giant", "--twin", name.removeprefix("giant with ")]) == 0
+    assert "no findings" in capsys.readouterr().out
+    loaded = config.load(name)
+    outcome = lockstep_run.run(loaded, tmp_path / "log.mcap", 11.0, live=False)
+    assert outcome.report is not None and outcome.status == 0, outcome.message
+    shown, line = verdict(loaded, outcome.report, lockstep=True)
+    assert shown and "1 of 1 limits touched" in line, line
+    rows = {row.name: row for row in outcome.report.limits}
+    assert rows["twin drawer"].upper == 0.3 and rows["twin knob"].unit == "rad"
+
+
+def test_a_session_with_another_twin_is_named_after_both_and_replays(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert main(["run", "giant", "--twin", "panda", "--lockstep", "--duration", "1"]) == 0
+    (log,) = (tmp_path / "log").glob("giant_panda-*.mcap")
+    assert "twin joint 4" in capsys.readouterr().out
+    assert main(["replay", str(log), "--verify"]) == 0
+
+
+def test_random_hands_repeat_the_worst_session_with_its_twin(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["hands", "giant", "--twin", "door", "--count", "1", "--seconds", "1"]) == 0
+    said = capsys.readouterr().out
+    assert "hands giant --twin door --count 1 --seed 1 --seconds 1.0" in said and "twin hinge" in said
+
+
+def test_the_log_names_the_joints_and_the_live_line_says_which_are_locked() -> None:
+    session = build(config.load("giant with door"))
+    machine = session.cycle.machine
+    state = np.zeros(1, machine.state)
+    machine.bind_state(state)
+    machine.fill()
+    assert state["twin"].dtype.names == ("hinge", "handle")
+    assert state["twin"]["handle"] == -0.05
+    line = session.system.figures().live(session.cycle.mode.ACTIVE, state[0])
+    assert line[1:] == ["hinge 0.00 locked", "handle -0.05"]
+    assert [spec.name for spec in session.system.limits(session.config).specs][-2:] == [
+        "twin hinge",
+        "twin handle",
+    ]
+
+
+def test_the_free_mass_of_a_file_is_the_giants_own() -> None:
+    one, other = config.load("giant"), config.load("giant with mass")
+    assert one.config == other.config
+
+
+def test_a_twin_may_stand_in_the_machines_own_file(tmp_path: Path) -> None:
+    own = exchanged(read_text("giant.toml"), read_text("twins/panda.toml"), "giant", touches=False)
+    (tmp_path / "mine.toml").write_text(own)
+    for name in ("giant.urdf", "panda.urdf"):
+        (tmp_path / name).write_text(read_text(name))
+    loaded = config.load(str(tmp_path / "mine.toml"))
+    build(loaded)
+    settings: Any = loaded.config
+    assert settings.giant.twin.kept.urdf.strip() == read_text("panda.urdf").strip()
+    # a recording keeps the text alone, and it is enough
+    again = replace(loaded, config=config.parse(loaded.text, loaded.source))
+    assert again.config == loaded.config
+
+
+def test_an_arm_renders_chains_where_it_has_six_directions(tmp_path: Path) -> None:
+    loaded: Any = config.load("panda with excavator")
+    build(loaded)
+    assert len(loaded.config.simulation.hand.path) > 100
+    text = loaded.text.replace('["x", "y", "z", "rx", "ry", "rz"]', '["x", "y", "z"]')
+    with pytest.raises(ConfigError, match=r"arm\.twin\.kind: the end of a chain moves in six directions"):
+        build(replace(loaded, config=config.parse(text, loaded.source), text=text))
+
+
+def test_the_hand_of_a_script_is_where_the_joints_lead() -> None:
+    loaded: Any = config.load("giant with door")
+    hand = loaded.config.simulation.hand
+    first = hand.path[0]
+    robot = Robot.from_urdf(loaded.model_text, "giant.urdf")
+    plant = loaded.config.simulation.giant
+    T = robot.placement(np.array([*plant.ppu, *plant.posture]), "handle")
+    np.testing.assert_allclose(first.position, T[:3, 3], atol=1e-5)
+    np.testing.assert_allclose(hanging(first.angles, (0.0,) * 3)[0], T[:3, :3], atol=1e-4)
+    ways = np.array([point.position for point in hand.path])
+    hinge = T[:3, 3] + [0.0, 0.8 - 0.12 * np.cos(0.05), 0.0]  # a leaf's width to the side
+    far = np.hypot(*(ways - hinge)[:, :2].T)
+    assert far.min() > 0.67 and far.max() < 0.8 - 0.12 * np.cos(0.55) + 1e-4
+    assert [(pause.at, pause.seconds) for pause in hand.away] == [(16.8, 5.0)]
+
+
+@pytest.mark.parametrize("twin", ["door", "excavator", "panda"])
+def test_random_hands_lead_the_joints_beyond_their_limits(twin: str) -> None:
+    loaded: Any = config.load(f"giant with {twin}")
+    robot = Robot.from_urdf(loaded.model_text, "giant.urdf")
+    found: Any = stranger(loaded.config, GIANT, robot, 3, 20.0, Temper())
+    assert found == stranger(loaded.config, GIANT, robot, 3, 20.0, Temper())
+    hand = found.simulation.hand
+    assert hand.away is None and not found.simulation.touches
+    angles = np.array([point.angles for point in hand.path])
+    assert np.abs(np.diff(angles, axis=0)).max() < np.pi  # no turn is jumped over
+    build(replace(loaded, config=found))
+
+
+WRONG = [
+    ('"0 0.3 m"', '"0.3 0 m"', "twin.joints.drawer.range: 0.3 is not below 0"),
+    ('start = "0 m"', 'start = "-1 m"', "twin.joints.drawer.start: -1 is outside 0 to 0.3"),
+    ('key = "knob"', 'key = "nob"', "twin.joints.drawer.lock.key: no other joint 'nob'; known: knob"),
+    ('key = "knob"', 'key = "drawer"', "no other joint 'drawer'"),
+    ('range = "0 0.3 m"\n', "", "twin.joints.drawer.range: is missing"),
+    ('inertia = "0.06 kg m^2"', "", "give every joint an inertia"),
+    ('"20 N s/m"', '"2e4 N s/m"', "twin.joints.drawer: with its spring and its inertia"),
+    ("0.15 rad", "0.15 m", 'twin.joints.knob.detents[0].width: "m" is not a unit of angle'),
+    ("[touches]", "[touchs]", 'touchs: is no part of a twin; did you mean "touches"?'),
+    ("twin drawer", "twin draw", "the machine has no limit 'twin draw'"),
+    ("drawer = ", "draw = ", "hand.path[1]: no joint 'draw'; known: drawer, knob"),
+    ('"0.8 rad" }, { at = "10 s"', '"0.8 m" }, { at = "10 s"', "hand.path[3].knob"),
+    ('knob = "0.8 rad" }, {', 'knob = "inf rad" }, {', "hand.path[3].knob"),
+    ('at = "11 s"', 'at = "1e5 s"', "hand.path: lasts 100000 s; give at most 120 s"),
+    ('at = "10 s"', 'at = "6.5 s"', "hand.path: its times do not rise"),
+    ('kind = "chain"', 'kind = "chains"', "twin.kind"),
+    ('kind = "chain"', 'kind = "chain"\nend = "tip"', "twin.end: names a frame, but there is no URDF"),
+    ('kind = "chain"', 'kind = "chain"\nurdf = "panda.urdf"\nend = "handle"', "its joints are joint_1"),
+    ('kind = "chain"', 'kind = "chain"\nurdf = "../panda.urdf"\nend = "handle"', "leaves the folder"),
+    ('kind = "chain"', 'kind = "chain"\nurdf = "pandas.urdf"\nend = "handle"', 'no model "pandas.urdf"'),
+]
+
+
+@pytest.mark.parametrize(("old", "new", "told"), WRONG)
+def test_what_is_wrong_with_a_twin_is_said(tmp_path: Path, old: str, new: str, told: str) -> None:
+    assert old in DRAWER
+    with pytest.raises(ConfigError) as error:
+        build(config.load(written(tmp_path, DRAWER.replace(old, new, 1))))
+    assert told in str(error.value)
+
+
+def test_a_mistake_has_the_line_of_the_twins_own_file(tmp_path: Path) -> None:
+    text = DRAWER.replace('velocity = "0.5 m/s"', 'velocity = "0.5 m"')
+    line = text.splitlines().index('velocity = "0.5 m"') + 1
+    with pytest.raises(ConfigError) as error:
+        config.load(written(tmp_path, text))
+    assert str(error.value).startswith(f"{tmp_path / 'my_twin.toml'}:{line}: twin.joints.drawer.velocity")
+
+
+def test_a_twin_that_is_not_there_and_a_machine_that_renders_none() -> None:
+    with pytest.raises(ConfigError, match='did you mean "door"'):
+        config.load("giant with doors")
+    with pytest.raises(ConfigError, match="a machine of the kind rhi renders no twin"):
+        config.load("rhi with door")
