@@ -25,7 +25,9 @@ MAX_ITERATIONS = 64
 """Iterations of one solve: the bound on its time. Recorded sessions needed 49 at most."""
 
 LEAST_BRAKING = 0.2
-"""Part of the rated accelerations with which joints brake at least, whatever their motors can give."""
+"""Part of an acceleration that is left in a step, whatever a motor can give."""
+SOFTENINGS = 3
+"""Steps in which the accelerations of a stop are brought within the torques: joints load each other."""
 
 Detection = Literal["previous", "redetect", "gauss"]
 
@@ -247,13 +249,14 @@ class ForceControl:
             self._soften(self.ability)
 
     def _soften(self, ability: Ability) -> None:
-        """Brake the manipulator no harder than its motors can, all joints in proportion."""
-        torque = ability.inertia @ self.qdd
+        """Brake each joint of the manipulator no harder than its motor can, while the others brake, too."""
         fixed = ability.load + ability.feedback
-        room = np.where(torque > 0.0, ability.most - fixed, fixed - ability.least)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            share = np.where((room > 0.0) & (torque != 0.0), room / np.abs(torque), 1.0)
-        self.qdd *= min(1.0, max(LEAST_BRAKING, float(share.min())))
+        for _ in range(SOFTENINGS):
+            torque = ability.inertia @ self.qdd
+            room = np.where(torque > 0.0, ability.most - fixed, fixed - ability.least)
+            with np.errstate(divide="ignore", invalid="ignore"):
+                share = np.where((room > 0.0) & (torque != 0.0), room / np.abs(torque), 1.0)
+            self.qdd *= np.clip(share, LEAST_BRAKING, 1.0)
 
     def advance(self) -> None:
         """Integrate manipulator and twin over one tick under constant acceleration."""
