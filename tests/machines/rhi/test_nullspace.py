@@ -169,11 +169,11 @@ def test_what_motors_bear_leaves_the_coupling_force_its_torque(arm: RedundantArm
         coupling = 0.7 * arm.J.T @ space.coupling
         if (np.abs(coupling) > LIMIT).any():
             continue
-        alpha = space.bearable(0.9, 0.7)
-        assert alpha <= space.within(0.9)
+        alpha = space.bearable(1.0, 0.7)
+        assert alpha <= space.within(1.0)
         used = np.abs(alpha * space.wanted + coupling) / LIMIT
         assert used.max() <= 1.0 + 1e-12
-        if alpha < space.within(0.9):
+        if alpha < space.within(1.0):
             assert used.max() == pytest.approx(1.0)
             less += 1
     assert less > 10
