@@ -24,6 +24,8 @@ VARIANTS: dict[str, dict[str, Any]] = {
     "hqp": {"null_space": {"resolution": "hqp"}},
 }
 
+RESOLUTIONS = ("full", "hqp")
+
 
 class Bound:
     """What statics allow at best: the largest force along u over the self-motion, for every depth."""
@@ -114,7 +116,7 @@ def run(progress: Progress) -> Outcome:
             )
     most = max(e["torque"] for e in table)
     turns = max(e["turns"] for e in table)
-    for variant in ("full", "hqp"):
+    for variant in (name for name in RESOLUTIONS if name in VARIANTS):
         own = [e for e in table if e["variant"] == variant]
         energy, step = max(e["given"] for e in own), max(e["step"] for e in own)
         quantity = f"net energy given to the hand over what it has put in, {variant}, at most"
