@@ -4,7 +4,7 @@
 
 /* Of force [N] and torque [N m]. SMALL: no hand that means to move the machine pulls less. STEADY: a hand
  * that holds on trembles by more. MOST: what such sensors drift by in a session. */
-static const double SMALL[2] = {2.0, 0.2}, STEADY[2] = {0.3, 0.03}, MOST[2] = {2.0, 0.2};
+static const double SMALL[2] = {1.8, 0.2}, STEADY[2] = {0.3, 0.03}, MOST[2] = {2.0, 0.2};
 static const double WAIT = 1.0, SMOOTH = 0.2, FOLLOW = 1.0; /* [s] */
 
 static double length(const double *v) {

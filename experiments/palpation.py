@@ -57,6 +57,7 @@ class Trace:
         t: (k,) [s]; torque, null: (k, n) [N m].
         position, velocity: of the hand, (k, m); force: rendered, demand: asked for, (k, m) [N].
         reserve, omega, alpha: (k,).
+        work: of the hand on the plant, in each tick, (k,) [J].
     """
 
     t: Array
@@ -69,6 +70,7 @@ class Trace:
     reserve: Array
     omega: Array
     alpha: Array
+    work: Array
 
 
 class Device:
@@ -178,11 +180,15 @@ def simulate(
             raise RuntimeError(f"no torque at {t:g} s: the posture {arm.q} is singular")
         alpha = controller.alpha
         arrays = (controller.torque, controller.space.null, arm.position, arm.velocity)
+        copies = [array.copy() for array in arrays]
         felt = [alpha * f for f in demand]
         scalars = (controller.reserve, controller.transition.omega, alpha)
-        rows.append((t, *(array.copy() for array in arrays), felt, demand, *scalars))
+        work = 0.0
         for s in range(SUBSTEPS):
             at = t + s * dt / SUBSTEPS
             push = hand.force(at, plant.position.tolist(), plant.velocity.tolist())
+            before = plant.position.copy()
             plant.step(controller.torque, free, push, dt / SUBSTEPS)
+            work += float(np.dot(push, plant.position - before))
+        rows.append((t, *copies, felt, demand, *scalars, work))
     return Trace(*(np.array(column, float) for column in zip(*rows, strict=True)))

@@ -24,6 +24,8 @@ VARIANTS: dict[str, dict[str, Any]] = {
     "hqp": {"null_space": {"resolution": "hqp"}},
 }
 
+RESOLUTIONS = ("full", "hqp")
+
 
 class Bound:
     """What statics allow at best: the largest force along u over the self-motion, for every depth."""
@@ -54,6 +56,16 @@ def peak(trace: Trace) -> float:
     return float(np.linalg.norm(trace.force, axis=1).max())
 
 
+def given(trace: Trace) -> float:
+    """Net energy given to the hand over what it has put in; negative where it has lost some."""
+    return -float(trace.work.sum() / trace.work[trace.work > 0.0].sum())
+
+
+def chatter(trace: Trace, limit: Array) -> float:
+    """Largest step of a torque from tick to tick over its limit."""
+    return float((np.abs(np.diff(trace.torque, axis=0)) / limit).max())
+
+
 def half_turns(trace: Trace) -> int:
     """How often the activation crosses one half."""
     return int(np.count_nonzero(np.diff((trace.omega < 0.5).astype(int))))
@@ -79,6 +91,7 @@ def run(progress: Progress) -> Outcome:
                     entry = {"variant": variant, "S": S, "hz": f, "depth_mm": 1e3 * depth}
                     table.append({**entry, "peak_n": peak(trace), "share": share, "torque": excess})
                     table[-1]["turns"] = half_turns(trace)
+                    table[-1] |= {"given": given(trace), "step": chatter(trace, device.limit)}
     rows = [
         Row("force in case A, free [N]", "5.674", f"{forces['free']:.3f}", UNKNOWN),
         Row("force in case B, stiff [N]", "8.564", f"{forces['stiff']:.3f}", UNKNOWN),
@@ -103,6 +116,13 @@ def run(progress: Progress) -> Outcome:
             )
     most = max(e["torque"] for e in table)
     turns = max(e["turns"] for e in table)
+    for variant in (name for name in RESOLUTIONS if name in VARIANTS):
+        own = [e for e in table if e["variant"] == variant]
+        energy, step = max(e["given"] for e in own), max(e["step"] for e in own)
+        quantity = f"net energy given to the hand over what it has put in, {variant}, at most"
+        rows.append(Row(quantity, "-", f"{energy:.4f}", "all depths, frequencies, S; negative: lost"))
+        quantity = f"step of a torque from tick to tick over its limit, {variant}, at most"
+        rows.append(Row(quantity, "-", f"{step:.3f}", "the same"))
     rows.append(
         Row(
             "largest torque over its limit, all sessions", "-", f"{most:.6f}", "1 is what the motors may give"

@@ -190,7 +190,7 @@ class ContactAware:
 
 
 class Direction:
-    """The projector u u^T, (m, m), on a direction that follows vectors: a reversal does not turn it."""
+    """The projector u u^T, (m, m), on a direction that follows vectors: a reversal is no turn."""
 
     def __init__(self, projector: Array, least: float, blend: float) -> None:
         """The projector to write; length of a vector that says nothing, and share of one in a tick."""

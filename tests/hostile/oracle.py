@@ -205,6 +205,7 @@ PLAIN = {
     "transmission": (-100, 100),
     "normal": (-1000, 1000),
     "spread": (1, 1000),
+    "ratio": (0, 2),
     "steepness": (0.01, 100),
     "leave": (0, 1),
     "come_back": (0, 1),

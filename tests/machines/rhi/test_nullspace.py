@@ -137,6 +137,48 @@ def test_composition_keeps_every_limit_the_direction_of_the_force_and_prefers_it
             assert np.max(np.abs(space.torque) / LIMIT) == pytest.approx(1.0)
 
 
+def test_the_share_of_the_posture_rises_and_falls_at_a_bounded_rate_and_the_force_yields(
+    arm: RedundantArm,
+) -> None:
+    """A motor that saturates would give the posture all or nothing from tick to tick."""
+    space = NullSpace(arm, LIMIT, home_shape(arm), Gains(20.0, 0.1, 1.0), U, slew=0.02)
+    arm.q[:], arm.qd[:] = (0.66, 0.65, 0.47, 0.1), 0.0
+    arm.update()
+    assert space.secondary(0.0)
+    shares = []
+    for k in range(300):
+        space.want([0.0, -60.0 if k % 100 < 50 else 0.0])
+        space.compose(1.0)
+        shares.append(space.share)
+        assert (np.abs(space.torque) <= LIMIT).all()
+        np.testing.assert_allclose(
+            space.torque, space.alpha * space.wanted + space.share * (space.null + arm.J.T @ space.coupling)
+        )
+    assert min(shares) < 0.2 and max(shares) == 1.0
+    assert np.diff(shares).max() == pytest.approx(0.02) and np.diff(shares).min() == pytest.approx(-0.06)
+
+
+def test_what_motors_bear_leaves_the_coupling_force_its_torque(arm: RedundantArm) -> None:
+    rng = np.random.default_rng(7)
+    space = NullSpace(arm, LIMIT, home_shape(arm), GAINS, U)
+    less = 0
+    for _ in range(300):
+        at_random(arm, rng)
+        assert space.secondary(0.0)
+        space.want(rng.standard_normal(2) * 40.0)
+        coupling = 0.7 * arm.J.T @ space.coupling
+        if (np.abs(coupling) > LIMIT).any():
+            continue
+        alpha = space.bearable(1.0, 0.7)
+        assert alpha <= space.within(1.0)
+        used = np.abs(alpha * space.wanted + coupling) / LIMIT
+        assert used.max() <= 1.0 + 1e-12
+        if alpha < space.within(1.0):
+            assert used.max() == pytest.approx(1.0)
+            less += 1
+    assert less > 10
+
+
 def test_a_singular_posture_is_said_to_be_one(arm: RedundantArm) -> None:
     space = NullSpace(arm, LIMIT, home_shape(arm), GAINS, U)
     arm.at(np.array([0.0, np.pi / 2, -np.pi / 2, 0.0]))  # the whole chain stretched along x

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from hapticd.machines.rhi import planar
 from hapticd.machines.rhi.guard import Span
-from hapticd.machines.rhi.reachable import Parts, Targets
+from hapticd.machines.rhi.reachable import Parts, Targets, _connected, _ways
 from hapticd.machines.rhi.redundant import RedundantArm
-from hapticd.machines.rhi.self_motion import Ellipsoid, close
+from hapticd.machines.rhi.self_motion import Ellipsoid, close, scan
 from hapticd.models import Array, ModelError, Robot
 
 from .rhi_device import LIMIT, X0, U, four_dof, home_shape
@@ -30,6 +30,20 @@ def test_an_arm_whose_elbow_cannot_pass_the_middle_has_two_parts_and_one_that_st
     assert len({(int(s), int(p)) for s, p in zip(side, apart.part, strict=True)}) == 2  # a side is a part
     assert apart.of(np.array([0.0, 1.8, 0.0])) != apart.of(np.array([0.0, -1.8, 0.0]))
     assert set(Parts(arm, far, bounds, 3000).part) == {0}  # the last link lets it stretch
+
+
+def test_a_few_postures_are_not_joined_because_there_are_no_nearer_ones() -> None:
+    """The middle between an elbow to the left and one to the right closes onto one of them: no way."""
+    arm = elbow_arm()
+    bounds = (np.array([-3.0, -2.8, -3.0]), np.array([3.0, 2.8, 3.0]))
+    x = np.array([0.3, 0.1])
+    few = scan(arm, x, bounds, 12)
+    side = np.sign(few[:, 1])
+    assert set(side) == {-1.0, 1.0}
+    ways = _ways(arm, x, bounds, few)
+    assert (side[ways[:, 0]] == side[ways[:, 1]]).all()
+    label = _connected(len(few), ways)
+    assert not set(label[side < 0.0]) & set(label[side > 0.0])
 
 
 WALL = np.array([0.14, 0.19])
