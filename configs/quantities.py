@@ -299,7 +299,7 @@ class SomeAngle(Quantity):
 
 
 class Gravity(Acceleration):
-    range, strict = Range(0.0, 30.0, "m/s^2", "weightless; Jupiter"), False
+    range, strict = Range(0.01, 30.0, "m/s^2", "an asteroid, or 0 for none; Jupiter"), False
 
 
 class AngleRange(Vector):

@@ -14,6 +14,10 @@ from .ability import Ability
 from .serial import SerialChain
 
 
+SETTLED = 20
+"""Ticks after a start until what loads a spring has a rate that means anything."""
+
+
 @dataclass(frozen=True, slots=True)
 class SeriesElasticity:
     """One entry a joint: rotor inertia [kg m^2] in joint units, stiffness of the spring [N m/rad]."""
@@ -108,11 +112,11 @@ class Tracking:
             for qdd in (inputs["qdd"], self._none)
         )
         self._inertia = chain.inertia_arguments(q, ability.inertia)
-        self._fresh, self._planned = True, False
+        self._fresh, self._planned, self._ticks = True, False, 0
 
     def reset(self) -> None:
         """Forget the reference of the last tick."""
-        self._fresh = True
+        self._fresh, self._ticks = True, 0
 
     def forecast(self, qdd_ppu: Array, planned: bool = True) -> None:
         """Fill the ability for the commanded state, before the acceleration of this tick is known.
@@ -135,6 +139,7 @@ class Tracking:
         """
         np.subtract(self._still[:2], qdd_ppu, out=self._gravity[:2])
         lib.serial_torques(*self._inverse_dynamics)
-        lib.tracking_update(self._core, self._fresh, self._planned)
+        self._ticks += 1
+        lib.tracking_update(self._core, self._fresh, self._planned and self._ticks > SETTLED)
         self._fresh = self._planned = False
         return self.torque

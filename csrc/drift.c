@@ -21,7 +21,7 @@ void drift_remove(drift *d, double *wrench) {
             const int i = 3 * part + k;
             d->slow[i] += d->dt / SMOOTH * (wrench[i] - d->slow[i]);
             off[k] = wrench[i] - d->slow[i];
-            left[k] = wrench[i] - d->bias[i];
+            left[k] = d->slow[i] - d->bias[i];
         }
         steady = steady && length(off) <= STEADY[part] && length(left) <= SMALL[part];
     }
