@@ -1,0 +1,99 @@
+"""The simulated devices of a network in the C core: their state, what they report and what they were told."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..binding import bind
+from ..devices.device import Quantity, Word
+from ..devices.dictionary import WIRE_TYPES
+from ..devices.frames import CAPACITY, Frames
+from ..devices.network import Network, Place
+from ._plant import ffi, lib
+
+
+class Peers:
+    """What `csrc/peer.h` works on; its arrays have the layout of the master's process image.
+
+    Attributes:
+        core: the C struct.
+        network: the devices.
+        outbox: what they sent and is not out yet.
+    """
+
+    def __init__(self, network: Network) -> None:
+        self.network = network
+        self.outbox = Frames(CAPACITY)
+        self._values = {
+            (kind, output): network.blank(kind, output=output)
+            for kind in (Quantity, Word)
+            for output in (False, True)
+        }
+        inputs = [place for place in network.inputs if place.field]
+        table = ffi.new("peer[]", len(network.devices))
+        self.core = ffi.new("peers *", {"count": len(table), "safety": -1, "outbox": self.outbox.pointer})
+        bind(
+            lib,
+            self.core,
+            peers=table,
+            input=ffi.new("peer_entry[]", [self._entry(place, output=False) for place in inputs]),
+            output=ffi.new("peer_entry[]", [self._entry(place, output=True) for place in network.outputs]),
+            values=self._values[Quantity, False],
+            words=self._values[Word, False],
+            output_values=self._values[Quantity, True],
+            output_words=self._values[Word, True],
+            sender=np.zeros(CAPACITY, np.uint8),
+        )
+        for i, device in enumerate(network.devices):
+            peer, slot = table[i], network.slots[i]
+            peer.node, peer.tpdo_length = device.node, network.tpdo_length[i]
+            peer.input, peer.inputs = _span(i, inputs)
+            peer.output, peer.outputs = _span(i, network.outputs)
+            peer.slot_size = slot.size if slot else 0
+            peer.says = [-1] * len(peer.says)
+
+    def fields(self, i: int) -> dict[str, NDArray[Any]]:
+        """The fields of a device, (components,) each; views."""
+        network = self.network
+        number = network.groups[network.devices[i].group].index(i)
+        found = {}
+        for place in (*network.inputs, *network.outputs):
+            if place.device == i and place.field:
+                field = network.range_of(place)
+                part = field.of(self._values[field.kind, field.output])
+                found[place.field.field] = part[number : number + 1] if field.width == 1 else part[number]
+        return found
+
+    def place(self, i: int, name: str) -> int:
+        """Where a field of a device begins among all of its kind and direction, -1 where it has none."""
+        for place in (*self.network.inputs, *self.network.outputs):
+            if place.device == i and place.field and place.field.field == name:
+                return self.network.target(place)
+        return -1
+
+    def __getitem__(self, name: str) -> NDArray[Any]:
+        """The field "group.field", (devices,) or (devices, components); a view."""
+        field = self.network.fields[name]
+        return field.of(self._values[field.kind, field.output])
+
+    def _entry(self, place: Place, *, output: bool) -> dict[str, Any]:
+        """A row of the C tables."""
+        field = place.field
+        scale, shift = (field.scale, field.shift) if isinstance(field, Quantity) else (1.0, 0.0)
+        return {
+            "gain": scale if output else 1.0 / scale,
+            "shift": shift,
+            "target": self.network.target(place),
+            "offset": place.mapped.offset,
+            "type": WIRE_TYPES[place.mapped.data_type][0],
+            "word": isinstance(field, Word),
+        }
+
+
+def _span(i: int, places: Any) -> tuple[int, int]:
+    """First of the entries of a device, and how many there are."""
+    own = [k for k, place in enumerate(places) if place.device == i]
+    return (own[0] if own else 0), len(own)
