@@ -29,7 +29,7 @@ def module(
 ) -> FFI:
     """An extension module with everything that the headers declare, and ``arrays``, see below.
 
-    What the shared headers declare is the module's of ``devices``, so that both may be given the same objects.
+    What the shared headers declare is of the module ``devices``: both may be given the same objects.
     """
     ffi = FFI()
     if shared:

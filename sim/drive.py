@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..binding import pointer
 from ..devices.cia402 import MODE, State
@@ -26,7 +25,8 @@ class SimDrive(SimNode):
         error_code: 603Fh, stays until the fault is reset.
         controlword: as received.
         mode: mode of operation (6060h and 6061h).
-        deaf: the controlword has no effect; welded: nor has the loss of valid outputs. Set them to inject that.
+        deaf: the controlword has no effect; set it to inject that.
+        welded: nor has the loss of valid outputs.
         position, velocity: what the encoder reports; the plant sets them.
     """
 
@@ -81,7 +81,7 @@ class SimDrive(SimNode):
 
     def _configure(self) -> None:
         super()._configure()
-        self.mode = int(self.objects.read(MODE))  # type: ignore[arg-type]
+        self.mode = int(self.objects.read(MODE))
 
 
 class Drives:

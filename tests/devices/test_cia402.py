@@ -352,7 +352,13 @@ def test_a_drive_in_another_mode_is_never_enabled(ready: Rig, ticks: int) -> Non
 def test_a_fault_reaction_that_does_not_end_is_not_off(enabled: Rig) -> None:
     drive = enabled.nodes["joint2"]
     assert isinstance(drive, SimDrive)
-    drive.advance = lambda dt: setattr(drive, "state", State.FAULT_REACTION_ACTIVE)  # type: ignore[method-assign]
+    advance = enabled.nodes.advance
+
+    def stuck(dt: float) -> None:
+        advance(dt)
+        drive.state = State.FAULT_REACTION_ACTIVE
+
+    enabled.nodes.advance = stuck  # type: ignore[method-assign]
     enabled.run(3)
     enabled.power.request(State.SWITCH_ON_DISABLED)
     with pytest.raises(TransitionError, match="transition 14: not within 50 ticks"):
