@@ -79,7 +79,7 @@ devices = partial(module, "hapticd.devices._wire", DEVICES, ["wire.c", "codec.c"
 control = partial(
     module,
     "hapticd.control._kernels",
-    [f"{part}.h" for part in CONTROL],
+    ["serial_model.h", *(f"{part}.h" for part in CONTROL)],
     [f"{part}.c" for part in CONTROL],
 )
 hqp = partial(
@@ -91,8 +91,8 @@ PEERS = ("codec", "peer", "peer_drive", "peer_safety", "peers", "wire")
 plant = partial(
     module,
     "hapticd.sim._plant",
-    ["elastic.h", "peer.h"],
-    ["elastic.c", *(f"{part}.c" for part in PEERS)],
+    ["serial_model.h", "links.h", "elastic.h", "peer.h"],
+    ["links.c", "rotation.c", "elastic.c", *(f"{part}.c" for part in PEERS)],
     shared=DEVICES,
 )
 bench = partial(module, "hapticd.bench._floor", ["floor.h"], ["floor.c"], "-O3")

@@ -95,16 +95,23 @@ class Drives:
     def __init__(self, drives: Sequence[SimDrive]) -> None:
         """At least one, all of one network."""
         n = len(drives)
-        self._core = drives[0]._peers.core
         self._peers = drives[0]._peers
+        devices = [drive.index for drive in drives]
+        self._columns = {name: self._peers.column(devices, name) for name in drives[0].fields}
         self.command, self.braked = np.zeros(n), np.zeros(n, np.bool_)
         self._arguments = (
-            pointer(np.array([drive.index for drive in drives], np.int32), "int32_t", n),
+            pointer(np.array(devices, np.int32), "const int32_t", n),
             n,
             pointer(self.command, "double", n),
             pointer(self.braked, "uint8_t", n),
         )
 
+    def report(self, **fields: Sequence[float] | NDArray[np.float64]) -> None:
+        """What they measure from now on: values of fields, (n,) each."""
+        for name, values in fields.items():
+            array, at = self._columns[name]
+            array[at] = values
+
     def update(self) -> None:
         """Take what they do now."""
-        lib.peers_drives(self._core, *self._arguments)
+        lib.peers_drives(self._peers.core, *self._arguments)

@@ -11,6 +11,7 @@ import pinocchio as pin
 from ..binding import bind
 from ..models import Array, Robot
 from ._plant import ffi, lib
+from .links import Links
 from .rigid import braked_speed
 
 
@@ -31,22 +32,16 @@ class HeldArm(ABC):
     motor: Array
     motor_rate: Array
 
-    def __init__(self, robot: Robot, frame: str, substeps: int) -> None:
-        """The frame by its name."""
-        n = robot.nv
+    def __init__(self, robot: Robot, frame: str, armature: Array, substeps: int) -> None:
+        """The frame by its name; armature: inertia of what turns with the links, (n,)."""
         self._robot = robot
-        self._frame = robot.frame(frame)
-        self._joint = robot.model.frames[self._frame].parentJoint
         self._substeps = substeps
         self._gravity = robot.model.gravity.linear.copy()
-        self._forces = pin.StdVec_Force()
-        for _ in range(robot.model.njoints):
-            self._forces.append(pin.Force.Zero())
-        self._local = robot.model.frames[self._frame].placement
-        self.q, self.qd, self.qdd = np.zeros(n), np.zeros(n), np.zeros(n)
-        self.spring = np.zeros(n)
-        self.position, self.rotation = np.zeros(3), np.eye(3)
-        self.twist, self.acceleration = np.zeros(6), np.zeros(6)
+        self._links = links = Links(robot, frame, armature)
+        self.q, self.qd, self.qdd = links.q, links.qd, links.qdd
+        self.spring = np.zeros(robot.nv)
+        self.position, self.rotation = links.position, links.rotation
+        self.twist, self.acceleration = links.twist, links.acceleration
 
     def step(
         self, torque: Array, braked: Sequence[bool], wrench: Array, base_acceleration: Array, dt: float
@@ -60,10 +55,11 @@ class HeldArm(ABC):
             base_acceleration: (3,) [m/s^2].
             dt: period [s].
         """
-        self._robot.model.gravity.linear = self._gravity - base_acceleration
-        self._apply(wrench)
+        links, R = self._links, self.rotation
+        links.gravity[:] = self._gravity - base_acceleration
+        links.wrench[:3], links.wrench[3:] = wrench[:3] @ R, wrench[3:] @ R
         self._move(torque, braked, dt / self._substeps)
-        self._observe()
+        links.observe()
 
     @abstractmethod
     def _move(self, torque: Array, braked: Sequence[bool], h: float) -> None:
@@ -82,22 +78,6 @@ class HeldArm(ABC):
         robot = self._robot
         return float(pin.computePotentialEnergy(robot.model, robot.data, robot.configuration(self.q)))
 
-    def _apply(self, wrench: Array) -> None:
-        """Wrench at the frame's origin in B, as pinocchio wants it: at the joint, in its axes."""
-        R = self.rotation
-        local = pin.Force(R.T @ wrench[:3], R.T @ wrench[3:])
-        self._forces[self._joint] = self._local.act(local)
-
-    def _observe(self) -> None:
-        robot = self._robot
-        model, data = robot.model, robot.data
-        world = pin.LOCAL_WORLD_ALIGNED
-        pin.forwardKinematics(model, data, robot.configuration(self.q), self.qd, self.qdd)
-        pose = pin.updateFramePlacement(model, data, self._frame)
-        self.position, self.rotation = pose.translation.copy(), pose.rotation.copy()
-        self.twist = pin.getFrameVelocity(model, data, self._frame, world).vector.copy()
-        self.acceleration = pin.getFrameClassicalAcceleration(model, data, self._frame, world).vector.copy()
-
 
 class SeriesElasticArm(HeldArm):
     """Rotor, spring and link of every joint."""
@@ -113,11 +93,11 @@ class SeriesElasticArm(HeldArm):
         substeps: int,
     ) -> None:
         """Rotor inertia [kg m^2], spring [N m/rad], [N m s/rad], holding torque of the brakes [N m], (n,)."""
-        super().__init__(robot, frame, substeps)
         n = robot.nv
+        super().__init__(robot, frame, np.zeros(n), substeps)
         self._rotor, self._stiffness = rotor, stiffness
         self.motor, self.motor_rate = np.zeros(n), np.zeros(n)
-        self._torque, self._load, self._braked = np.zeros(n), np.zeros(n), np.zeros(n, np.uint8)
+        self._torque, self._braked = np.zeros(n), np.zeros(n, np.uint8)
         self._core = ffi.new("elastic *", {"n": n})
         bind(
             lib,
@@ -135,7 +115,7 @@ class SeriesElasticArm(HeldArm):
             motor=self.motor,
             motor_rate=self.motor_rate,
             spring=self.spring,
-            load=self._load,
+            load=self._links.load,
         )
 
     def reset(self, q: Array) -> None:
@@ -145,15 +125,13 @@ class SeriesElasticArm(HeldArm):
         gravity = pin.computeGeneralizedGravity(robot.model, robot.data, robot.configuration(self.q))
         self.spring[:] = gravity
         self.motor[:], self.motor_rate[:] = q + gravity / self._stiffness, 0.0
-        self._observe()
+        self._links.observe()
 
     def _move(self, torque: Array, braked: Sequence[bool], h: float) -> None:
-        robot = self._robot
-        model, data = robot.model, robot.data
         self._torque[:], self._braked[:] = torque, braked
         for _ in range(self._substeps):
             lib.elastic_torques(self._core)
-            self.qdd[:] = pin.aba(model, data, robot.configuration(self.q), self.qd, self._load, self._forces)
+            self._links.accelerate()
             lib.elastic_advance(self._core, h)
 
     def energy(self) -> float:
@@ -180,9 +158,9 @@ class DirectArm(HeldArm):
 
     def __init__(self, robot: Robot, frame: str, rotor: Array, brake: Array, substeps: int) -> None:
         """Rotor inertia [kg m^2 or kg], holding torque of the brakes [N m or N], (n,)."""
-        own = Robot(robot.model.copy())
+        own = Robot(robot.model.copy())  # whose gravity and armature are its own
         own.damping = robot.damping
-        super().__init__(own, frame, substeps)
+        super().__init__(own, frame, rotor, substeps)
         self._robot.model.armature = rotor
         self._rotor, self._brake = rotor, brake
         self.motor, self.motor_rate = self.q, self.qd
@@ -192,22 +170,34 @@ class DirectArm(HeldArm):
         self.q[:], self.qd[:], self.qdd[:] = q, 0.0, 0.0
         robot = self._robot
         self.spring[:] = pin.computeGeneralizedGravity(robot.model, robot.data, robot.configuration(self.q))
-        self._observe()
+        self._links.observe()
+
+    def step(
+        self, torque: Array, braked: Sequence[bool], wrench: Array, base_acceleration: Array, dt: float
+    ) -> None:
+        """See ``HeldArm``."""
+        super().step(torque, braked, wrench, base_acceleration, dt)
+        robot, links = self._robot, self._links
+        model, data = robot.model, robot.data
+        model.gravity.linear = links.gravity
+        moving = pin.rnea(model, data, robot.configuration(self.q), self.qd, self.qdd)
+        held = links.J[:3].T @ (links.rotation @ links.wrench[:3]) + links.J[3:].T @ (
+            links.rotation @ links.wrench[3:]
+        )
+        self.spring[:] = moving - held + robot.damping * self.qd - self._rotor * self.qdd
 
     def _move(self, torque: Array, braked: Sequence[bool], h: float) -> None:
-        robot = self._robot
-        model, data = robot.model, robot.data
+        robot, links = self._robot, self._links
         for _ in range(self._substeps):
-            load = torque - robot.damping * self.qd
-            q = robot.configuration(self.q)
-            qd = self.qd + h * pin.aba(model, data, q, self.qd, load, self._forces)
+            links.load[:] = torque - robot.damping * self.qd
+            links.accelerate()
+            qd = self.qd + h * self.qdd
             if any(braked):
-                qd = braked_speed(self._inertia(q), qd, braked, h * self._brake)
+                inertia = self._inertia(robot.configuration(self.q))
+                qd = braked_speed(inertia, qd, braked, h * self._brake)
             self.qdd[:] = (qd - self.qd) / h
             self.qd[:] = qd
             self.q += h * qd
-        moving = pin.rnea(model, data, robot.configuration(self.q), self.qd, self.qdd, self._forces)
-        self.spring[:] = moving + robot.damping * self.qd - self._rotor * self.qdd
 
     def _inertia(self, q: Array) -> Array:
         upper = np.triu(pin.crba(self._robot.model, self._robot.data, q))

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any, Final, TypeVar
 
-from numpy.typing import NDArray
-
 from ..configs import plugins
 from ..devices.cia301 import NMT, SDO_REQUEST, NmtState
 from ..devices.device import Device
@@ -73,10 +71,6 @@ class SimNodes:
     def of(self, kind: type[N]) -> list[N]:
         """All devices of a kind, in the order of the network."""
         return [node for node in self.nodes if isinstance(node, kind)]
-
-    def field(self, name: str) -> NDArray[Any]:
-        """The field "group.field" of all devices of a group, (devices,) or (devices, components); a view."""
-        return self._peers[name]
 
     def receive(self, frames_in: Frames, frames_out: Frames) -> None:
         """Takes a batch of frames and appends what the devices have to say, as far as there is room."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -57,27 +58,34 @@ class Peers:
 
     def fields(self, i: int) -> dict[str, NDArray[Any]]:
         """The fields of a device, (components,) each; views."""
-        network = self.network
-        number = network.groups[network.devices[i].group].index(i)
         found = {}
-        for place in (*network.inputs, *network.outputs):
-            if place.device == i and place.field:
-                field = network.range_of(place)
-                part = field.of(self._values[field.kind, field.output])
-                found[place.field.field] = part[number : number + 1] if field.width == 1 else part[number]
+        for place in self._places(i):
+            assert place.field is not None
+            if place.component == 0:
+                start, width = self.network.target(place), self.network.range_of(place).width
+                found[place.field.field] = self._all(place)[start : start + width]
         return found
 
     def place(self, i: int, name: str) -> int:
         """Where a field of a device begins among all of its kind and direction, -1 where it has none."""
-        for place in (*self.network.inputs, *self.network.outputs):
-            if place.device == i and place.field and place.field.field == name:
-                return self.network.target(place)
-        return -1
+        places = (place for place in self._places(i) if place.field and place.field.field == name)
+        return next(map(self.network.target, places), -1)
 
-    def __getitem__(self, name: str) -> NDArray[Any]:
-        """The field "group.field", (devices,) or (devices, components); a view."""
-        field = self.network.fields[name]
-        return field.of(self._values[field.kind, field.output])
+    def column(self, devices: Sequence[int], name: str) -> tuple[NDArray[Any], slice | NDArray[np.intp]]:
+        """An array, and where in it a number of each of some devices is: of the field of that name."""
+        place = next(place for place in self._places(devices[0]) if place.field and place.field.field == name)
+        at = np.array([self.place(i, name) for i in devices])
+        if (np.diff(at) == 1).all():  # as in a group; a view is faster than a list of places
+            return self._all(place), slice(int(at[0]), int(at[-1]) + 1)
+        return self._all(place), at
+
+    def _places(self, i: int) -> list[Place]:
+        network = self.network
+        return [p for p in (*network.inputs, *network.outputs) if p.device == i and p.field]
+
+    def _all(self, place: Place) -> NDArray[Any]:
+        field = self.network.range_of(place)
+        return self._values[field.kind, field.output]
 
     def _entry(self, place: Place, *, output: bool) -> dict[str, Any]:
         """A row of the C tables."""

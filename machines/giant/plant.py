@@ -11,6 +11,7 @@ import pinocchio as pin
 from ...devices.network import Network
 from ...models import Robot
 from ...sim.axis_drive import SimAxisDrive
+from ...sim.drive import Drives
 from ...sim.dynamics import SeriesElasticArm, VelocityAxes
 from ...sim.force_torque import SimForceTorque
 from ...sim.hand import Hand
@@ -56,7 +57,8 @@ class GiantPlant(SimPlant):
         self.arm, self.ppu, self.hand = arm, ppu, hand
         self._robot = robot
         self._noise = np.repeat([noise.acceleration, noise.acceleration, noise.force, noise.torque], 3)
-        self._joints, self._axes = self.nodes.of(SimJointDrive), self.nodes.of(SimAxisDrive)
+        self._joints = Drives(self.nodes.of(SimJointDrive))
+        self._axes = Drives(self.nodes.of(SimAxisDrive))
         (self._force_torque,) = self.nodes.of(SimForceTorque)
         self._imu_carriage = _imu(self.nodes, "imu_carriage")
         self._imu_handle = _imu(self.nodes, "imu_handle")
@@ -82,29 +84,25 @@ class GiantPlant(SimPlant):
 
     def _move(self, dt: float) -> None:
         arm, ppu = self.arm, self.ppu
-        ppu.step([axis.velocity_command for axis in self._axes], [axis.brake for axis in self._axes], dt)
+        joints, axes = self._joints, self._axes
+        joints.update()
+        axes.update()
+        ppu.step(axes.command.tolist(), axes.braked.tolist(), dt)
         self._base[:2] = ppu.acceleration
         position, twist = arm.position.tolist(), arm.twist.tolist()
         for i in range(2):
             position[i] += ppu.position[i]
             twist[i] += ppu.velocity[i]
         self._wrench = self.hand.update(self.time, position, arm.rotation, twist)
-        torque = np.array([joint.torque for joint in self._joints])
-        arm.step(torque, [joint.brake for joint in self._joints], self._wrench, self._base, dt)
+        arm.step(joints.command, joints.braked, self._wrench, self._base, dt)
 
     def _sense(self) -> None:
         arm, ppu = self.arm, self.ppu
-        rows = (
-            self._joints,
-            arm.motor.tolist(),
-            arm.motor_rate.tolist(),
-            arm.q.tolist(),
-            arm.spring.tolist(),
+        joints, axes = self._joints, self._axes
+        joints.report(
+            position=arm.motor, velocity=arm.motor_rate, link_position=arm.q, load_torque=arm.spring
         )
-        for joint, motor, rate, q, spring in zip(*rows, strict=True):
-            joint.position, joint.velocity, joint.link_position, joint.load_torque = motor, rate, q, spring
-        for axis, x, v in zip(self._axes, ppu.position, ppu.velocity, strict=True):
-            axis.position, axis.velocity = x, v
+        axes.report(position=ppu.position, velocity=ppu.velocity)
         noise = self._random.standard_normal(12) * self._noise
         self._imu_carriage.acceleration = (self._base - GRAVITY + noise[:3]).tolist()
         # everything else in the handle's axes, whose origin H is

@@ -1,0 +1,71 @@
+"""The links of a serial arm in the C core, a frame of which is held."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..binding import bind
+from ..models import Array, Robot, serial
+from ._plant import ffi, lib
+
+
+class SimulationError(ArithmeticError):
+    """The mechanics cannot go on."""
+
+
+class Links:
+    """What the C core (`csrc/links.h`) computes of an arm; all arrays are its own buffers.
+
+    Attributes:
+        q, qd, qdd: of the joints, (n,) [rad or m, s].
+        load: what moves them besides the wrench, (n,) [N m or N].
+        wrench: on the frame, in its own axes, (6,) [N, N m].
+        gravity: less the acceleration of the base, (3,) [m/s^2].
+        inverse: of the inertia, (n, n).
+        position, rotation, J, twist, acceleration: of the frame in the axes of the base, (3,), (3, 3), (6, n),
+            (6,), (6,).
+    """
+
+    def __init__(self, robot: Robot, frame: str, armature: Array) -> None:
+        """The frame by its name; armature: inertia that turns with the joints and is no link, (n,).
+
+        Raises:
+            ModelError: it is no serial chain, has other joints or too many, or lacks the frame.
+        """
+        n = robot.nv
+        self.q, self.qd, self.qdd, self.load = np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n)
+        self.wrench, self.gravity, self.inverse = np.zeros(6), np.zeros(3), np.zeros((n, n))
+        self.position, self.rotation, self.J = np.zeros(3), np.eye(3), np.zeros((6, n))
+        self.twist, self.acceleration = np.zeros(6), np.zeros(6)
+        chain = {"n": n, "joint": serial.joints(robot, lib.SERIAL_MAX_JOINTS)}
+        self._core = ffi.new("links *", {"chain": chain, "n": n, **serial.frame(robot, frame)})
+        bind(
+            lib,
+            self._core,
+            gravity=self.gravity,
+            armature=armature,
+            q=self.q,
+            qd=self.qd,
+            load=self.load,
+            wrench=self.wrench,
+            qdd=self.qdd,
+            inverse=self.inverse,
+            position=self.position,
+            rotation=self.rotation,
+            J=self.J,
+            twist=self.twist,
+            acceleration=self.acceleration,
+        )
+
+    def accelerate(self) -> None:
+        """Compute qdd and the inverse inertia.
+
+        Raises:
+            SimulationError: the inertia is not positive definite, as where a state is not finite.
+        """
+        if lib.links_accelerate(self._core) < 0:
+            raise SimulationError(f"the simulated arm is not anywhere: its joints are at {self.q.tolist()}")
+
+    def observe(self) -> None:
+        """Compute the frame."""
+        lib.links_observe(self._core)
