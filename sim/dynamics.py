@@ -7,12 +7,15 @@ from collections.abc import Sequence
 
 import numpy as np
 import pinocchio as pin
+from numpy.typing import NDArray
 
 from ..binding import bind
 from ..models import Array, Robot
 from ._plant import ffi, lib
 from .links import Links
 from .rigid import braked_speed
+
+Braked = Sequence[bool] | NDArray[np.bool_]
 
 
 class HeldArm(ABC):
@@ -43,9 +46,7 @@ class HeldArm(ABC):
         self.position, self.rotation = links.position, links.rotation
         self.twist, self.acceleration = links.twist, links.acceleration
 
-    def step(
-        self, torque: Array, braked: Sequence[bool], wrench: Array, base_acceleration: Array, dt: float
-    ) -> None:
+    def step(self, torque: Array, braked: Braked, wrench: Array, base_acceleration: Array, dt: float) -> None:
         """Advance by dt under constant inputs.
 
         Args:
@@ -62,7 +63,7 @@ class HeldArm(ABC):
         links.observe()
 
     @abstractmethod
-    def _move(self, torque: Array, braked: Sequence[bool], h: float) -> None:
+    def _move(self, torque: Array, braked: Braked, h: float) -> None:
         """All substeps of a period, each of h [s]."""
 
     @abstractmethod
@@ -127,7 +128,7 @@ class SeriesElasticArm(HeldArm):
         self.motor[:], self.motor_rate[:] = q + gravity / self._stiffness, 0.0
         self._links.observe()
 
-    def _move(self, torque: Array, braked: Sequence[bool], h: float) -> None:
+    def _move(self, torque: Array, braked: Braked, h: float) -> None:
         self._torque[:], self._braked[:] = torque, braked
         for _ in range(self._substeps):
             lib.elastic_torques(self._core)
@@ -172,9 +173,7 @@ class DirectArm(HeldArm):
         self.spring[:] = pin.computeGeneralizedGravity(robot.model, robot.data, robot.configuration(self.q))
         self._links.observe()
 
-    def step(
-        self, torque: Array, braked: Sequence[bool], wrench: Array, base_acceleration: Array, dt: float
-    ) -> None:
+    def step(self, torque: Array, braked: Braked, wrench: Array, base_acceleration: Array, dt: float) -> None:
         """See ``HeldArm``."""
         super().step(torque, braked, wrench, base_acceleration, dt)
         robot, links = self._robot, self._links
@@ -186,7 +185,7 @@ class DirectArm(HeldArm):
         )
         self.spring[:] = moving - held + robot.damping * self.qd - self._rotor * self.qdd
 
-    def _move(self, torque: Array, braked: Sequence[bool], h: float) -> None:
+    def _move(self, torque: Array, braked: Braked, h: float) -> None:
         robot, links = self._robot, self._links
         for _ in range(self._substeps):
             links.load[:] = torque - robot.damping * self.qd

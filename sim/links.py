@@ -22,8 +22,8 @@ class Links:
         wrench: on the frame, in its own axes, (6,) [N, N m].
         gravity: less the acceleration of the base, (3,) [m/s^2].
         inverse: of the inertia, (n, n).
-        position, rotation, J, twist, acceleration: of the frame in the axes of the base, (3,), (3, 3), (6, n),
-            (6,), (6,).
+        position, rotation, J, twist, acceleration: of the frame in the axes of the base,
+            (3,), (3, 3), (6, n), (6,), (6,).
     """
 
     def __init__(self, robot: Robot, frame: str, armature: Array) -> None:

@@ -6,11 +6,12 @@ from collections.abc import Sequence
 
 import numpy as np
 import pinocchio as pin
+from numpy.typing import NDArray
 
 from ..models import Array, Robot
 
 
-def braked_speed(M: Array, qd: Array, braked: Sequence[bool], most: Array) -> Array:
+def braked_speed(M: Array, qd: Array, braked: Sequence[bool] | NDArray[np.bool_], most: Array) -> Array:
     """Speeds (n,) after closed brakes have acted, each by the impulse that would stop its axis.
 
     Args:
