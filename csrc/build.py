@@ -91,8 +91,8 @@ PEERS = ("codec", "peer", "peer_drive", "peer_safety", "peers", "wire")
 plant = partial(
     module,
     "hapticd.sim._plant",
-    ["serial_model.h", "links.h", "elastic.h", "peer.h"],
-    ["links.c", "rotation.c", "elastic.c", *(f"{part}.c" for part in PEERS)],
+    ["serial_model.h", "links.h", "elastic.h", "tool.h", "peer.h"],
+    ["links.c", "rotation.c", "elastic.c", "tool.c", *(f"{part}.c" for part in PEERS)],
     shared=DEVICES,
 )
 bench = partial(module, "hapticd.bench._floor", ["floor.h"], ["floor.c"], "-O3")

@@ -112,7 +112,7 @@ class Hand:
     def take(self) -> None:
         """A person leads it from now on: it wants to stay where the handle is."""
         if self._own is None:
-            self._own = list(self._handle), self._rotation
+            self._own = list(self._handle), self._rotation.copy()
 
     def push(self, direction: Sequence[float]) -> None:
         """Once taken, pull the handle gently in a direction (3,)."""

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ...devices.network import Network
-from ...models import Array
+from ...sim.drive import Drives
 from ...sim.dynamics import HeldArm
 from ...sim.force_torque import SimForceTorque
 from ...sim.hand import Hand
@@ -33,18 +33,18 @@ class ArmPlant(SimPlant):
         arm: HeldArm,
         hand: Hand,
         tool: SensedTool,
-        R_handle_sensor: Array,
         noise: tuple[float, float],
         dead_man: Sequence[tuple[float, bool]],
         seed: int,
     ) -> None:
-        """The tool as the sensor's axes have it; standard deviations of its noise [N, N m]."""
+        """Standard deviations of the sensor's noise [N, N m]; times at which the switch changes [s]."""
         super().__init__(network, hand, dead_man, seed)
         self.arm, self.hand, self.tool = arm, hand, tool
-        self._sensor, self._noise = R_handle_sensor, np.repeat(noise, 3)
-        self._joints = self.nodes.of(SimTorqueDrive)
+        self._noise = np.repeat(noise, 3)
+        self._joints = Drives(self.nodes.of(SimTorqueDrive))
         (self._force_torque,) = self.nodes.of(SimForceTorque)
-        self.wrench = np.zeros(6)
+        self.wrench = hand.wrench
+        tool.base[:] = -GRAVITY
         self._measure()
 
     def energies(self) -> Energies:
@@ -55,18 +55,13 @@ class ArmPlant(SimPlant):
 
     def _move(self, dt: float) -> None:
         arm = self.arm
-        self.wrench = self.hand.update(self.time, arm.position.tolist(), arm.rotation, arm.twist.tolist())
-        torque = np.array([joint.torque for joint in self._joints])
-        arm.step(torque, [joint.brake for joint in self._joints], self.wrench, STILL, dt)
+        self.hand.update(self.time, arm.position.tolist(), arm.rotation, arm.twist.tolist())
+        self._joints.update()
+        arm.step(self._joints.command, self._joints.braked, self.wrench, STILL, dt)
 
     def _sense(self) -> None:
         arm = self.arm
-        measured = (arm.motor.tolist(), arm.motor_rate.tolist(), arm.q.tolist(), arm.spring.tolist())
-        for joint, motor, rate, q, spring in zip(self._joints, *measured, strict=True):
-            joint.position, joint.velocity, joint.link_position, joint.load_torque = motor, rate, q, spring
-        # everything in the sensor's axes
-        vectors = (arm.acceleration[:3] - GRAVITY, arm.acceleration[3:], arm.twist[3:])
-        rotation = arm.rotation @ self._sensor
-        rows = np.array((*vectors, self.wrench[:3], self.wrench[3:])) @ rotation
-        wrench = self.tool.sensed(*rows.tolist()) + self._noise * self._random.standard_normal(6)
-        self._force_torque.wrench = wrench.tolist()
+        self._joints.report(position=arm.motor, velocity=arm.motor_rate)
+        self._joints.report(link_position=arm.q, load_torque=arm.spring)
+        self.tool.update()
+        self._force_torque.wrench = self.tool.felt + self._noise * self._random.standard_normal(6)

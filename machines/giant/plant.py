@@ -19,7 +19,7 @@ from ...sim.imu import SimImu
 from ...sim.joint_drive import SimJointDrive
 from ...sim.nodes import SimNodes
 from ...sim.plant import Energies, SimPlant
-from ...sim.tool import SensedTool, Tool, specific_force
+from ...sim.tool import SensedTool, Tool
 
 GRAVITY = np.array([0.0, 0.0, -9.81])
 
@@ -64,10 +64,10 @@ class GiantPlant(SimPlant):
         self._imu_handle = _imu(self.nodes, "imu_handle")
         zero = np.zeros(robot.nv)
         T_handle = np.linalg.inv(robot.placement(zero, "handle"))
-        self.tool = SensedTool(tool, (T_handle @ robot.placement(zero, "force_torque"))[:3, 3].tolist())
-        self._imu = (T_handle @ robot.placement(zero, "imu_handle"))[:3, 3].tolist()
-        self._base = np.zeros(3)
-        self._wrench = np.zeros(6)
+        sensors = ("force_torque", "imu_handle")
+        place, unit = ((T_handle @ robot.placement(zero, name))[:3, 3].tolist() for name in sensors)
+        self._base, self._wrench = np.zeros(3), hand.wrench
+        self.tool = SensedTool(tool, place, arm, self._wrench, unit=unit)
         self._measure()
 
     def energies(self) -> Energies:
@@ -93,7 +93,7 @@ class GiantPlant(SimPlant):
         for i in range(2):
             position[i] += ppu.position[i]
             twist[i] += ppu.velocity[i]
-        self._wrench = self.hand.update(self.time, position, arm.rotation, twist)
+        self.hand.update(self.time, position, arm.rotation, twist)
         arm.step(joints.command, joints.braked, self._wrench, self._base, dt)
 
     def _sense(self) -> None:
@@ -103,17 +103,13 @@ class GiantPlant(SimPlant):
             position=arm.motor, velocity=arm.motor_rate, link_position=arm.q, load_torque=arm.spring
         )
         axes.report(position=ppu.position, velocity=ppu.velocity)
-        noise = self._random.standard_normal(12) * self._noise
-        self._imu_carriage.acceleration = (self._base - GRAVITY + noise[:3]).tolist()
-        # everything else in the handle's axes, whose origin H is
-        base, classical = self._base - GRAVITY, arm.acceleration
-        vectors = (base + classical[:3], classical[3:], arm.twist[3:], self._wrench[:3], self._wrench[3:])
-        specific, alpha, omega, force, torque = (np.array(vectors) @ arm.rotation).tolist()
-        at_imu = specific_force(specific, alpha, omega, self._imu)
-        self._imu_handle.acceleration = [a + e for a, e in zip(at_imu, noise[3:6].tolist(), strict=True)]
-        self._imu_handle.angular_velocity = omega
-        wrench = self.tool.sensed(specific, alpha, omega, force, torque)
-        self._force_torque.wrench = [w + e for w, e in zip(wrench, noise[6:].tolist(), strict=True)]
+        noise, tool = self._random.standard_normal(12) * self._noise, self.tool
+        np.subtract(self._base, GRAVITY, out=tool.base)
+        tool.update()
+        carriage, handle = self._imu_carriage, self._imu_handle
+        carriage.acceleration = tool.base + noise[:3]
+        handle.acceleration, handle.angular_velocity = tool.specific + noise[3:6], tool.omega
+        self._force_torque.wrench = tool.felt + noise[6:]
 
 
 def _imu(nodes: SimNodes, name: str) -> SimImu:
