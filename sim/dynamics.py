@@ -42,6 +42,7 @@ class HeldArm(ABC):
         self._gravity = robot.model.gravity.linear.copy()
         self._links = links = Links(robot, frame, armature)
         self.q, self.qd, self.qdd = links.q, links.qd, links.qdd
+        self._held = links.wrench.reshape(2, 3)
         self.spring = np.zeros(robot.nv)
         self.position, self.rotation = links.position, links.rotation
         self.twist, self.acceleration = links.twist, links.acceleration
@@ -56,9 +57,9 @@ class HeldArm(ABC):
             base_acceleration: (3,) [m/s^2].
             dt: period [s].
         """
-        links, R = self._links, self.rotation
-        links.gravity[:] = self._gravity - base_acceleration
-        links.wrench[:3], links.wrench[3:] = wrench[:3] @ R, wrench[3:] @ R
+        links = self._links
+        np.subtract(self._gravity, base_acceleration, out=links.gravity)
+        np.matmul(wrench.reshape(2, 3), self.rotation, out=self._held)  # it turns with the frame from now on
         self._move(torque, braked, dt / self._substeps)
         links.observe()
 
@@ -180,9 +181,7 @@ class DirectArm(HeldArm):
         model, data = robot.model, robot.data
         model.gravity.linear = links.gravity
         moving = pin.rnea(model, data, robot.configuration(self.q), self.qd, self.qdd)
-        held = links.J[:3].T @ (links.rotation @ links.wrench[:3]) + links.J[3:].T @ (
-            links.rotation @ links.wrench[3:]
-        )
+        held = links.J.T @ (self._held @ links.rotation.T).reshape(6)
         self.spring[:] = moving - held + robot.damping * self.qd - self._rotor * self.qdd
 
     def _move(self, torque: Array, braked: Braked, h: float) -> None:

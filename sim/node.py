@@ -48,6 +48,7 @@ class SimNode:
         device: what it simulates.
         index: which device of the network.
         objects: its object dictionary.
+        fields: the same as arrays, (components,) each; views.
         nmt_state, al_state: where it is.
         tripped: its output watchdog acted, and the master has not acknowledged that.
         silent: nothing it sends gets out; it still hears.

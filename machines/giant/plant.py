@@ -15,9 +15,7 @@ from ...sim.drive import Drives
 from ...sim.dynamics import SeriesElasticArm, VelocityAxes
 from ...sim.force_torque import SimForceTorque
 from ...sim.hand import Hand
-from ...sim.imu import SimImu
 from ...sim.joint_drive import SimJointDrive
-from ...sim.nodes import SimNodes
 from ...sim.plant import Energies, SimPlant
 from ...sim.tool import SensedTool, Tool
 
@@ -59,9 +57,12 @@ class GiantPlant(SimPlant):
         self._noise = np.repeat([noise.acceleration, noise.acceleration, noise.force, noise.torque], 3)
         self._joints = Drives(self.nodes.of(SimJointDrive))
         self._axes = Drives(self.nodes.of(SimAxisDrive))
-        (self._force_torque,) = self.nodes.of(SimForceTorque)
-        self._imu_carriage = _imu(self.nodes, "imu_carriage")
-        self._imu_handle = _imu(self.nodes, "imu_handle")
+        (force_torque,) = self.nodes.of(SimForceTorque)
+        carriage, handle = (self.nodes[name].fields for name in ("imu_carriage", "imu_handle"))
+        self._felt = (
+            *(carriage["acceleration"], handle["acceleration"], handle["angular_velocity"]),
+            force_torque.fields["wrench"],
+        )
         zero = np.zeros(robot.nv)
         T_handle = np.linalg.inv(robot.placement(zero, "handle"))
         sensors = ("force_torque", "imu_handle")
@@ -106,13 +107,8 @@ class GiantPlant(SimPlant):
         noise, tool = self._random.standard_normal(12) * self._noise, self.tool
         np.subtract(self._base, GRAVITY, out=tool.base)
         tool.update()
-        carriage, handle = self._imu_carriage, self._imu_handle
-        carriage.acceleration = tool.base + noise[:3]
-        handle.acceleration, handle.angular_velocity = tool.specific + noise[3:6], tool.omega
-        self._force_torque.wrench = tool.felt + noise[6:]
-
-
-def _imu(nodes: SimNodes, name: str) -> SimImu:
-    node = nodes[name]
-    assert isinstance(node, SimImu)
-    return node
+        carried, held, turned, felt = self._felt
+        np.add(tool.base, noise[:3], out=carried)
+        np.add(tool.specific, noise[3:6], out=held)
+        np.add(tool.felt, noise[6:], out=felt)
+        turned[:] = tool.omega
