@@ -51,7 +51,9 @@ class StateLog:
         self._numbers, self._control = numbers, control
         count = sum(len(each) for each in numbers)
         self._logged = state.view(np.uint8)[: 8 * count].view(np.float64)
-        self._solve = [state[name] for name in ("status", "iterations", "solves")]
+        self._status, self._iterations, self._solves = (
+            state[name] for name in ("status", "iterations", "solves")
+        )
         self._active = state["active"][0]
 
     def fill(self) -> None:
@@ -59,6 +61,5 @@ class StateLog:
         control = self._control
         np.concatenate(self._numbers, out=self._logged)
         self._active[:] = control.active
-        solve = (control.solution.status, control.iterations, control.solves)
-        for field, value in zip(self._solve, solve, strict=True):
-            field[0] = value
+        self._status[0] = control.solution.status
+        self._iterations[0], self._solves[0] = control.iterations, control.solves
