@@ -2,6 +2,7 @@
 #ifndef HAPTICD_ELASTIC_H
 #define HAPTICD_ELASTIC_H
 
+#include "links.h"
 #include "shape.h"
 
 typedef struct {
@@ -17,10 +18,8 @@ typedef struct {
     double *load SHAPE(n);                        /* spring less friction: what moves the links */
 } elastic;
 
-/* Torques at the present state. */
-void elastic_torques(const elastic *e);
-
-/* Symplectic Euler over h: rates first, then positions. Brakes are dry friction on the rotors. */
-void elastic_advance(const elastic *e, double h);
+/* So many steps of h, by symplectic Euler: rates first, then positions. Brakes are dry friction on the
+   rotors. The links are those that `qdd` and `load` are of. Returns 0, or -1 as links_accelerate. */
+int elastic_move(const elastic *e, const links *l, double h, int steps);
 
 #endif

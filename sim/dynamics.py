@@ -131,10 +131,8 @@ class SeriesElasticArm(HeldArm):
 
     def _move(self, torque: Array, braked: Braked, h: float) -> None:
         self._torque[:], self._braked[:] = torque, braked
-        for _ in range(self._substeps):
-            lib.elastic_torques(self._core)
-            self._links.accelerate()
-            lib.elastic_advance(self._core, h)
+        links = self._links
+        links.check(lib.elastic_move(self._core, links.core, h, self._substeps))
 
     def energy(self) -> float:
         """Kinetic and potential energy of links, rotors and springs [J]."""

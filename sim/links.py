@@ -24,6 +24,7 @@ class Links:
         inverse: of the inertia, (n, n).
         position, rotation, J, twist, acceleration: of the frame in the axes of the base,
             (3,), (3, 3), (6, n), (6,), (6,).
+        core: the C struct.
     """
 
     def __init__(self, robot: Robot, frame: str, armature: Array) -> None:
@@ -38,10 +39,10 @@ class Links:
         self.position, self.rotation, self.J = np.zeros(3), np.eye(3), np.zeros((6, n))
         self.twist, self.acceleration = np.zeros(6), np.zeros(6)
         chain = {"n": n, "joint": serial.joints(robot, lib.SERIAL_MAX_JOINTS)}
-        self._core = ffi.new("links *", {"chain": chain, "n": n, **serial.frame(robot, frame)})
+        self.core = ffi.new("links *", {"chain": chain, "n": n, **serial.frame(robot, frame)})
         bind(
             lib,
-            self._core,
+            self.core,
             gravity=self.gravity,
             armature=armature,
             q=self.q,
@@ -63,9 +64,13 @@ class Links:
         Raises:
             SimulationError: the inertia is not positive definite, as where a state is not finite.
         """
-        if lib.links_accelerate(self._core) < 0:
+        self.check(lib.links_accelerate(self.core))
+
+    def check(self, result: int) -> None:
+        """Look at what a function of the core that needs accelerations has returned; see ``accelerate``."""
+        if result < 0:
             raise SimulationError(f"the simulated arm is not anywhere: its joints are at {self.q.tolist()}")
 
     def observe(self) -> None:
         """Compute the frame."""
-        lib.links_observe(self._core)
+        lib.links_observe(self.core)
