@@ -10,6 +10,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from ..configs.members import at_hand
 from .cia301 import Address
 from .errors import (
     DriveError,
@@ -22,6 +23,7 @@ from .errors import (
 from .image import ProcessImage
 
 
+@at_hand
 class State(IntEnum):
     """States, with the name of the standard."""
 

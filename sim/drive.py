@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -94,7 +94,11 @@ class Drives:
     """
 
     def __init__(self, drives: Sequence[SimDrive]) -> None:
-        """At least one, all of one network."""
+        """At least one, all of one network.
+
+        Raises:
+            NetworkError: they are of several groups, whose fields do not lie side by side.
+        """
         n = len(drives)
         self._peers = drives[0]._peers
         devices = [drive.index for drive in drives]
@@ -107,11 +111,9 @@ class Drives:
             pointer(self.braked, "uint8_t", n),
         )
 
-    def report(self, **fields: Sequence[float] | NDArray[np.float64]) -> None:
-        """What they measure from now on: values of fields, (n,) each."""
-        for name, values in fields.items():
-            array, at = self._columns[name]
-            array[at] = values
+    def __getitem__(self, field: str) -> NDArray[Any]:
+        """What they report or were told, (n,); a view."""
+        return self._columns[field]
 
     def update(self) -> None:
         """Take what they do now."""

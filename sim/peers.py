@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from ..binding import bind
 from ..devices.device import Quantity, Word
 from ..devices.dictionary import WIRE_TYPES
+from ..devices.errors import NetworkError
 from ..devices.frames import CAPACITY, Frames
 from ..devices.network import Network, Place
 from ._plant import ffi, lib
@@ -71,13 +72,20 @@ class Peers:
         places = (place for place in self._places(i) if place.field and place.field.field == name)
         return next(map(self.network.target, places), -1)
 
-    def column(self, devices: Sequence[int], name: str) -> tuple[NDArray[Any], slice | NDArray[np.intp]]:
-        """An array, and where in it a number of each of some devices is: of the field of that name."""
-        place = next(place for place in self._places(devices[0]) if place.field and place.field.field == name)
-        at = np.array([self.place(i, name) for i in devices])
-        if (np.diff(at) == 1).all():  # as in a group; a view is faster than a list of places
-            return self._all(place), slice(int(at[0]), int(at[-1]) + 1)
-        return self._all(place), at
+    def column(self, devices: Sequence[int], name: str) -> NDArray[Any]:
+        """A number of each of some devices that follow each other in a group: the field of that name; a view.
+
+        Raises:
+            NetworkError: they do not.
+        """
+        start, members = self.place(devices[0], name), [self.network.devices[i] for i in devices]
+        if [self.place(i, name) for i in devices] != list(range(start, start + len(devices))):
+            names = ", ".join(device.name for device in members)
+            raise NetworkError(
+                members[0].name, f"{name!r} of {names} do not lie side by side; make them one group"
+            )
+        place = next(p for p in self._places(devices[0]) if p.field and p.field.field == name)
+        return self._all(place)[start : start + len(devices)]
 
     def _places(self, i: int) -> list[Place]:
         network = self.network

@@ -61,7 +61,8 @@ class ArmPlant(SimPlant):
 
     def _sense(self) -> None:
         arm = self.arm
-        self._joints.report(position=arm.motor, velocity=arm.motor_rate)
-        self._joints.report(link_position=arm.q, load_torque=arm.spring)
+        joints = self._joints
+        joints["position"][:], joints["velocity"][:] = arm.motor, arm.motor_rate
+        joints["link_position"][:], joints["load_torque"][:] = arm.q, arm.spring
         self.tool.update()
         self._force_torque.wrench = self.tool.felt + self._noise * self._random.standard_normal(6)

@@ -100,10 +100,9 @@ class GiantPlant(SimPlant):
     def _sense(self) -> None:
         arm, ppu = self.arm, self.ppu
         joints, axes = self._joints, self._axes
-        joints.report(
-            position=arm.motor, velocity=arm.motor_rate, link_position=arm.q, load_torque=arm.spring
-        )
-        axes.report(position=ppu.position, velocity=ppu.velocity)
+        joints["position"][:], joints["velocity"][:] = arm.motor, arm.motor_rate
+        joints["link_position"][:], joints["load_torque"][:] = arm.q, arm.spring
+        axes["position"][:], axes["velocity"][:] = ppu.position, ppu.velocity
         noise, tool = self._random.standard_normal(12) * self._noise, self.tool
         np.subtract(self._base, GRAVITY, out=tool.base)
         tool.update()
