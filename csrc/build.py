@@ -87,12 +87,12 @@ hqp = partial(
 )
 runtime = partial(module, "hapticd.runtime._rt", ["rt.h", "ring.h"], ["rt.c", "ring.c"])
 safety = partial(module, "hapticd.safety._plausibility", ["plausibility.h"], ["plausibility.c"])
-MECHANICS = ("links", "elastic", "tool", "path")
+MECHANICS = ("links", "elastic", "tool", "path", "hand")
 PEERS = ("codec", "peer", "peer_drive", "peer_safety", "peers", "wire")
 plant = partial(
     module,
     "hapticd.sim._plant",
-    ["serial_model.h", "rotation.h", *(f"{part}.h" for part in MECHANICS), "peer.h"],
+    ["serial_model.h", *(f"{part}.h" for part in MECHANICS), "peer.h"],
     ["rotation.c", *(f"{part}.c" for part in (*MECHANICS, *PEERS))],
     shared=DEVICES,
 )

@@ -14,7 +14,7 @@ from typing import Protocol
 import numpy as np
 import pinocchio as pin
 
-from ..binding import bind, pointer
+from ..binding import bind
 from ..models import Array
 from ._plant import ffi, lib
 
@@ -102,8 +102,10 @@ class Hand:
         self._path, self._grip, self._orientation = path, grip, orientation
         self.gripping = True
         self.wrench = np.zeros(6)
-        self._between, self._vector = np.eye(3), np.zeros(3)
-        self._log = pointer(self._between, "const double", 3, 3), pointer(self._vector, "double", 3)
+        self._between = np.eye(3)
+        sizes = {"stiffness": grip.stiffness, "damping": grip.damping, "strength": grip.strength}
+        self._core = ffi.new("hand *", sizes)
+        bind(lib, self._core, between=self._between, wrench=self.wrench)
         first = path.at(0.0)[0]
         self._handle, self._rotation = list(first[:3]), orientation(first[3:], [0.0] * 3)[0]
         self._own: tuple[list[float], Array] | None = None
@@ -126,19 +128,9 @@ class Hand:
             wrench[:] = 0.0
             return wrench
         value, rate, target, omega = self._wish(t)
-        turn = self._turn(target, rotation)
-        (k, k_r), (d, d_r), (force, torque) = self._grip.stiffness, self._grip.damping, self._grip.strength
-        pull = [k * (value[i] - position[i]) + d * (rate[i] - twist[i]) for i in range(3)]
-        twisting = [k_r * turn[i] + d_r * (omega[i] - twist[3 + i]) for i in range(3)]
-        wrench[:3], wrench[3:] = _saturated(pull, force), _saturated(twisting, torque)
-        return wrench
-
-    def _turn(self, target: Array, rotation: Array) -> list[float]:
-        """Rotation vector from one orientation to another, (3,) in B."""
         np.matmul(target, rotation.T, out=self._between)
-        lib.rotation_log(*self._log)
-        vector: list[float] = self._vector.tolist()
-        return vector
+        lib.hand_pull(self._core, value, rate, omega, position, twist)
+        return wrench
 
     def _wish(self, t: float) -> tuple[Sequence[float], Sequence[float], Array, Sequence[float]]:
         """Place and its rate, orientation and angular velocity that the hand wants."""
