@@ -143,6 +143,7 @@ class Kept:
         self._limits = limits = session.system.limits(session.config)
         self._record = np.zeros(1, session.cycle.machine.state)
         session.cycle.machine.bind_state(self._record)
+        self._state = self._record[0]
         self._lower, self._upper = (np.array([getattr(s, end) for s in limits.specs]) for end in ENDS)
         self._begin: Array | None = None
         self._worst = np.full(len(limits.specs), -np.inf)
@@ -153,7 +154,7 @@ class Kept:
         if self._cycle.mode not in MOVING:
             return
         self._cycle.machine.fill()
-        self._values.append(self._limits.values(self._record[0]))
+        self._values.append(self._limits.values(self._state))
         if len(self._values) == BLOCK:
             self._take()
 

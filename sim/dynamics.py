@@ -7,15 +7,12 @@ from collections.abc import Sequence
 
 import numpy as np
 import pinocchio as pin
-from numpy.typing import NDArray
 
 from ..binding import bind
 from ..models import Array, Robot
 from ._plant import ffi, lib
 from .links import Links
-from .rigid import braked_speed
-
-Braked = Sequence[bool] | NDArray[np.bool_]
+from .rigid import Braked, braked_speed
 
 
 class HeldArm(ABC):

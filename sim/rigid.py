@@ -10,8 +10,11 @@ from numpy.typing import NDArray
 
 from ..models import Array, Robot
 
+Braked = Sequence[bool] | NDArray[np.bool_]
+"""Which brakes are closed, (n,)."""
 
-def braked_speed(M: Array, qd: Array, braked: Sequence[bool] | NDArray[np.bool_], most: Array) -> Array:
+
+def braked_speed(M: Array, qd: Array, braked: Braked, most: Array) -> Array:
     """Speeds (n,) after closed brakes have acted, each by the impulse that would stop its axis.
 
     Args:
@@ -57,7 +60,9 @@ class RigidArm:
         self.q[:], self.qd[:], self.qdd[:] = q, 0.0, 0.0
         self._observe()
 
-    def step(self, torque: Array, braked: Sequence[bool], force: Sequence[float], h: float) -> None:
+    def step(
+        self, torque: Array, braked: Sequence[bool] | NDArray[np.bool_], force: Sequence[float], h: float
+    ) -> None:
         """Advance by h under constant inputs.
 
         Args:

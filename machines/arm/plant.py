@@ -41,7 +41,11 @@ class ArmPlant(SimPlant):
         super().__init__(network, hand, dead_man, seed)
         self.arm, self.hand, self.tool = arm, hand, tool
         self._noise = np.repeat(noise, 3)
-        self._joints = Drives(self.nodes.of(SimTorqueDrive))
+        self._joints = joints = Drives(self.nodes.of(SimTorqueDrive))
+        self._encoders = (
+            *((joints["position"], arm.motor), (joints["velocity"], arm.motor_rate)),
+            *((joints["link_position"], arm.q), (joints["load_torque"], arm.spring)),
+        )
         (self._force_torque,) = self.nodes.of(SimForceTorque)
         self.wrench = hand.wrench
         tool.base[:] = -GRAVITY
@@ -60,9 +64,7 @@ class ArmPlant(SimPlant):
         arm.step(self._joints.command, self._joints.braked, self.wrench, STILL, dt)
 
     def _sense(self) -> None:
-        arm = self.arm
-        joints = self._joints
-        joints["position"][:], joints["velocity"][:] = arm.motor, arm.motor_rate
-        joints["link_position"][:], joints["load_torque"][:] = arm.q, arm.spring
+        for measured, value in self._encoders:
+            measured[:] = value
         self.tool.update()
         self._force_torque.wrench = self.tool.felt + self._noise * self._random.standard_normal(6)

@@ -57,6 +57,11 @@ class GiantPlant(SimPlant):
         self._noise = np.repeat([noise.acceleration, noise.acceleration, noise.force, noise.torque], 3)
         self._joints = Drives(self.nodes.of(SimJointDrive))
         self._axes = Drives(self.nodes.of(SimAxisDrive))
+        self._encoders = (
+            *((self._joints["position"], arm.motor), (self._joints["velocity"], arm.motor_rate)),
+            *((self._joints["link_position"], arm.q), (self._joints["load_torque"], arm.spring)),
+            *((self._axes["position"], ppu.position), (self._axes["velocity"], ppu.velocity)),
+        )
         (force_torque,) = self.nodes.of(SimForceTorque)
         carriage, handle = (self.nodes[name].fields for name in ("imu_carriage", "imu_handle"))
         self._felt = (
@@ -98,11 +103,8 @@ class GiantPlant(SimPlant):
         arm.step(joints.command, joints.braked, self._wrench, self._base, dt)
 
     def _sense(self) -> None:
-        arm, ppu = self.arm, self.ppu
-        joints, axes = self._joints, self._axes
-        joints["position"][:], joints["velocity"][:] = arm.motor, arm.motor_rate
-        joints["link_position"][:], joints["load_torque"][:] = arm.q, arm.spring
-        axes["position"][:], axes["velocity"][:] = ppu.position, ppu.velocity
+        for measured, value in self._encoders:
+            measured[:] = value
         noise, tool = self._random.standard_normal(12) * self._noise, self.tool
         np.subtract(self._base, GRAVITY, out=tool.base)
         tool.update()
