@@ -5,7 +5,7 @@
 #include <string.h>
 
 /* Everything spatial is (linear, angular) at the origin of the base, in its axes: there, inertias simply add
- * (Featherstone 2008, sections 2.13 and 5.3). */
+ * (Featherstone, chapters 2 and 6). */
 typedef struct {
     double mass, moment[3], inertia[6]; /* mass, mass times centre, and xx yy zz xy xz yz about the origin */
 } spatial;

@@ -58,7 +58,7 @@ class HeldArm(ABC):
         np.subtract(self._gravity, base_acceleration, out=links.gravity)
         np.matmul(wrench.reshape(2, 3), self.rotation, out=self._held)  # it turns with the frame from now on
         self._move(torque, braked, dt / self._substeps)
-        links.observe()
+        self._observe()
 
     @abstractmethod
     def _move(self, torque: Array, braked: Braked, h: float) -> None:
@@ -76,6 +76,9 @@ class HeldArm(ABC):
         """Potential energy of the links in the field of gravity [J]."""
         robot = self._robot
         return float(pin.computePotentialEnergy(robot.model, robot.data, robot.configuration(self.q)))
+
+    def _observe(self) -> None:
+        self._links.observe()
 
 
 class SeriesElasticArm(HeldArm):
@@ -124,7 +127,7 @@ class SeriesElasticArm(HeldArm):
         gravity = pin.computeGeneralizedGravity(robot.model, robot.data, robot.configuration(self.q))
         self.spring[:] = gravity
         self.motor[:], self.motor_rate[:] = q + gravity / self._stiffness, 0.0
-        self._links.observe()
+        self._observe()
 
     def _move(self, torque: Array, braked: Braked, h: float) -> None:
         self._torque[:], self._braked[:] = torque, braked
@@ -167,7 +170,7 @@ class DirectArm(HeldArm):
         self.q[:], self.qd[:], self.qdd[:] = q, 0.0, 0.0
         robot = self._robot
         self.spring[:] = pin.computeGeneralizedGravity(robot.model, robot.data, robot.configuration(self.q))
-        self._links.observe()
+        self._observe()
 
     def step(self, torque: Array, braked: Braked, wrench: Array, base_acceleration: Array, dt: float) -> None:
         """See ``HeldArm``."""
