@@ -16,6 +16,7 @@ class SimSafetyPlc(SimNode):
         dead_man: pressed, per channel.
         emergency_stop: pressed (open), per channel.
         scanner_clear: nobody in the scanned field.
+        latched: STO acts until it is acknowledged.
         deaf: it is asked in vain; set it to inject that.
         inputs: bits of `SafetyInput`, as reported last.
         request: bits of `SafetyRequest`, as received.
@@ -25,6 +26,7 @@ class SimSafetyPlc(SimNode):
     says = ("inputs",)
 
     scanner_clear = Stored(bool, "safety")
+    latched = Stored(bool, "safety")
     deaf = Stored(bool, "safety")
     inputs: int
     request: int
