@@ -82,3 +82,14 @@ def test_rotation_vectors_turn_from_where_the_handle_was_and_their_rate_is_the_a
     later, _ = orientation(angles + h * rates, rates)
     np.testing.assert_allclose(pin.log3(later @ R.T) / h, omega, atol=1e-5)
     np.testing.assert_allclose(orientation([0.0] * 3, [0.0] * 3)[0], first)
+
+
+def test_force_and_torque_of_a_hand_are_limited_each_by_itself() -> None:
+    path = Path([0.0, 1.0], np.array([[3.0, 4.0, 0.0, 0.5, 0.2, 0.1]] * 2))
+    hand = Hand(path, Grip((100.0, 10.0), (5.0, 1.0), (20.0, 100.0)), turned(np.eye(3)))
+    wrench = hand.update(0.5, [0.0] * 3, np.eye(3), [0.0] * 6)
+    np.testing.assert_allclose(wrench, [12.0, 16.0, 0.0, 5.0, 2.0, 1.0], atol=1e-12)
+    wrench = hand.update(0.5, [2.97, 4.0, 0.0], np.eye(3), [0.0] * 5 + [1000.0])
+    np.testing.assert_allclose(wrench[:3], [3.0, 0.0, 0.0], atol=1e-12)
+    assert np.linalg.norm(wrench[3:]) == pytest.approx(100.0)
+    np.testing.assert_allclose(wrench[3:] / wrench[5], [-5.0 / 999.0, -2.0 / 999.0, 1.0], rtol=1e-9)

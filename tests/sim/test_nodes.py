@@ -198,6 +198,19 @@ def test_an_output_frame_of_another_tick_is_not_latched(make_rig: type[Rig]) -> 
     assert {data[2] for can_id, data in answers if can_id > 0x180} == {AlState.OP}
 
 
+def test_an_output_frame_is_for_one_sync(make_rig: type[Rig]) -> None:
+    rig = make_rig([AxisDrive(name=f"axis{i}", node=i, counts_per_metre=1000) for i in range(1, 12)])
+    rig.bring_up()
+    incoming = Frames()
+    rig.image.compose(incoming, 500, operational=True)
+    first, sync = incoming
+    answers = ask(rig.nodes, first, sync)
+    assert {data[2] for can_id, data in answers if can_id > 0x180} == {AlState.OP}
+    answers = ask(rig.nodes, (0x000, b"\x01\x00"), sync)  # started anew, they know no counter
+    states = {can_id: data[2] for can_id, data in answers if can_id > 0x180}
+    assert (states[0x18A], states[0x18B]) == (AlState.OP, AlState.SAFEOP)
+
+
 def test_a_silent_device_is_missed_and_nothing_else(enabled: Rig) -> None:
     enabled.nodes["imu_handle"].silent = True
     enabled.run(6)
