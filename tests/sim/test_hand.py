@@ -89,7 +89,9 @@ def test_force_and_torque_of_a_hand_are_limited_each_by_itself() -> None:
     hand = Hand(path, Grip((100.0, 10.0), (5.0, 1.0), (20.0, 100.0)), turned(np.eye(3)))
     wrench = hand.update(0.5, [0.0] * 3, np.eye(3), [0.0] * 6)
     np.testing.assert_allclose(wrench, [12.0, 16.0, 0.0, 5.0, 2.0, 1.0], atol=1e-12)
-    wrench = hand.update(0.5, [2.97, 4.0, 0.0], np.eye(3), [0.0] * 5 + [1000.0])
-    np.testing.assert_allclose(wrench[:3], [3.0, 0.0, 0.0], atol=1e-12)
+    wrench = hand.update(0.5, [2.82, 3.76, 0.0], np.eye(3), [0.0] * 5 + [151.0])  # 30 N, 150 N m
+    np.testing.assert_allclose(wrench[:3], [12.0, 16.0, 0.0], atol=1e-12)
     assert np.linalg.norm(wrench[3:]) == pytest.approx(100.0)
-    np.testing.assert_allclose(wrench[3:] / wrench[5], [-5.0 / 999.0, -2.0 / 999.0, 1.0], rtol=1e-9)
+    np.testing.assert_allclose(wrench[3:] / wrench[5], [-5.0 / 150.0, -2.0 / 150.0, 1.0], rtol=1e-9)
+    wrench = hand.update(0.5, [2.97, 4.0, 0.0], np.eye(3), [0.0] * 6)
+    np.testing.assert_allclose(wrench[:3], [3.0, 0.0, 0.0], atol=1e-12)
