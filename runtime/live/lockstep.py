@@ -76,6 +76,7 @@ class Lockstep:
 
     def run(self, ticks: int, after_tick: Callable[[], None] = lambda: None) -> None:
         """Several ticks; ``after_tick`` is called after each."""
-        for _ in range(ticks):
-            self.tick()
-            after_tick()
+        with unswept():
+            for _ in range(ticks):
+                self.tick()
+                after_tick()
