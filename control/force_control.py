@@ -145,7 +145,8 @@ class ForceControl:
         self.solution: Solution = self._solver.solution
         self._posture = posture
         self._qdd_twin = np.zeros(twin.limits.n)
-        self._twin_part = slice(m, m + twin.limits.n)
+        x = self.solution.x  # the solver answers in the same array each time
+        self._answer = x[:m], x[m : m + twin.limits.n]
         self._motion = [pointer(array, "double", m) for array in (self.q, self.qd, self.qdd)]
 
     @property
@@ -212,8 +213,7 @@ class ForceControl:
         if not solved and self.solution.levels_done < chain.safe_levels:
             self.brake()
         else:
-            self.qdd[:] = self.solution.x[: self.arm.n]
-            self._qdd_twin[:] = self.solution.x[self._twin_part]
+            self.qdd[:], self._qdd_twin[:] = self._answer
         return solved
 
     def _draw_home(self, posture: Posture) -> None:

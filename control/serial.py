@@ -9,10 +9,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-import pinocchio as pin
 
 from ..binding import bind, pointer
-from ..models import Array, ModelError, Robot
+from ..models import Array, Robot, serial
 from ._kernels import ffi, lib
 
 
@@ -45,8 +44,8 @@ class SerialChain:
             ModelError: it is no serial chain, has other joints or too many, or lacks a frame.
         """
         self.n = robot.nv
-        self._chain = ffi.new("serial_chain *")
-        self._fill(robot)
+        constants = serial.joints(robot, lib.SERIAL_MAX_JOINTS)
+        self._chain = ffi.new("serial_chain *", {"n": self.n, "joint": constants})
         self.frames = [Frame(self.n) for _ in frames]
         self._c_frames = ffi.new("serial_frame[]", len(frames))
         for k, name in enumerate(frames):
@@ -89,54 +88,12 @@ class SerialChain:
         n = self.n
         return [self._chain, pointer(q, "const double", n), pointer(M, "double", n, n)]
 
-    def _fill(self, robot: Robot) -> None:
-        model = robot.model
-        if self.n > lib.SERIAL_MAX_JOINTS:
-            raise ModelError(
-                model.name, 0, f"{self.n} joints", f"at most {lib.SERIAL_MAX_JOINTS} are supported"
-            )
-        self._chain.n = self.n
-        for i in range(self.n):
-            joint, c = model.joints[i + 1], self._chain.joint[i]
-            prismatic, axis = _axis(model.name, model.names[i + 1], joint)
-            if model.parents[i + 1] != i:
-                raise ModelError(
-                    model.name, 0, f"'{model.names[i + 1]}' branches off", "a serial chain is needed"
-                )
-            c.R, c.t = _pose(model.jointPlacements[i + 1])
-            c.axis, c.prismatic = axis, prismatic
-            body = model.inertias[i + 1]
-            c.mass, c.centre = body.mass, body.lever.tolist()
-            c.inertia = np.asarray(body.inertia).reshape(-1).tolist()
-
     def _attach(self, robot: Robot, name: str, index: int) -> None:
-        own, frame, c = robot.model.frames[robot.frame(name)], self.frames[index], self._c_frames[index]
-        c.joint = int(own.parentJoint) - 1
-        c.R, c.t = _pose(own.placement)
+        frame, constants = self.frames[index], self._c_frames[index]
+        for key, value in serial.frame(robot, name).items():
+            setattr(constants, key, value)
         results = {"position": frame.position, "rotation": frame.rotation, "J": frame.J, "drift": frame.drift}
         bind(lib, self._c_frames, {"n": self.n}, index, **results)
-
-
-def _axis(robot: str, name: str, joint: pin.JointModel) -> tuple[bool, list[float]]:
-    """Whether a joint slides, and its axis in its own frame (3,)."""
-    if joint.nv != 1:
-        kind = joint.shortname().removeprefix("JointModel")
-        raise ModelError(robot, 0, f"joint '{name}' is a {kind}", "use joints that turn or slide")
-    data = joint.createData()
-    joint.calc(data, pin.neutral(_alone(joint)))
-    linear, angular = np.asarray(data.S).reshape(2, 3)
-    return bool(linear.any()), (linear if linear.any() else angular).tolist()
-
-
-def _alone(joint: pin.JointModel) -> pin.Model:
-    """A model of one joint, whose neutral configuration is the joint's."""
-    model = pin.Model()
-    model.addJoint(0, joint, pin.SE3.Identity(), "joint")
-    return model
-
-
-def _pose(placement: object) -> tuple[list[float], list[float]]:
-    return placement.rotation.reshape(-1).tolist(), placement.translation.tolist()  # type: ignore[attr-defined]
 
 
 def _flat(T: Array) -> tuple[list[float], list[float]]:

@@ -13,7 +13,6 @@ from ._kernels import ffi, lib
 from .ability import Ability
 from .serial import SerialChain
 
-
 SETTLED = 20
 """Ticks after a start until what loads a spring has a rate that means anything."""
 

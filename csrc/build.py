@@ -6,6 +6,7 @@ Each is made when asked for: the solver's distribution has the files of its own 
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 
@@ -19,9 +20,20 @@ ARRAY = re.compile(r"\*\s*(\w+)\s+(?:HQP_)?(SHAPE|OPTIONAL|STRIDED)\(([^)]*)\)")
 """A field that points to an array, with what csrc/shape.h has for it."""
 
 
-def module(name: str, headers: list[str], sources: list[str], optimise: str = "-O2") -> FFI:
-    """An extension module with everything that the headers declare, and ``arrays``, see below."""
+def module(
+    name: str,
+    headers: list[str],
+    sources: list[str],
+    optimise: str = "-O2",
+    shared: Sequence[str] = (),
+) -> FFI:
+    """An extension module with everything that the headers declare, and ``arrays``, see below.
+
+    What the shared headers declare is of the module ``devices``: both may be given the same objects.
+    """
     ffi = FFI()
+    if shared:
+        ffi.include(devices())
     rows: list[str] = []
     for header in headers:
         lines = (HERE / header).read_text(encoding="utf-8").splitlines()
@@ -32,7 +44,7 @@ def module(name: str, headers: list[str], sources: list[str], optimise: str = "-
     table = "".join(f'"{row}\\n"' for row in rows) or '""'
     ffi.set_source(
         name,
-        "\n".join(f'#include "{header}"' for header in headers)
+        "\n".join(f'#include "{header}"' for header in (*shared, *headers))
         + f"\nstatic const char *arrays(void) {{ return {table}; }}\n",
         sources=[f"csrc/{source}" for source in sources],
         include_dirs=["csrc"],
@@ -65,11 +77,12 @@ CONTROL = (
     *("spd", "redundant", "guard", "nullspace"),
 )
 
-devices = partial(module, "hapticd.devices._wire", ["wire.h", "image.h"], ["wire.c", "image.c"])
+DEVICES = ["wire.h", "codec.h", "image.h"]
+devices = partial(module, "hapticd.devices._wire", DEVICES, ["wire.c", "codec.c", "image.c"])
 control = partial(
     module,
     "hapticd.control._kernels",
-    [f"{part}.h" for part in CONTROL],
+    ["serial_model.h", *(f"{part}.h" for part in CONTROL)],
     [f"{part}.c" for part in CONTROL],
 )
 hqp = partial(
@@ -77,8 +90,13 @@ hqp = partial(
 )
 runtime = partial(module, "hapticd.runtime._rt", ["rt.h", "ring.h"], ["rt.c", "ring.c"])
 safety = partial(module, "hapticd.safety._plausibility", ["plausibility.h"], ["plausibility.c"])
-PLANT = ("spd", "dry", "held", "elastic", "direct")
+MECHANICS = ("links", "dry", "held", "elastic", "direct", "tool", "path")
+PEERS = ("codec", "peer", "peer_drive", "peer_safety", "peers", "wire")
 plant = partial(
-    module, "hapticd.sim._plant", [f"{part}.h" for part in PLANT], [f"{part}.c" for part in PLANT]
+    module,
+    "hapticd.sim._plant",
+    ["serial_model.h", *(f"{part}.h" for part in MECHANICS), "peer.h"],
+    ["rotation.c", "spd.c", *(f"{part}.c" for part in (*MECHANICS, *PEERS))],
+    shared=DEVICES,
 )
 bench = partial(module, "hapticd.bench._floor", ["floor.h"], ["floor.c"], "-O3")

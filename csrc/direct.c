@@ -3,7 +3,8 @@
 
 #include <math.h>
 
-void direct_torques(const direct *d) {
+/* Torques at the present state. */
+static void torques(const direct *d) {
     for (int i = 0; i < d->n; i++) {
         d->load[i] = d->torque[i] - d->viscous[i] * d->qd[i];
         d->dry[i] = d->gear[i] + d->share[i] * fabs(d->spring[i]) + d->bearing[i];
@@ -11,7 +12,7 @@ void direct_torques(const direct *d) {
     }
 }
 
-void direct_advance(const direct *d, const held *c, double h) {
+static void advance(const direct *d, const held *c, double h) {
     double v[DRY_MAX];
     for (int i = 0; i < d->n; i++) v[i] = d->qd[i] + h * d->qdd[i];
     held_step(c, h, v);
@@ -27,4 +28,13 @@ void direct_advance(const direct *d, const held *c, double h) {
         d->qd[i] = v[i];
         d->q[i] += h * v[i];
     }
+}
+
+int direct_move(const direct *d, const links *l, const held *c, double h, int steps) {
+    for (int k = 0; k < steps; k++) {
+        torques(d);
+        if (links_accelerate(l) < 0) return -1;
+        advance(d, c, h);
+    }
+    return 0;
 }

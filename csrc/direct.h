@@ -3,6 +3,7 @@
 #define HAPTICD_DIRECT_H
 
 #include "held.h"
+#include "links.h"
 #include "shape.h"
 
 typedef struct {
@@ -20,10 +21,7 @@ typedef struct {
     double *work SHAPE(4);            /* done on the joints so far, as in elastic.h */
 } direct;
 
-/* Torques at the present state. */
-void direct_torques(const direct *d);
-
-/* Symplectic Euler over h, given qdd without hand and dry friction; leaves that with them. */
-void direct_advance(const direct *d, const held *c, double h);
+/* So many steps of h, by symplectic Euler; see elastic_move. */
+int direct_move(const direct *d, const links *l, const held *c, double h, int steps);
 
 #endif

@@ -2,7 +2,8 @@
 
 #include <math.h>
 
-void elastic_torques(const elastic *e) {
+/* Torques at the present state. */
+static void torques(const elastic *e) {
     for (int i = 0; i < e->n; i++) {
         e->spring[i] =
             e->stiffness[i] * (e->motor[i] - e->q[i]) + e->damping[i] * (e->motor_rate[i] - e->qd[i]);
@@ -32,7 +33,7 @@ static void count_work(const elastic *e, const held *c, double h, const double *
     }
 }
 
-void elastic_advance(const elastic *e, const held *c, double h) {
+static void advance(const elastic *e, const held *c, double h) {
     double rate[DRY_MAX], v[DRY_MAX];
     for (int i = 0; i < e->n; i++) {
         rate[i] = turned(e, i, h);
@@ -47,4 +48,13 @@ void elastic_advance(const elastic *e, const held *c, double h) {
         e->motor[i] += h * rate[i];
         e->q[i] += h * v[i];
     }
+}
+
+int elastic_move(const elastic *e, const links *l, const held *c, double h, int steps) {
+    for (int k = 0; k < steps; k++) {
+        torques(e);
+        if (links_accelerate(l) < 0) return -1;
+        advance(e, c, h);
+    }
+    return 0;
 }

@@ -3,6 +3,7 @@
 #define HAPTICD_ELASTIC_H
 
 #include "held.h"
+#include "links.h"
 #include "shape.h"
 
 enum { WORK_MOTORS, WORK_HAND, WORK_DRY, WORK_DAMPING };
@@ -23,11 +24,9 @@ typedef struct {
     double *work SHAPE(4);                        /* done on the joints so far, see above */
 } elastic;
 
-/* Torques at the present state. */
-void elastic_torques(const elastic *e);
-
-/* Symplectic Euler over h: rates first, then positions. Given the links' qdd without hand and dry friction;
- * leaves that with them. Brakes and gears are dry friction on the rotors, c has that of the links. */
-void elastic_advance(const elastic *e, const held *c, double h);
+/* So many steps of h, by symplectic Euler: rates first, then positions. Brakes and gears are dry friction on
+ * the rotors, c has that of the links. `qdd`, `load` and what c moves are those of the links l; qdd is left
+ * with hand and dry friction. Returns 0, or -1 as links_accelerate. */
+int elastic_move(const elastic *e, const links *l, const held *c, double h, int steps);
 
 #endif

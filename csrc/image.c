@@ -1,5 +1,6 @@
 #include "image.h"
 
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
@@ -30,80 +31,10 @@ static const uint32_t FLAG_ERROR_FRAME = 0x20000000u;
 
 enum { STRUCK = 1, STRUCK_AND_RESET = 2 };
 
-static uint16_t read_u16(const uint8_t *at) {
-    return (uint16_t)(at[0] | at[1] << 8);
-}
-
-static uint32_t read_u32(const uint8_t *at) {
-    uint32_t raw;
-    memcpy(&raw, at, 4);
-    return raw;
-}
-
-static double read_number(const uint8_t *at, uint8_t type) {
-    float single;
-    switch ((image_type)type) {
-    case IMAGE_U8:
-        return at[0];
-    case IMAGE_I8:
-        return (int8_t)at[0];
-    case IMAGE_U16:
-        return read_u16(at);
-    case IMAGE_I16:
-        return (int16_t)read_u16(at);
-    case IMAGE_U32:
-        return read_u32(at);
-    case IMAGE_I32:
-        return (int32_t)read_u32(at);
-    case IMAGE_F32:
-        memcpy(&single, at, 4);
-        return (double)single;
-    }
-    return NAN;
-}
-
-static uint32_t read_word(const uint8_t *at, uint8_t type) {
-    switch ((image_type)type) {
-    case IMAGE_U8:
-    case IMAGE_I8:
-        return at[0];
-    case IMAGE_U16:
-    case IMAGE_I16:
-        return read_u16(at);
-    case IMAGE_U32:
-    case IMAGE_I32:
-    case IMAGE_F32:
-        break;
-    }
-    return read_u32(at);
-}
-
-static const struct {
-    double low, high;
-    size_t size;
-} RANGE[] = {
-    [IMAGE_U8] = {0.0, 255.0, 1},
-    [IMAGE_I8] = {-128.0, 127.0, 1},
-    [IMAGE_U16] = {0.0, 65535.0, 2},
-    [IMAGE_I16] = {-32768.0, 32767.0, 2},
-    [IMAGE_U32] = {0.0, 4294967295.0, 4},
-    [IMAGE_I32] = {-2147483648.0, 2147483647.0, 4},
-    [IMAGE_F32] = {-3.4028234663852886e38, 3.4028234663852886e38, 4},
-};
-
-/* raw = round((SI - shift) / scale), halves to even, cut to the type. Returns 1 if it was cut. */
+/* raw = round((SI - shift) / scale), cut to the type. Returns 1 if it was cut. */
 static int write_quantity(uint8_t *at, const image_entry *entry, double si) {
-    const double wanted = (si - entry->shift) / entry->scale;
-    double raw = entry->type == IMAGE_F32 ? wanted : rint(wanted);
-    raw = fmin(fmax(raw, RANGE[entry->type].low), RANGE[entry->type].high);
-    if (entry->type == IMAGE_F32) {
-        const float single = (float)raw;
-        memcpy(at, &single, 4);
-        return raw != wanted;
-    }
-    const int64_t integer = (int64_t)raw;
-    memcpy(at, &integer, RANGE[entry->type].size);
-    return fabs(raw - wanted) > 0.5;
+    const double raw = (si - entry->shift) / entry->scale;
+    return codec_put_number(at, entry->type, fmin(fmax(raw, -DBL_MAX), DBL_MAX));
 }
 
 static void decode(image *im, const image_device *device, const uint8_t *tpdo) {
@@ -111,9 +42,9 @@ static void decode(image *im, const image_device *device, const uint8_t *tpdo) {
         const image_entry *const entry = &im->input[i];
         const uint8_t *const at = tpdo + entry->offset;
         if (entry->word) {
-            im->words[entry->target] = read_word(at, entry->type);
+            im->words[entry->target] = codec_word(at, entry->type);
         } else {
-            im->values[entry->target] = read_number(at, entry->type) * entry->scale + entry->shift;
+            im->values[entry->target] = codec_number(at, entry->type) * entry->scale + entry->shift;
         }
     }
 }
@@ -125,7 +56,7 @@ static void take_tpdo(image *im, int index, const wire_frame *frame, uint16_t co
         im->counters->length++;
         return;
     }
-    const int16_t lead = (int16_t)(uint16_t)(read_u16(frame->data) - counter);
+    const int16_t lead = (int16_t)(uint16_t)(codec_u16(frame->data) - counter);
     if (lead != 0) {
         int64_t *const count = lead < 0 ? &im->counters->stale : &im->counters->ahead;
         (*count)++;
@@ -151,7 +82,7 @@ static void take_emergency(image *im, int index, const wire_frame *frame) {
         im->counters->bad_emcy++;
         return;
     }
-    const uint16_t code = read_u16(frame->data);
+    const uint16_t code = codec_u16(frame->data);
     image_status *const status = &im->status[index];
     if (code & ERROR_CLASS) {
         status->emcy = code;
@@ -280,7 +211,7 @@ static int32_t encode(image *im) {
         const image_entry *const entry = &im->output[i];
         uint8_t *const at = im->raw_out + entry->offset;
         if (entry->word) {
-            memcpy(at, &im->output_words[entry->target], RANGE[entry->type].size);
+            codec_put_word(at, entry->type, im->output_words[entry->target]);
         } else if (isfinite(im->output_values[entry->target])) {
             im->counters->saturated += write_quantity(at, entry, im->output_values[entry->target]);
         } else { /* the bytes are zero already */

@@ -15,12 +15,11 @@
 #define HAPTICD_IMAGE_H
 
 #include <stdint.h>
+#include "codec.h"
 #include "wire.h"
 #include "shape.h"
 
 enum { IMAGE_NODES = 128, IMAGE_EMERGENCIES = 16, IMAGE_HEADER = 4, IMAGE_NO_DEVICE = 255 };
-
-typedef enum { IMAGE_U8, IMAGE_I8, IMAGE_U16, IMAGE_I16, IMAGE_U32, IMAGE_I32, IMAGE_F32 } image_type;
 
 /* One mapped object. A quantity is raw * scale + shift; a word is taken bit by bit. */
 typedef struct {
@@ -28,7 +27,7 @@ typedef struct {
     double shift;
     int32_t target; /* where it is in values, or in words */
     int32_t offset; /* where it is in the device's TPDO, or in the raw outputs */
-    uint8_t type;   /* image_type */
+    uint8_t type;   /* codec_type */
     uint8_t word;   /* 1 = bit field */
     uint8_t reserved[6];
 } image_entry;

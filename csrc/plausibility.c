@@ -38,6 +38,7 @@ int plausible_accept(const plausible_values *v, int elapsed) {
         }
     }
     if (came) *v->still = changed ? 0 : older(*v->still, 1);
+    *v->old = old;
     return old;
 }
 
@@ -118,4 +119,19 @@ int plausible_agree(const plausible_pairs *p) {
         mismatched += p->mismatched[i];
     }
     return mismatched;
+}
+
+int plausible_tick(const plausible_values *const *values, int count, int sensors,
+                   const plausible_motion *const *motions, int motion_count,
+                   const plausible_course *const *courses, int course_count,
+                   const plausible_pairs *const *pairs, int pairs_count, int elapsed, int free_to_move) {
+    int found = 0;
+    for (int i = 0; i < count; i++) {
+        const int old = plausible_accept(values[i], elapsed);
+        if (i >= sensors) found += old;
+    }
+    for (int i = 0; i < motion_count; i++) found += plausible_move(motions[i], free_to_move);
+    for (int i = 0; i < course_count; i++) found += plausible_travel(courses[i], elapsed);
+    for (int i = 0; i < pairs_count; i++) found += plausible_agree(pairs[i]);
+    return found;
 }

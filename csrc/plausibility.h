@@ -31,10 +31,11 @@ typedef struct {
     int32_t *age SHAPE(n);       /* ticks since that; PLAUSIBILITY_NEVER before the first */
     uint8_t *rejected SHAPE(n);  /* 1 where this tick's value was not accepted */
     int32_t *still SHAPE(1);     /* how often in a row fresh values came that were all the same as before */
+    int32_t *old SHAPE(1);       /* how many are not of the last tick that was taken, for whatever reason */
 } plausible_values;
 
-/* Takes a tick; `elapsed` ticks after the last. Returns how many values are not of this tick, for whatever
-   reason. Before anything was accepted the last accepted value is 0. */
+/* Takes a tick; `elapsed` ticks after the last. Returns how many values are old. Before anything was accepted
+   the last accepted value is 0. */
 int plausible_accept(const plausible_values *v, int elapsed);
 
 /* Encoders of one kind: does one stand still although its axis must move? */
@@ -108,5 +109,12 @@ typedef struct {
 
 /* Returns how many pairs contradict each other. */
 int plausible_agree(const plausible_pairs *p);
+
+/* Takes a tick of all that is measured: values, of which the first `sensors` are not of axes, then what is
+   compared of them. Returns how much was found of axes: values that are old, encoders, axes and pairs. */
+int plausible_tick(const plausible_values *const *values, int count, int sensors,
+                   const plausible_motion *const *motions, int motion_count,
+                   const plausible_course *const *courses, int course_count,
+                   const plausible_pairs *const *pairs, int pairs_count, int elapsed, int free_to_move);
 
 #endif

@@ -1,25 +1,12 @@
 /* Kinematics and inverse dynamics of a serial chain on a base that may accelerate, for the tick.
  *
- * All results are in the axes of the base frame; twists are (linear, angular). The chain's constants come
- * from pinocchio's model, whose algorithms are the reference that the tests compare with. */
+ * All results are in the axes of the base frame; twists are (linear, angular). Pinocchio's
+ * algorithms are the reference that the tests compare with. */
 #ifndef HAPTICD_SERIAL_H
 #define HAPTICD_SERIAL_H
 
+#include "serial_model.h"
 #include "shape.h"
-
-enum { SERIAL_MAX_JOINTS = 16 };
-
-typedef struct {
-    double R[9], t[3]; /* pose of the joint at rest in the frame of the joint before it */
-    double axis[3];    /* unit vector in its own frame */
-    int prismatic;
-    double mass, centre[3], inertia[9]; /* of what it carries, in its own frame; inertia about the centre */
-} serial_joint;
-
-typedef struct {
-    int n; /* joints, at most SERIAL_MAX_JOINTS */
-    serial_joint joint[16];
-} serial_chain;
 
 /* A frame fixed to the chain, and what is computed of it. */
 typedef struct {

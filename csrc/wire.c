@@ -227,6 +227,15 @@ int32_t wire_extend(wire_frames *to, const wire_frames *from, int32_t first) {
     return 0;
 }
 
+int32_t wire_take(wire_frames *to, wire_frames *from) {
+    const int32_t count = from->count;
+    if (count > to->capacity) return WIRE_FULL;
+    memcpy(to->frame, from->frame, (size_t)count * sizeof(wire_frame));
+    to->count = count;
+    from->count = 0;
+    return count;
+}
+
 int32_t wire_count(const wire_frames *frames, uint32_t first, uint32_t last) {
     int32_t count = 0;
     for (int i = 0; i < frames->count; i++) {

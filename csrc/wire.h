@@ -58,6 +58,10 @@ int32_t wire_append(wire_frames *frames, uint32_t id, const uint8_t *data, int32
 /* Appends the frames of `from` from number `first` on. Returns 0 or WIRE_FULL. */
 int32_t wire_extend(wire_frames *to, const wire_frames *from, int32_t first);
 
+/* Replaces the contents of `to` by those of `from`, which is empty then. Returns their number, or WIRE_FULL,
+   and then nothing has changed. */
+int32_t wire_take(wire_frames *to, wire_frames *from);
+
 /* How many frames have an identifier in [first, last]. */
 int32_t wire_count(const wire_frames *frames, uint32_t first, uint32_t last);
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Protocol
 
+from .errors import FrameError
 from .frames import Frames
 
 
@@ -47,18 +48,17 @@ class MemoryAdapter:
 
     def receive(self, frames: Frames) -> int:
         """Replaces the contents of `frames` by what the peer sent; returns how many."""
-        frames.clear()
-        frames.extend(self._inbox)
-        self._inbox.clear()
-        return len(frames)
+        return frames.take(self._inbox)
 
     def send(self, frames: Frames) -> None:
         """Puts all of `frames` into the peer's inbox, or none where it is full."""
-        inbox = self._peer._inbox
-        if self.closed or len(inbox) + len(frames) > inbox.pointer.capacity:
-            self.unsent += len(frames)
-        else:
-            inbox.extend(frames)
+        try:
+            if not self.closed:
+                self._peer._inbox.extend(frames)
+                return
+        except FrameError:
+            pass
+        self.unsent += len(frames)
 
     def fileno(self) -> int:
         """There is nothing to poll."""

@@ -10,6 +10,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from ..configs.members import at_hand
 from .cia301 import Address
 from .errors import (
     DriveError,
@@ -22,6 +23,7 @@ from .errors import (
 from .image import ProcessImage
 
 
+@at_hand
 class State(IntEnum):
     """States, with the name of the standard."""
 
@@ -196,6 +198,7 @@ class PowerStage:
             for group in groups
         ]
         self._modes = [image.word(f"{group}.mode") for group in groups]
+        self._heard = [*(words[0] for words in self._words), *self._modes]
         self._indices = [image.network.groups[group] for group in groups]
         self._devices = [[image.network.devices[i] for i in indices] for indices in self._indices]
         self._own_modes = [[int(d.settings()[MODE]) for d in devices] for devices in self._devices]
@@ -216,6 +219,7 @@ class PowerStage:
             raise ValueError(f"{target} cannot be a target; choose one of {', '.join(map(str, TARGETS))}")
         self.target = target
         self.ready = False
+        self._said = b""
         self._dropped = [[False for _ in devices] for devices in self._devices]
         self._reset_faults = reset_faults
         self._walks = [[_Walk() for _ in devices] for devices in self._devices]
@@ -282,6 +286,7 @@ class PowerStage:
         if held and self._all_there():
             self.ready = True
             return True
+        self._said = b""
         there, errors = True, list[DriveError]()
         controlwords = [words[2].tolist() for words in self._words]
         for g, walks in enumerate(self._walks):
@@ -304,12 +309,18 @@ class PowerStage:
         return there
 
     def _all_there(self) -> bool:
-        mask, wanted = STATUS[self.target]
         if not self._all_fresh():
             return False
+        said = b"".join([array.tobytes() for array in self._heard])
+        if said == self._said:  # as at the last tick, when all were there
+            return True
+        mask, wanted = STATUS[self.target]
         if self.target is not State.SWITCH_ON_DISABLED and not self._in_own_modes():
             return False
-        return all(word & mask == wanted for words in self._words for word in words[0].tolist())
+        if not all(word & mask == wanted for words in self._words for word in words[0].tolist()):
+            return False
+        self._said = said
+        return True
 
     def _all_fresh(self) -> bool:
         image = self._image

@@ -31,13 +31,13 @@ from .frames import MAX_DATA
 
 # CiA 301 data types that a PDO may map here: type of the C core, struct code, bytes
 WIRE_TYPES: dict[int, tuple[int, str, int]] = {
-    datatypes.UNSIGNED8: (lib.IMAGE_U8, "B", 1),
-    datatypes.INTEGER8: (lib.IMAGE_I8, "b", 1),
-    datatypes.UNSIGNED16: (lib.IMAGE_U16, "H", 2),
-    datatypes.INTEGER16: (lib.IMAGE_I16, "h", 2),
-    datatypes.UNSIGNED32: (lib.IMAGE_U32, "I", 4),
-    datatypes.INTEGER32: (lib.IMAGE_I32, "i", 4),
-    datatypes.REAL32: (lib.IMAGE_F32, "f", 4),
+    datatypes.UNSIGNED8: (lib.CODEC_U8, "B", 1),
+    datatypes.INTEGER8: (lib.CODEC_I8, "b", 1),
+    datatypes.UNSIGNED16: (lib.CODEC_U16, "H", 2),
+    datatypes.INTEGER16: (lib.CODEC_I16, "h", 2),
+    datatypes.UNSIGNED32: (lib.CODEC_U32, "I", 4),
+    datatypes.INTEGER32: (lib.CODEC_I32, "i", 4),
+    datatypes.REAL32: (lib.CODEC_F32, "f", 4),
 }
 
 Value = int | float | str

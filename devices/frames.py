@@ -110,6 +110,17 @@ class Frames:
         if lib.wire_extend(self.pointer, other.pointer, 0):
             raise FrameError(f"no room for more than {self.pointer.capacity} frames in a tick")
 
+    def take(self, other: Frames) -> int:
+        """Replaces the contents by those of `other`, which is empty then; returns how many.
+
+        Raises:
+            FrameError: no room; both are as they were.
+        """
+        taken = int(lib.wire_take(self.pointer, other.pointer))
+        if taken < 0:
+            raise FrameError(f"no room for more than {self.pointer.capacity} frames in a tick")
+        return taken
+
     def pack(self) -> bytes:
         """The frames as bytes for the log: per frame id (4, little endian), len, flags, data[len]."""
         return self._packed[: lib.wire_pack(self.pointer, self._packed_pointer)].tobytes()

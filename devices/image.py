@@ -13,7 +13,7 @@ from .device import Quantity, Word
 from .dictionary import WIRE_TYPES
 from .errors import FrameError, NetworkError
 from .frames import Frames
-from .network import FieldRange, Network, Place
+from .network import Network, Place
 
 _STATUS = np.dtype(
     [
@@ -79,8 +79,10 @@ class ProcessImage:
         self.network = network
         self.expected = len(network.devices)
         self._core = ffi.new("image *")
-        self._inputs = self._arrays(network.fields.values(), output=False)
-        self._outputs = self._arrays(network.fields.values(), output=True)
+        self._inputs, self._outputs = (
+            {kind: network.blank(kind, output=output) for kind in (Quantity, Word)}
+            for output in (False, True)
+        )
         self.raw: NDArray[np.uint8] = np.zeros(network.raw_size, np.uint8)
         tally, status = np.zeros(1, _TALLY), np.zeros(self.expected, _STATUS)
         self.counters: NDArray[np.int64] = tally.view(np.int64)
@@ -186,20 +188,7 @@ class ProcessImage:
         if field is None or field.kind is not kind:
             known = ", ".join(n for n, f in self.network.fields.items() if f.kind is kind)
             raise NetworkError("", f"there is no {kind.__name__.lower()} {name!r}; there are {known}")
-        array = (self._outputs if field.output else self._inputs)[kind]
-        view = array[field.start : field.start + field.devices * field.width]
-        return view.reshape(field.devices, field.width) if field.width > 1 else view
-
-    @staticmethod
-    def _arrays(fields: Any, *, output: bool) -> dict[type, NDArray[Any]]:
-        size: dict[type, int] = {Quantity: 0, Word: 0}
-        for field in fields:
-            if field.output == output:
-                size[field.kind] += field.devices * field.width
-        return {
-            Quantity: np.zeros(max(1, size[Quantity]), np.float64),
-            Word: np.zeros(max(1, size[Word]), np.uint32),
-        }
+        return field.of((self._outputs if field.output else self._inputs)[field.kind])
 
     def _bind(self, status: NDArray[np.void], tally: NDArray[np.void]) -> None:
         core, network = self._core, self.network
@@ -256,14 +245,10 @@ class ProcessImage:
     def _entry(self, place: Place, start: int) -> dict[str, Any]:
         """A row of the C tables; offsets count from `start` in the raw image."""
         field = place.field
-        assert field is not None
-        device = self.network.devices[place.device]
-        where: FieldRange = self.network.fields[f"{device.group}.{field.field}"]
-        number = self.network.groups[device.group].index(place.device)
         return {
             "scale": field.scale if isinstance(field, Quantity) else 1.0,
             "shift": field.shift if isinstance(field, Quantity) else 0.0,
-            "target": where.start + where.width * number + place.component,
+            "target": self.network.target(place),
             "offset": place.raw - start,
             "type": WIRE_TYPES[place.mapped.data_type][0],
             "word": isinstance(field, Word),

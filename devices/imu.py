@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from ..configs.quantities import AccelerationScale
 from .cia301 import Address
 from .device import Device, Field, Quantity, Word
-from .force_torque import SensorStatus
+from .force_torque import READY
 from .group import Group, Quantities, Words
 from .image import ProcessImage
 
@@ -51,7 +51,6 @@ class Imus(Group):
         super().__init__(image, group)
         self.scales = [device.acceleration for device in self._devices if isinstance(device, Imu)]
 
-    def valid(self, i: int) -> bool:
-        """Whether a sensor is ready and its acceleration lies within its full scale; NaN does not."""
-        ready = int(self.status[i]) == SensorStatus.READY
-        return ready and all(map(self.scales[i].__ge__, map(abs, self.acceleration[i].tolist())))
+    def ready(self, i: int) -> bool:
+        """Whether a sensor says that it measures, and nothing else; its scale is for `safety` to judge."""
+        return self.status.item(i) == READY

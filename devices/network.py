@@ -8,6 +8,10 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from ._wire import lib
 from .cia301 import AL_STATE, COUNTER_ECHO, MAX_NODE, MAX_OUTPUT_FRAME, OUTPUT, SYNC, Address
@@ -50,6 +54,11 @@ class FieldRange:
     start: int
     devices: int
     width: int
+
+    def of(self, array: NDArray[Any]) -> NDArray[Any]:
+        """Its part of all values of its kind and direction, (devices,) or (devices, width); a view."""
+        view = array[self.start : self.start + self.devices * self.width]
+        return view.reshape(self.devices, self.width) if self.width > 1 else view
 
 
 @dataclass(frozen=True, slots=True)
@@ -123,6 +132,23 @@ class Network:
     def field_at(self, offset: int) -> str:
         """Names a byte of the raw image: "joint3.position", "0x080.counter"."""
         return self._names[offset]
+
+    def range_of(self, place: Place) -> FieldRange:
+        """Where the field that a mapped object belongs to is."""
+        assert place.field is not None
+        return self.fields[f"{self.devices[place.device].group}.{place.field.field}"]
+
+    def target(self, place: Place) -> int:
+        """Where the value of a mapped object is, among all of its kind and direction."""
+        where = self.range_of(place)
+        number = self.groups[self.devices[place.device].group].index(place.device)
+        return where.start + where.width * number + place.component
+
+    def blank(self, kind: Kind, *, output: bool) -> NDArray[Any]:
+        """Zeros for all values of a kind and direction: float64 for quantities, uint32 for words."""
+        fields = [field for field in self.fields.values() if (field.kind, field.output) == (kind, output)]
+        size = sum(field.devices * field.width for field in fields)
+        return np.zeros(max(1, size), np.float64 if kind is Quantity else np.uint32)
 
     def _place_inputs(self) -> tuple[Place, ...]:
         places: list[Place] = []

@@ -12,14 +12,13 @@ from multiprocessing import get_context
 
 import numpy as np
 
-from ..models import Robot
+from ..models import Array, Robot
 from ..runtime.configuration.config import Loaded
 from ..runtime.configuration.session import build
 from ..runtime.configuration.system import find_system
 from ..runtime.core.modes import Command, Mode
 from ..runtime.errors import HapticdError
-from ..runtime.live.lockstep import Lockstep
-from ..runtime.recording.summary import Extent
+from ..runtime.live.lockstep import Lockstep, unswept
 from ..safety import Reaction
 from .own_plant import Doubt
 from .random_hand import Temper, stranger
@@ -32,6 +31,9 @@ BELIEVED = Doubt()
 """The machine is what its controller believes."""
 STOP_S = 1.0
 """A stop comes to rest within so long."""
+ENDS = ("lower", "upper")
+BLOCK = 256
+"""Ticks that are compared with the limits at once."""
 
 
 class HandsError(HapticdError):
@@ -110,9 +112,13 @@ def session(
     robot = Robot.from_urdf(loaded.model_text, loaded.model_source)
     led = stranger(config, system, robot, seed, seconds, temper)
     varied = replace(loaded, config=doubt.vary(led, seed))
-    lockstep = Lockstep(build(varied))
-    limits = Kept(lockstep)
-    cycle, ticks = lockstep.session.cycle, round(seconds * config.loop.rate)
+    with unswept():
+        return _session(Lockstep(build(varied)), seed, seconds, watch)
+
+
+def _session(lockstep: Lockstep, seed: int, seconds: float, watch: Callable[[Lockstep], None]) -> Session:
+    limits, rate = Kept(lockstep), lockstep.session.config.loop.rate
+    cycle, ticks = lockstep.session.cycle, round(seconds * rate)
     moved, said = False, "nobody pressed the dead-man switch"
 
     def step(command: Command = Command.NONE) -> None:
@@ -126,10 +132,10 @@ def session(
 
     while lockstep.inputs.tick + 1 < ticks and not (cycle.stops.last or cycle.mode is Mode.FAILED):
         step()
-    at = (lockstep.inputs.tick + 1) / config.loop.rate
+    at = (lockstep.inputs.tick + 1) / rate
     if cycle.stops.last is None:
         step(Command.END)
-    last = lockstep.inputs.tick + STOP_S * config.loop.rate
+    last = lockstep.inputs.tick + STOP_S * rate
     while cycle.mode is Mode.STOPPING and lockstep.inputs.tick < last:
         step()
     excess = limits.excess
@@ -147,31 +153,42 @@ class Kept:
     def __init__(self, lockstep: Lockstep) -> None:
         session = lockstep.session
         self._cycle = session.cycle
-        self._limits = session.system.limits(session.config)
+        self._limits = limits = session.system.limits(session.config)
         self._record = np.zeros(1, session.cycle.machine.state)
         session.cycle.machine.bind_state(self._record)
-        self._extents: list[Extent] = []
-        self._begin: list[float] = []
+        self._state = self._record[0]
+        self._lower, self._upper = (np.array([getattr(s, end) for s in limits.specs]) for end in ENDS)
+        self._begin: Array | None = None
+        self._worst = np.full(len(limits.specs), -np.inf)
+        self._values: list[Sequence[float]] = []
 
     def add(self) -> None:
         """Take a tick."""
         if self._cycle.mode not in MOVING:
             return
         self._cycle.machine.fill()
-        values = self._limits.values(self._record[0])
-        if not self._extents:
-            self._extents = [Extent(spec) for spec in self._limits.specs]
-            for extent, value in zip(self._extents, values, strict=True):
-                extent.add(value)
-            self._begin = [max(0.0, extent.excess) for extent in self._extents]
-        for extent, value in zip(self._extents, values, strict=True):
-            extent.add(value)
+        self._values.append(self._limits.values(self._state))
+        if len(self._values) == BLOCK:
+            self._take()
 
     @property
     def excess(self) -> dict[str, float]:
         """Beyond each limit, or beyond where the machine began if that was outside; negative inside."""
-        pairs = zip(self._extents, self._begin, strict=True)
-        return {extent.spec.name: extent.excess - begin for extent, begin in pairs if isfinite(extent.excess)}
+        if self._values:
+            self._take()
+        if self._begin is None:
+            return {}
+        rows = zip(self._limits.specs, self._worst.tolist(), self._begin.tolist(), strict=True)
+        return {spec.name: worst - begin for spec, worst, begin in rows if isfinite(worst)}
+
+    def _take(self) -> None:
+        """The ticks that wait, at once; what is no number is passed over."""
+        values = np.array(self._values)
+        self._values.clear()
+        beyond = np.fmax(self._lower - values, values - self._upper)
+        if self._begin is None:
+            self._begin = np.fmax(0.0, beyond[0])
+        self._worst = np.fmax(self._worst, np.fmax.reduce(beyond))
 
 
 @dataclass(slots=True)

@@ -5,7 +5,7 @@ import threading
 from collections.abc import Iterable, Sequence
 from enum import IntEnum
 from itertools import islice
-from typing import Any, NoReturn, SupportsIndex
+from typing import Any, Final, NoReturn, SupportsIndex
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,6 +35,9 @@ class Status(IntEnum):
 
     def __str__(self) -> str:
         return str(ffi.string(lib.hqp_status_name(int(self))).decode())
+
+
+_STATUS: Final[dict[int, Status]] = {int(status): status for status in Status}
 
 
 class Solution:
@@ -86,7 +89,7 @@ class Solution:
     @property
     def status(self) -> Status:
         """How the solve ended."""
-        return Status(self._info.status)
+        return _STATUS[self._info.status]
 
     @property
     def iterations(self) -> int:

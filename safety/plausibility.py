@@ -35,7 +35,6 @@ class Values:
         value: accepted ones, (n,).
         age: ticks since each was accepted, (n,).
         rejected: whether this tick's was not plausible, (n,).
-        current: whether all of them are of this tick.
     """
 
     def __init__(
@@ -67,8 +66,8 @@ class Values:
         self.value = values.reshape(-1)
         self.age = np.full(n, lib.PLAUSIBILITY_NEVER, np.int32)
         self.rejected = np.zeros(n, np.bool_)
-        self.current = False
         self._still = np.zeros(1, np.int32)
+        self._old = np.ones(1, np.int32)
         self._core = ffi.new("plausible_values *", {"n": n, "dt": dt, "stride": fresh.strides[0]})
         bind(
             lib,
@@ -84,7 +83,13 @@ class Values:
             age=self.age,
             rejected=self.rejected,
             still=self._still,
+            old=self._old,
         )
+
+    @property
+    def current(self) -> bool:
+        """Whether all of them are of the last tick that was taken."""
+        return not self._old[0]
 
     @property
     def still(self) -> int:
@@ -93,8 +98,7 @@ class Values:
 
     def accept(self, elapsed: int) -> bool:
         """Take or replace the values of a tick, so many ticks after the last one; gives ``current``."""
-        self.current = lib.plausible_accept(self._core, elapsed) == 0
-        return self.current
+        return int(lib.plausible_accept(self._core, elapsed)) == 0
 
 
 class Motion:
@@ -302,7 +306,18 @@ class Plausibility:
 
     def __init__(self, groups: Sequence[Axes], sensors: Sequence[Values] = ()) -> None:
         """The groups of axes, and what else is measured."""
-        self._groups, self._sensors = groups, sensors
+        self._groups = groups
+        values = [*sensors, *(values for group in groups for values in group.values)]
+        motions = [motion for group in groups for motion in group.motions]
+        courses = [course for group in groups for course in group.courses]
+        pairs = [pair for group in groups for pair in group.pairs]
+        self._checks = values, motions, courses, pairs  # they own what C is pointed to
+        self._all = (
+            *(ffi.new("plausible_values *[]", [each._core for each in values]), len(values), len(sensors)),
+            *(ffi.new("plausible_motion *[]", [each._core for each in motions]), len(motions)),
+            *(ffi.new("plausible_course *[]", [each._core for each in courses]), len(courses)),
+            *(ffi.new("plausible_pairs *[]", [each._core for each in pairs]), len(pairs)),
+        )
         none = [False] * sum(group.values[0].age.size for group in groups)
         self._calm = self.findings = Findings(none, none, none, none, none)
 
@@ -323,19 +338,8 @@ class Plausibility:
             elapsed: ticks since the last one that was taken, 1 where none was skipped.
             free: whether commands may move the axes: brakes are open.
         """
-        fine = True
-        for sensor in self._sensors:
-            sensor.accept(elapsed)
-        for group in self._groups:
-            for values in group.values:
-                fine &= values.accept(elapsed)
-            for motion in group.motions:
-                fine &= motion.fine(free)
-            for course in group.courses:
-                fine &= course.fine(elapsed)
-            for pair in group.pairs:
-                fine &= pair.fine()
-        self.findings = self._calm if fine else self._find()
+        found = lib.plausible_tick(*self._all, elapsed, free)
+        self.findings = self._find() if found else self._calm
 
     def _find(self) -> Findings:
         found = Findings()

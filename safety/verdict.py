@@ -5,7 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import IntEnum
 
+from ..configs.members import at_hand
 
+
+@at_hand
 class Reaction(IntEnum):
     """Reactions in order of strength (IEC 61800-5-2 terms in brackets)."""
 

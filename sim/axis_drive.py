@@ -16,6 +16,7 @@ class SimAxisDrive(SimDrive):
     """
 
     own_mode = CYCLIC_SYNCHRONOUS_VELOCITY
+    moved_by = "target_velocity"
     target_velocity: float
 
     @property

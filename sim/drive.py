@@ -2,63 +2,19 @@
 
 from __future__ import annotations
 
-from collections import deque
-from typing import Final, Protocol
+from collections.abc import Sequence
+from typing import Any, ClassVar
 
-from ..devices.cia301 import EMCY_RPDO_TIMEOUT, AlState
-from ..devices.cia402 import MODE, STATUS, VOLTAGE_ENABLED, State
+import numpy as np
+from numpy.typing import NDArray
+
+from ..binding import pointer
+from ..devices.cia402 import MODE, State
 from ..devices.device import Device
+from ._plant import lib
+from .attributes import Stored
 from .node import SimNode
-
-# What each command makes of each state, with the standard's transition numbers
-_SHUTDOWN: Final = {
-    State.SWITCH_ON_DISABLED: State.READY_TO_SWITCH_ON,  # 2
-    State.SWITCHED_ON: State.READY_TO_SWITCH_ON,  # 6
-    State.OPERATION_ENABLED: State.READY_TO_SWITCH_ON,  # 8
-}
-_SWITCH_ON: Final = {
-    State.READY_TO_SWITCH_ON: State.SWITCHED_ON,  # 3
-    State.OPERATION_ENABLED: State.SWITCHED_ON,  # 5
-}
-_ENABLE_OPERATION: Final = {
-    State.READY_TO_SWITCH_ON: State.SWITCHED_ON,  # 3
-    State.SWITCHED_ON: State.OPERATION_ENABLED,  # 4
-    State.QUICK_STOP_ACTIVE: State.OPERATION_ENABLED,  # 16
-}
-_DISABLE_VOLTAGE: Final = {
-    State.READY_TO_SWITCH_ON: State.SWITCH_ON_DISABLED,  # 7
-    State.OPERATION_ENABLED: State.SWITCH_ON_DISABLED,  # 9
-    State.SWITCHED_ON: State.SWITCH_ON_DISABLED,  # 10
-    State.QUICK_STOP_ACTIVE: State.SWITCH_ON_DISABLED,  # 12
-}
-_QUICK_STOP: Final = {
-    State.READY_TO_SWITCH_ON: State.SWITCH_ON_DISABLED,  # 7
-    State.SWITCHED_ON: State.SWITCH_ON_DISABLED,  # 10
-    State.OPERATION_ENABLED: State.QUICK_STOP_ACTIVE,  # 11
-}
-# Controlword: mask and value of each command
-_COMMANDS: Final = (
-    (0x8F, 0x0F, _ENABLE_OPERATION),
-    (0x8F, 0x07, _SWITCH_ON),
-    (0x87, 0x06, _SHUTDOWN),
-    (0x86, 0x02, _QUICK_STOP),
-    (0x82, 0x00, _DISABLE_VOLTAGE),
-)
-_FAULT_RESET: Final = 0x80
-_ENABLE: Final = 0x0F
-_ENABLED: Final = State.OPERATION_ENABLED
-_OP: Final = AlState.OP
-_REMOTE: Final = 0x0200  # a bit of the statusword that is always set here
-_STATUSWORD: Final = {state: value | _REMOTE for state, (_, value) in STATUS.items()}
-_ERROR_GENERIC: Final = 0x01
-
-
-class StoLine(Protocol):
-    """The wire that takes the torque away."""
-
-    @property
-    def sto(self) -> bool:
-        """Whether STO acts."""
+from .peers import Peers
 
 
 class SimDrive(SimNode):
@@ -70,36 +26,49 @@ class SimDrive(SimNode):
         error_code: 603Fh, stays until the fault is reset.
         controlword: as received.
         mode: mode of operation (6060h and 6061h).
+        deaf: the controlword has no effect; set it to inject that.
+        welded: nor has the loss of valid outputs.
         position, velocity: what the encoder reports; the plant sets them.
-        sto_line: whatever switches STO, or None.
     """
 
+    kind = lib.PEER_DRIVE
+    says = ("statusword", "mode", "error_code")
     own_mode: int
+    moved_by: ClassVar[str]
+    """The output that its axis is moved with."""
+
+    state = Stored(State, "drive")
+    fault = Stored(int, "drive")
+    error_code = Stored(int, "drive")
+    mode = Stored(int, "drive")
+    deaf = Stored(bool, "drive")
+    welded = Stored(bool, "drive")
+    controlword: int
     position: float
     velocity: float
 
-    def __init__(self, device: Device, outbox: deque[tuple[int, bytes]]) -> None:
-        self.sto_line: StoLine | None = None
-        self.fault = 0
-        super().__init__(device, outbox)
+    def __init__(self, device: Device, peers: Peers, index: int) -> None:
+        super().__init__(device, peers, index)
+        core = self._core
+        core.told, core.drive.target = self._place("controlword"), self._place(self.moved_by)
+        core.drive.own = self.own_mode
 
     def reset(self) -> None:
         """Power-up: not ready to switch on."""
         self.state = State.NOT_READY_TO_SWITCH_ON
-        self.controlword = self._obeyed = 0
+        self.controlword = self._core.drive.obeyed = 0
         self.error_code = 0
         super().reset()
 
     @property
     def sto(self) -> bool:
         """Whether STO acts on this drive."""
-        return self.sto_line is not None and self.sto_line.sto
+        return bool(lib.peers_sto(self._peers.core))
 
     @property
     def powered(self) -> bool:
         """Whether it moves its axis; otherwise the brake is closed."""
-        enabled = self.state is _ENABLED and self.al_state is _OP
-        return enabled and self.mode == self.own_mode and not self.sto
+        return bool(lib.peers_powered(self._peers.core, self.index))
 
     @property
     def brake(self) -> bool:
@@ -109,57 +78,43 @@ class SimDrive(SimNode):
     @property
     def statusword(self) -> int:
         """6041h."""
-        word = _STATUSWORD[self.state]
-        return word if self.sto else word | VOLTAGE_ENABLED
-
-    def outputs_latched(self) -> None:
-        """Obeys the controlword."""
-        controlword, before = self.controlword, self._obeyed
-        self._obeyed = controlword
-        if controlword == _ENABLE and self.state is _ENABLED:
-            return
-        if self.state is State.FAULT:
-            if controlword & ~before & _FAULT_RESET and not self.fault:  # transition 15
-                self.state = State.SWITCH_ON_DISABLED
-                self.error_code = 0
-                self.emergency(0, 0)
-        elif not self.sto:
-            for mask, value, transitions in _COMMANDS:
-                if controlword & mask == value:
-                    self.state = transitions.get(self.state, self.state)
-                    return
-
-    def outputs_invalid(self) -> None:
-        """Without valid outputs the voltage goes off."""
-        self._obeyed = 0
-        self.state = _DISABLE_VOLTAGE.get(self.state, self.state)
-
-    def watchdog_tripped(self) -> None:
-        """A fault, to be reset by the master."""
-        self._obeyed = 0
-        if self.state is not State.FAULT:
-            self._trip(EMCY_RPDO_TIMEOUT)
-
-    def watchdog_acknowledged(self) -> None:
-        """The fault stays until it is reset."""
-
-    def advance(self, dt: int) -> None:
-        """Lets plant time pass: watchdog, STO, faults and the automatic transitions."""
-        super().advance(dt)
-        if self.state is State.NOT_READY_TO_SWITCH_ON:  # transition 1
-            self.state = State.SWITCH_ON_DISABLED
-        elif self.state is State.FAULT_REACTION_ACTIVE:  # transition 14
-            self.state = State.FAULT
-        elif self.fault and self.state is not State.FAULT:
-            self._trip(self.fault)
-        elif self.sto:
-            self.state = _DISABLE_VOLTAGE.get(self.state, self.state)
-
-    def _trip(self, code: int) -> None:  # transition 13
-        self.state = State.FAULT_REACTION_ACTIVE
-        self.error_code = code
-        self.emergency(code, _ERROR_GENERIC)
+        return int(lib.peers_statusword(self._peers.core, self.index))
 
     def _configure(self) -> None:
         super()._configure()
         self.mode = int(self.objects.read(MODE))
+
+
+class Drives:
+    """Some drives side by side, as the mechanics see them.
+
+    Attributes:
+        command: what their axes are moved with, 0 without power, (n,).
+        braked: which brakes are closed, (n,).
+    """
+
+    def __init__(self, drives: Sequence[SimDrive]) -> None:
+        """At least one, all of one network.
+
+        Raises:
+            NetworkError: they are of several groups, whose fields do not lie side by side.
+        """
+        n = len(drives)
+        self._peers = drives[0]._peers
+        devices = [drive.index for drive in drives]
+        self._columns = {name: self._peers.column(devices, name) for name in drives[0].fields}
+        self.command, self.braked = np.zeros(n), np.zeros(n, np.bool_)
+        self._arguments = (
+            pointer(np.array(devices, np.int32), "const int32_t", n),
+            n,
+            pointer(self.command, "double", n),
+            pointer(self.braked, "uint8_t", n),
+        )
+
+    def __getitem__(self, field: str) -> NDArray[Any]:
+        """What they report or were told, (n,); a view."""
+        return self._columns[field]
+
+    def update(self) -> None:
+        """Take what they do now."""
+        lib.peers_drives(self._peers.core, *self._arguments)

@@ -13,8 +13,9 @@ import pinocchio as pin
 from ..binding import bind
 from ..models import Array, Robot
 from ._plant import ffi, lib
-from .friction import Friction
+from .friction import Braked, Friction
 from .hold import Hold, chain
+from .links import Links
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,24 +53,22 @@ class HeldArm(ABC):
     motor: Array
     motor_rate: Array
 
-    def __init__(self, robot: Robot, frame: str, substeps: int) -> None:
-        """The frame by its name."""
-        n = robot.nv
+    def __init__(self, robot: Robot, frame: str, armature: Array, substeps: int) -> None:
+        """The frame by its name; armature: inertia of what turns with the links, (n,)."""
         self._robot = robot
-        self._frame = robot.frame(frame)
+        n = robot.nv
         self._substeps = substeps
         self._gravity = robot.model.gravity.linear.copy()
-        self.q, self.qd, self.qdd = np.zeros(n), np.zeros(n), np.zeros(n)
+        self._links = links = Links(robot, frame, armature)
+        self.q, self.qd, self.qdd = links.q, links.qd, links.qdd
         self.spring = np.zeros(n)
-        self.position, self.rotation = np.zeros(3), np.eye(3)
-        self.twist, self.acceleration = np.zeros(6), np.zeros(6)
+        self.position, self.rotation = links.position, links.rotation
+        self.twist, self.acceleration = links.twist, links.acceleration
         self.hold = Hold()
-        self._torque, self._load, self._braked = np.zeros(n), np.zeros(n), np.zeros(n, np.uint8)
-        self._J, self._friction, self._work = np.zeros((6, n)), np.zeros(n), np.zeros(4)
+        self._torque, self._braked = np.zeros(n), np.zeros(n, np.uint8)
+        self._friction, self._work = np.zeros(n), np.zeros(4)
 
-    def step(
-        self, torque: Array | Sequence[float], braked: Sequence[bool], base_acceleration: Array, dt: float
-    ) -> None:
+    def step(self, torque: Array, braked: Braked, base_acceleration: Array, dt: float) -> None:
         """Advance by dt under constant inputs.
 
         Args:
@@ -78,7 +77,7 @@ class HeldArm(ABC):
             base_acceleration: (3,) [m/s^2].
             dt: period [s].
         """
-        self._robot.model.gravity.linear = self._gravity - base_acceleration
+        np.subtract(self._gravity, base_acceleration, out=self._links.gravity)
         self._torque[:], self._braked[:] = torque, braked
         self._move(dt / self._substeps)
         self._observe()
@@ -103,33 +102,15 @@ class HeldArm(ABC):
     def potential_energy(self) -> float:
         """Potential energy of the links in the field of gravity [J]."""
         robot = self._robot
-        robot.model.gravity.linear = self._gravity
         return float(pin.computePotentialEnergy(robot.model, robot.data, robot.configuration(self.q)))
 
-    def _held(self, dry: Array) -> Any:
-        """The chain as C knows it, with the largest dry friction of its joints (n,)."""
-        return chain(self.hold, self._robot.data.Minv, self._J, dry, self._friction)
-
-    def _accelerate(self) -> None:
-        """What the load alone does to the links; leaves their inverse inertia for C."""
-        robot = self._robot
-        model, data = robot.model, robot.data
-        q, load = robot.configuration(self.q), self._load
-        self.qdd[:] = pin.aba(model, data, q, self.qd, load, pin.Convention.WORLD)
-        pin.computeMinverse(model, data)  # from what aba leaves, but in that convention alone
+    def _chain(self, dry: Array) -> Any:
+        """What is held as C knows it, with the largest dry friction of its joints (n,)."""
+        links = self._links
+        return chain(self.hold, links.inverse, links.J, dry, self._friction)
 
     def _observe(self) -> None:
-        robot = self._robot
-        model, data = robot.model, robot.data
-        world = pin.LOCAL_WORLD_ALIGNED
-        q = robot.configuration(self.q)
-        J = pin.computeFrameJacobian(model, data, q, self._frame, world)
-        self._J[:] = J.reshape(self._J.shape)  # pinocchio drops the dimension of a single joint
-        pin.forwardKinematics(model, data, q, self.qd, self.qdd)
-        pose = pin.updateFramePlacement(model, data, self._frame)
-        self.position, self.rotation = pose.translation.copy(), pose.rotation.copy()
-        self.twist = pin.getFrameVelocity(model, data, self._frame, world).vector.copy()
-        self.acceleration = pin.getFrameClassicalAcceleration(model, data, self._frame, world).vector.copy()
+        self._links.observe()
 
 
 class SeriesElasticArm(HeldArm):
@@ -147,12 +128,12 @@ class SeriesElasticArm(HeldArm):
         friction: Friction | None = None,
     ) -> None:
         """Rotor inertia [kg m^2], spring [N m/rad], [N m s/rad], holding torque of the brakes [N m], (n,)."""
-        super().__init__(robot, frame, substeps)
         n = robot.nv
+        super().__init__(robot, frame, np.zeros(n), substeps)
         dry = friction or Friction.none(n)
         self._rotor, self._stiffness = rotor, stiffness
         self.motor, self.motor_rate = np.zeros(n), np.zeros(n)
-        self._chain = self._held(dry.bearing)
+        self._held = self._chain(dry.bearing)
         self._core = ffi.new("elastic *", {"n": n})
         bind(
             lib,
@@ -172,7 +153,7 @@ class SeriesElasticArm(HeldArm):
             motor=self.motor,
             motor_rate=self.motor_rate,
             spring=self.spring,
-            load=self._load,
+            load=self._links.load,
             work=self._work,
         )
 
@@ -186,10 +167,8 @@ class SeriesElasticArm(HeldArm):
         self._observe()
 
     def _move(self, h: float) -> None:
-        for _ in range(self._substeps):
-            lib.elastic_torques(self._core)
-            self._accelerate()
-            lib.elastic_advance(self._core, self._chain, h)
+        links = self._links
+        links.check(lib.elastic_move(self._core, links.core, self._held, h, self._substeps))
 
     def energy(self) -> float:
         """Kinetic and potential energy of links, rotors and springs [J]."""
@@ -223,15 +202,15 @@ class DirectArm(HeldArm):
         friction: Friction | None = None,
     ) -> None:
         """Rotor inertia [kg m^2 or kg], holding torque of the brakes [N m or N], (n,)."""
-        own = Robot(robot.model.copy())
+        own = Robot(robot.model.copy())  # whose gravity and armature are its own
         own.damping = robot.damping
-        super().__init__(own, frame, substeps)
+        super().__init__(own, frame, rotor, substeps)
         self._robot.model.armature = rotor
         self._rotor = rotor
         self._rubs = rubs = friction or Friction.none(own.nv)
         self.motor, self.motor_rate = self.q, self.qd
         self._dry = np.zeros(own.nv)
-        self._chain = self._held(self._dry)
+        self._held = self._chain(self._dry)
         self._core = ffi.new("direct *", {"n": own.nv})
         bind(
             lib,
@@ -247,7 +226,7 @@ class DirectArm(HeldArm):
             qdd=self.qdd,
             q=self.q,
             qd=self.qd,
-            load=self._load,
+            load=self._links.load,
             dry=self._dry,
             work=self._work,
         )
@@ -260,13 +239,12 @@ class DirectArm(HeldArm):
         self._observe()
 
     def _move(self, h: float) -> None:
-        robot = self._robot
-        for _ in range(self._substeps):
-            lib.direct_torques(self._core)
-            self._accelerate()
-            lib.direct_advance(self._core, self._chain, h)
-        q = robot.configuration(self.q)
-        moving = pin.rnea(robot.model, robot.data, q, self.qd, self.qdd) - self._J.T @ self.hold.wrench
+        robot, links = self._robot, self._links
+        links.check(lib.direct_move(self._core, links.core, self._held, h, self._substeps))
+        model, q = robot.model, robot.configuration(self.q)
+        model.gravity.linear = links.gravity
+        moving = pin.rnea(model, robot.data, q, self.qd, self.qdd) - links.J.T @ self.hold.wrench
+        model.gravity.linear = self._gravity
         # brake, gear and bearing rub together; the bearing's part does not pass through the sensor
         outside = np.divide(self._rubs.bearing, self._dry, out=np.zeros(robot.nv), where=self._dry > 0.0)
         self.spring[:] = moving + robot.damping * self.qd - self._rotor * self.qdd - outside * self._friction

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import numpy as np
+from numpy.typing import NDArray
+
 from ..devices.force_torque import SensorStatus
 from .node import SimNode
 
@@ -16,5 +19,5 @@ class SimForceTorque(SimNode):
         status: bits of `SensorStatus`.
     """
 
-    wrench: Sequence[float]
+    wrench: Sequence[float] | NDArray[np.float64]
     status = int(SensorStatus.READY)

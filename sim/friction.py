@@ -6,10 +6,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..binding.bind import pointer
 from ..models import Array
 from ._plant import ffi, lib
+
+Braked = Sequence[bool] | NDArray[np.bool_]
+"""Which brakes are closed, (n,)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,7 +63,7 @@ def dry_impulse(A: Array, v: Array, most: Array) -> Array:
     return p
 
 
-def braked_speed(M: Array, qd: Array, braked: Sequence[bool], most: Array) -> Array:
+def braked_speed(M: Array, qd: Array, braked: Braked, most: Array) -> Array:
     """Speeds (n,) after closed brakes have acted, which are dry friction.
 
     Args:

@@ -6,7 +6,6 @@ person pushes.
 
 from __future__ import annotations
 
-from bisect import bisect_right
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from math import cos, hypot, sin
@@ -15,7 +14,9 @@ from typing import Protocol
 import numpy as np
 import pinocchio as pin
 
+from ..binding import bind
 from ..models import Array
+from ._plant import ffi, lib
 from .hold import Hold
 
 STILL = (0.0, 0.0, 0.0)
@@ -46,21 +47,17 @@ class Path:
         h = np.diff(t)[:, None]
         slope = _clamped_slopes(t, y)
         m0, m1, rise = h * slope[:-1], h * slope[1:], np.diff(y, axis=0)
-        self._t = t.tolist()
-        # per segment and coordinate, for s from 0 to 1: ((a s + b) s + c) s + d
         a, b = m0 + m1 - 2.0 * rise, 3.0 * rise - 2.0 * m0 - m1
-        self._segments = np.stack([a, b, m0, y[:-1]], axis=2).tolist()
+        self._value, self._rate = np.zeros(y.shape[1]), np.zeros(y.shape[1])
+        sizes = {"segments": len(h), "knots": len(t), "columns": y.shape[1]}
+        self._core = ffi.new("path *", sizes)
+        cubic = np.stack([a, b, m0, y[:-1]], axis=2)
+        bind(lib, self._core, time=t, cubic=cubic, value=self._value, rate=self._rate)
 
     def at(self, t: float) -> tuple[list[float], list[float]]:
         """Coordinates and their rates at time t; the ends are held."""
-        t = min(max(t, self._t[0]), self._t[-1])
-        i = min(bisect_right(self._t, t), len(self._t) - 1) - 1
-        h = self._t[i + 1] - self._t[i]
-        s = (t - self._t[i]) / h
-        segment = self._segments[i]
-        value = [((a * s + b) * s + c) * s + d for a, b, c, d in segment]
-        rate = [((3.0 * a * s + 2.0 * b) * s + c) / h for a, b, c, _ in segment]
-        return value, rate
+        lib.path_at(self._core, t)
+        return self._value.tolist(), self._rate.tolist()
 
 
 def _clamped_slopes(t: Array, y: Array) -> Array:
@@ -119,7 +116,7 @@ class Hand:
     def take(self) -> None:
         """A person leads it from now on: it wants to stay where the handle is."""
         if self._own is None:
-            self._own = list(self._handle), self._rotation
+            self._own = list(self._handle), self._rotation.copy()
 
     def push(self, direction: Sequence[float]) -> None:
         """Once taken, pull the handle gently in a direction (3,)."""
@@ -230,11 +227,11 @@ def hanging(angles: Sequence[float], rates: Sequence[float]) -> tuple[Array, tup
     axis = (cy * st, sy * st, ct)
     rotation = np.array(
         (
-            (cy * ct * cr - sy * sr, -cy * ct * sr - sy * cr, axis[0]),
-            (sy * ct * cr + cy * sr, -sy * ct * sr + cy * cr, axis[1]),
-            (-st * cr, st * sr, axis[2]),
+            *(cy * ct * cr - sy * sr, -cy * ct * sr - sy * cr, axis[0]),
+            *(sy * ct * cr + cy * sr, -sy * ct * sr + cy * cr, axis[1]),
+            *(-st * cr, st * sr, axis[2]),
         )
-    )
+    ).reshape(3, 3)  # of one level, which numpy reads faster
     d_yaw, d_tilt, d_roll = rates
     omega = (d_roll * axis[0] - sy * d_tilt, d_roll * axis[1] + cy * d_tilt, d_roll * axis[2] + d_yaw)
     return rotation, omega

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import numpy as np
+from numpy.typing import NDArray
+
 from ..devices.force_torque import SensorStatus
 from .node import SimNode
 
@@ -17,6 +20,6 @@ class SimImu(SimNode):
         status: bits of `SensorStatus`.
     """
 
-    acceleration: Sequence[float]
-    angular_velocity: Sequence[float]
+    acceleration: Sequence[float] | NDArray[np.float64]
+    angular_velocity: Sequence[float] | NDArray[np.float64]
     status = int(SensorStatus.READY)

@@ -2,34 +2,23 @@
 
 from __future__ import annotations
 
-import struct
-from collections import deque
 from collections.abc import Callable, Mapping
 from typing import Any, Final, TypeVar
 
 from ..configs import plugins
-from ..devices.cia301 import (
-    MAX_NODE,
-    MAX_OUTPUT_FRAME,
-    NMT,
-    OUTPUT,
-    SDO_REQUEST,
-    SYNC,
-    NmtState,
-)
+from ..devices.cia301 import NMT, SDO_REQUEST, NmtState
 from ..devices.device import Device
 from ..devices.errors import NetworkError
-from ..devices.frames import CAPACITY, Frames
-from ..devices.network import HEADER, Network
-from .drive import SimDrive
+from ..devices.frames import Frames
+from ..devices.network import Network
+from ._plant import lib
 from .node import SimNode
+from .peers import Peers
 from .safety_plc import SimSafetyPlc
 
-Kind = Callable[[Any, deque[tuple[int, bytes]]], SimNode]
+Kind = Callable[[Any, Peers, int], SimNode]
 N = TypeVar("N", bound=SimNode)
 
-_HEADER: Final = struct.Struct("<HB")
-_VALID: Final = 0x01
 _NANOSECONDS: Final = 1e9
 
 
@@ -64,16 +53,16 @@ class SimNodes:
             kinds: what simulates devices whose kind is not installed, or is to be simulated otherwise.
         """
         own = kinds or {}
-        self._outbox: deque[tuple[int, bytes]] = deque(maxlen=CAPACITY)
+        self._peers = Peers(network)
+        self._core = self._peers.core
         self.nodes = tuple(
-            (own.get(type(device)) or simulation(device))(device, self._outbox) for device in network.devices
+            (own.get(type(device)) or simulation(device))(device, self._peers, i)
+            for i, device in enumerate(network.devices)
         )
         self._by_name = {node.device.name: node for node in self.nodes}
         self._by_node = {node.device.node: node for node in self.nodes}
-        self._frames: dict[int, bytes] = {}
         controllers = self.of(SimSafetyPlc)
-        for drive in self.of(SimDrive):
-            drive.sto_line = controllers[0] if controllers else None
+        self._core.safety = controllers[0].index if controllers else -1
 
     def __getitem__(self, name: str) -> SimNode:
         """The device of that name."""
@@ -85,19 +74,12 @@ class SimNodes:
 
     def receive(self, frames_in: Frames, frames_out: Frames) -> None:
         """Takes a batch of frames and appends what the devices have to say, as far as there is room."""
-        for can_id, data in frames_in:
-            if can_id == SYNC:
-                self._sync(data)
-            elif OUTPUT < can_id <= OUTPUT + MAX_OUTPUT_FRAME:
-                self._frames[can_id - OUTPUT] = data
-            elif can_id == NMT and len(data) == 2:
-                self._command(*data)
-            elif SDO_REQUEST < can_id <= SDO_REQUEST + MAX_NODE:
-                node = self._by_node.get(can_id - SDO_REQUEST)
-                if node and node.nmt_state is not NmtState.STOPPED:  # which knows NMT and heartbeat only
-                    node.objects.request(data)
-        while self._outbox and len(frames_out) < frames_out.pointer.capacity:
-            frames_out.append(*self._outbox.popleft())
+        first = 0
+        while (at := lib.peers_take(self._core, frames_in.pointer, first)) >= 0:
+            self._serve(*frames_in[at])
+            first = at + 1
+        while (sender := lib.peers_give(self._core, frames_out.pointer)) >= 0:
+            self._give(self.nodes[sender], frames_out)
 
     def advance(self, dt: float) -> None:
         """Lets plant time pass; what the devices send meanwhile goes out with the next `receive`.
@@ -105,22 +87,28 @@ class SimNodes:
         Args:
             dt: [s].
         """
-        nanoseconds = round(dt * _NANOSECONDS)
-        for node in self.nodes:
-            node.advance(nanoseconds)
+        lib.peers_advance(self._core, round(dt * _NANOSECONDS))
 
-    def _sync(self, data: bytes) -> None:
-        if len(data) < HEADER:
+    def _serve(self, can_id: int, data: bytes) -> None:
+        """A frame that is not of the cycle: NMT or SDO."""
+        if can_id == NMT:
+            if len(data) == 2:
+                self._command(*data)
             return
-        counter, flags = _HEADER.unpack_from(data)
-        self._frames[0] = data
-        stamp = data[:2]
-        frames = {number: payload for number, payload in self._frames.items() if payload[:2] == stamp}
-        for node in self.nodes:
-            node.sync(counter, bool(flags & _VALID), frames)
-        self._frames.clear()
+        node = self._by_node.get(can_id - SDO_REQUEST)
+        if node and node.nmt_state is not NmtState.STOPPED:  # which knows NMT and heartbeat only
+            node.objects.request(data)
 
     def _command(self, command: int, target: int) -> None:
         for node in self.nodes:
             if target in (0, node.device.node):
                 node.command(command)
+
+    def _give(self, node: SimNode, frames_out: Frames) -> None:
+        """The next frame goes out as a fault makes of it; what there is no room for is lost."""
+        frame = self._peers.outbox[self._core.given]
+        self._core.given += 1
+        assert node.tamper is not None
+        for can_id, data in node.tamper(*frame):
+            if len(frames_out) < frames_out.pointer.capacity:
+                frames_out.append(can_id, data)

@@ -10,6 +10,7 @@ import pinocchio as pin
 from ..binding.bind import pointer
 from ..models import Array, Robot
 from ._plant import lib
+from .friction import Braked
 from .hold import Hold, chain
 
 
@@ -47,7 +48,7 @@ class RigidArm:
         self.q[:], self.qd[:], self.qdd[:] = q, 0.0, 0.0
         self._observe()
 
-    def step(self, torque: Array, braked: Sequence[bool], force: Sequence[float], h: float) -> None:
+    def step(self, torque: Array, braked: Braked, force: Sequence[float], h: float) -> None:
         """Advance by h under constant inputs.
 
         Args:

@@ -55,34 +55,29 @@ class SensorErrors:
         self._bias = _column(errors, "bias", 0.0) * random.uniform(-1.0, 1.0, n)
         self._drift, self._dt = np.zeros(n), 0.0
         self._offsets: list[Array] = []
-        self._places: list[tuple[SimNode, str, int | slice, bool]] = []
+        self._truth = np.zeros(n)
+        self._places: list[tuple[Array, Array, slice]] = []
+        end = 0
         for reading in readings:
-            at, k = sum(len(other.errors) for other in readings[: len(self._places)]), len(reading.errors)
-            self._mix[at : at + k, at : at + k] += _coupling(reading, random)
-            place = at if k == 1 else slice(at, at + k)
-            self._places.append((reading.node, reading.field, place, k == 1))
+            own = slice(end, end := end + len(reading.errors))
+            self._mix[own, own] += _coupling(reading, random)
+            self._places.append((reading.node.fields[reading.field], self._truth[own], own))
 
     def spoil(self, dt: float) -> None:
         """Replace the truth in the devices by what they would say, dt [s] after the last time."""
         if dt != self._dt or not self._offsets:
             self._draw(dt)
-        truth: list[float] = []
-        for node, field, _, single in self._places:
-            value = getattr(node, field)
-            if single:
-                truth.append(value)
-            else:
-                truth += value
-        seen = self._mix @ truth
+        for value, truth, _ in self._places:
+            truth[:] = value
+        seen = self._mix @ self._truth
         seen += self._offsets.pop()
         if self._saturates:
             np.clip(seen, -self._range, self._range, seen)
         steps = self._steps
         if steps.size:
             seen[steps] = self._step * np.rint(seen[steps] / self._step)
-        values = seen.tolist()
-        for node, field, place, _ in self._places:
-            setattr(node, field, values[place])
+        for value, _, own in self._places:
+            value[:] = seen[own]
 
     def _draw(self, dt: float) -> None:
         """What bias, drift and noise add in the next periods of dt [s], the last of them first."""

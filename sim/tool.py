@@ -1,11 +1,16 @@
-"""What hangs on a force-torque sensor, and what the sensor feels of it."""
+"""What hangs on a force-torque sensor, and what the sensors on it feel."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
-Vector = list[float]
+import numpy as np
+
+from ..binding import bind
+from ..models import Array
+from ._plant import ffi, lib
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,48 +28,66 @@ class Tool:
     inertia: Sequence[float]
 
 
+class Carrier(Protocol):
+    """The frame H that carries it, in the axes of its base B and without that one's motion; own buffers."""
+
+    rotation: Array
+    twist: Array
+    acceleration: Array
+
+
 class SensedTool:
-    """A tool that a hand holds at the handle H, on a sensor whose axes are the handle's.
+    """A tool that a hand holds at the handle H.
 
     Attributes:
         tool: its parameters.
-        place: of the sensor from H, in the handle's axes, (3,) [m].
+        place: of the force-torque sensor from H, in the sensors' axes, (3,) [m].
+        base: acceleration of B less gravity, (3,) in its axes [m/s^2]; the plant sets it.
+        felt: by the force-torque sensor, (6,): the operator's wrench, and the tool's weight and inertia.
+        specific, omega: specific force at the inertial unit, and angular velocity, (3,) each.
     """
 
-    def __init__(self, tool: Tool, place: Vector) -> None:
-        self.tool, self.place = tool, place
-        self._centre = list(tool.centre)
-
-    def sensed(self, specific: Vector, alpha: Vector, omega: Vector, force: Vector, torque: Vector) -> Vector:
-        """What the tool exerts on the sensor: the operator's wrench, and the tool's weight and inertia, (6,).
+    def __init__(
+        self,
+        tool: Tool,
+        place: Sequence[float],
+        carrier: Carrier,
+        wrench: Array,
+        axes: Array | None = None,
+        unit: Sequence[float] = (0.0, 0.0, 0.0),
+    ) -> None:
+        """A tool on an arm.
 
         Args:
-            specific: a - g of H [m/s^2], this and all others (3,) in the handle's axes.
-            alpha: its angular acceleration [rad/s^2].
-            omega: its angular velocity [rad/s].
-            force: of the operator at H [N].
-            torque: of the operator [N m].
+            tool: its parameters.
+            place: see above.
+            carrier: H, read at every update.
+            wrench: of the operator on it in B, (6,) [N, N m], read at every update.
+            axes: of the sensors in H, (3, 3); None for those of H.
+            unit: place of an inertial unit from H, in the sensors' axes, (3,) [m].
         """
-        tool, centre = self.tool, self._centre
-        at_centre = specific_force(
-            specific, alpha, omega, [s + c for s, c in zip(self.place, centre, strict=True)]
+        self.tool, self.place = tool, list(place)
+        self.base, self.felt = np.zeros(3), np.zeros(6)
+        self.specific, self.omega = np.zeros(3), np.zeros(3)
+        constants = {
+            **{"mass": tool.mass, "centre": list(tool.centre), "inertia": list(tool.inertia)},
+            **{"place": self.place, "unit": list(unit)},
+            "axes": (np.eye(3) if axes is None else np.asarray(axes)).reshape(-1).tolist(),
+        }
+        self._core = ffi.new("tool *", constants)
+        bind(
+            lib,
+            self._core,
+            rotation=carrier.rotation,
+            twist=carrier.twist,
+            acceleration=carrier.acceleration,
+            base=self.base,
+            wrench=wrench,
+            felt=self.felt,
+            specific=self.specific,
+            omega=self.omega,
         )
-        pull = [-tool.mass * a for a in at_centre]
-        spin = [i * a for i, a in zip(tool.inertia, alpha, strict=True)]
-        gyroscopic = cross(omega, [i * w for i, w in zip(tool.inertia, omega, strict=True)])
-        lever, sag = cross(force, self.place), cross(centre, pull)
-        return [
-            *(f + p for f, p in zip(force, pull, strict=True)),
-            *(torque[i] + lever[i] + sag[i] - spin[i] - gyroscopic[i] for i in range(3)),
-        ]
 
-
-def cross(a: Vector, b: Vector) -> Vector:
-    """The product a x b, (3,) each."""
-    return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-
-
-def specific_force(origin: Vector, alpha: Vector, omega: Vector, point: Vector) -> Vector:
-    """A - g at a point of a rigid body from that at its origin, (3,) each [m, rad, s]."""
-    tangential, centripetal = cross(alpha, point), cross(omega, cross(omega, point))
-    return [o + t + c for o, t, c in zip(origin, tangential, centripetal, strict=True)]
+    def update(self) -> None:
+        """Feel what is now."""
+        lib.tool_feel(self._core)

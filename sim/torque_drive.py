@@ -18,6 +18,7 @@ class SimTorqueDrive(SimDrive):
     """
 
     own_mode = CYCLIC_SYNCHRONOUS_TORQUE
+    moved_by = "target_torque"
     link_position: float
     load_torque: float
     target_torque: float

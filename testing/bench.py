@@ -145,13 +145,13 @@ class Bench:
 
 def fall(node: SimNode) -> None:
     """A device falls back to SAFEOP, reports no error, and goes on answering."""
-    node._watchdog_tripped, node.al_state = True, AlState.SAFEOP
+    node.tripped, node.al_state = True, AlState.SAFEOP
 
 
 def weld(drive: SimDrive) -> None:
     """A drive's power stage stays on, whatever it is told; only STO takes its torque."""
     drive.state = State.OPERATION_ENABLED
-    drive.outputs_latched = drive.outputs_invalid = lambda: None  # type: ignore[method-assign]
+    drive.deaf = drive.welded = True
 
 
 def creep(bench: Bench, drive: SimDrive, speed: float) -> None:

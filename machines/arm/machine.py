@@ -124,7 +124,7 @@ class SerialArm:
         acceleration = handle.J[:3] @ self._driven + handle.drift[:3] - self._gravity
         np.matmul(acceleration, handle.rotation, out=self._specific)
         self._driven[:] = 0.0  # until this tick commands a motion
-        if alive(self._force, self.velocity, self.thresholds) and self._force_torque.valid(0):
+        if alive(self._force, self.velocity, self.thresholds) and self._force_torque.ready(0):
             self.raw_wrench = self._force_torque.wrench[0].tolist()
             self._estimator.update()
         else:  # the last estimate stands, and is faded out

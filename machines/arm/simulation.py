@@ -31,7 +31,7 @@ def arm_plant(config: ArmConfig, robot: Robot, network: Network) -> ArmPlant:
         (hand.force, hand.torque or 0.0),
     )
     T = sensor_pose(robot, config.arm.frames.handle, config.arm.frames.sensor)
-    R = T[:3, :3]
+    R, own = T[:3, :3], Tool(tool.mass, tool.centre, plant.handle_inertia)
     return ArmPlant(
         network,
         arm,
@@ -41,8 +41,7 @@ def arm_plant(config: ArmConfig, robot: Robot, network: Network) -> ArmPlant:
             turned(arm.rotation.copy()),
             [(away.at, away.at + away.seconds) for away in hand.away or ()],
         ),
-        SensedTool(Tool(tool.mass, tool.centre, plant.handle_inertia), (R.T @ T[:3, 3]).tolist()),
-        R,
+        SensedTool(own, (R.T @ T[:3, 3]).tolist(), arm, arm.hold.wrench, R),
         (plant.force_noise, plant.torque_noise),
         [(float(press.at), press.pressed) for press in hand.dead_man],
         simulation.seed,

@@ -157,7 +157,7 @@ class Giant:
         joints, axes, imus = self._joints, self._axes, self._imus
         self.position = joints.link_position.tolist() + axes.position.tolist()
         self.velocity = joints.velocity.tolist() + axes.velocity.tolist()
-        self.inertial = imus.valid(CARRIAGE) and self._alive(self._carried)
+        self.inertial = imus.ready(CARRIAGE) and self._alive(self._carried)
         if self.inertial:  # otherwise the last sample stands
             self._acceleration[:] = imus.acceleration[CARRIAGE, :2]
         if not self._started:
@@ -165,7 +165,7 @@ class Giant:
             self._started = True
         self._observer.update()
         current = self._alive(self._force) and self._alive(self._held)
-        if current and self._force_torque.valid(0) and imus.valid(HANDLE):
+        if current and self._force_torque.ready(0) and imus.ready(HANDLE):
             self.raw_wrench = self._force_torque.wrench[0].tolist()
             self._estimator.update()
         else:  # the last estimate stands, and is faded out

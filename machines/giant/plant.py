@@ -12,14 +12,13 @@ from ...devices.network import Network
 from ...models import Array, Robot
 from ...sim.axis_drive import SimAxisDrive
 from ...sim.delay import Delay
+from ...sim.drive import Drives
 from ...sim.dynamics import SeriesElasticArm, VelocityAxes
 from ...sim.force_torque import SimForceTorque
 from ...sim.hand import Hand
-from ...sim.imu import SimImu
 from ...sim.joint_drive import SimJointDrive
-from ...sim.nodes import SimNodes
 from ...sim.plant import Energies, SimPlant
-from ...sim.tool import SensedTool, Tool, specific_force
+from ...sim.tool import SensedTool, Tool
 
 GRAVITY = np.array([0.0, 0.0, -9.81])
 
@@ -61,17 +60,26 @@ class GiantPlant(SimPlant):
         self.arm, self.ppu, self.hand = arm, ppu, hand
         self._robot = robot
         self._noise = np.repeat([noise.acceleration, noise.acceleration, noise.force, noise.torque], 3)
-        self._joints, self._axes = self.nodes.of(SimJointDrive), self.nodes.of(SimAxisDrive)
-        (self._force_torque,) = self.nodes.of(SimForceTorque)
-        self._imu_carriage = _imu(self.nodes, "imu_carriage")
-        self._imu_handle = _imu(self.nodes, "imu_handle")
+        self._joints = Drives(self.nodes.of(SimJointDrive))
+        self._axes = Drives(self.nodes.of(SimAxisDrive))
+        self._encoders = (
+            *((self._joints["position"], arm.motor), (self._joints["velocity"], arm.motor_rate)),
+            *((self._joints["link_position"], arm.q), (self._joints["load_torque"], arm.spring)),
+            *((self._axes["position"], ppu.position), (self._axes["velocity"], ppu.velocity)),
+        )
+        (force_torque,) = self.nodes.of(SimForceTorque)
+        carriage, handle = (self.nodes[name].fields for name in ("imu_carriage", "imu_handle"))
+        self._felt = (
+            *(carriage["acceleration"], handle["acceleration"], handle["angular_velocity"]),
+            force_torque.fields["wrench"],
+        )
         zero = np.zeros(robot.nv)
         T_handle = np.linalg.inv(robot.placement(zero, "handle"))
-        self.tool = SensedTool(tool, (T_handle @ robot.placement(zero, "force_torque"))[:3, 3].tolist())
-        self._imu = (T_handle @ robot.placement(zero, "imu_handle"))[:3, 3].tolist()
-        self._late = Delay(delay, len(self._joints)), Delay(delay, len(self._axes))
-        self._base = np.zeros(3)
-        self._wrench = arm.hold.wrench
+        sensors = ("force_torque", "imu_handle")
+        place, unit = ((T_handle @ robot.placement(zero, name))[:3, 3].tolist() for name in sensors)
+        self._late = Delay(delay, len(self._joints.command)), Delay(delay, len(self._axes.command))
+        self._base, self._wrench = np.zeros(3), arm.hold.wrench
+        self.tool = SensedTool(tool, place, arm, self._wrench, unit=unit)
         self._measure()
 
     def energies(self) -> Energies:
@@ -102,43 +110,26 @@ class GiantPlant(SimPlant):
 
     def _move(self, dt: float) -> None:
         arm, ppu = self.arm, self.ppu
+        joints, axes = self._joints, self._axes
+        joints.update()
+        axes.update()
         position = arm.position.tolist()
         for i in range(2):
             position[i] += ppu.position[i]
-        brakes = [axis.brake for axis in self._axes]
-        ppu.step(self._late[1]([axis.velocity_command for axis in self._axes], brakes), brakes, dt)
+        late = self._late[1](axes.command, axes.braked)
+        ppu.step(late.tolist(), axes.braked.tolist(), dt)
         self._base[:2] = ppu.acceleration
         self.hand.aim(arm.hold, self.time, position, arm.rotation, (*ppu.velocity, 0.0))
-        torque, brakes = [joint.torque for joint in self._joints], [joint.brake for joint in self._joints]
-        arm.step(self._late[0](torque, brakes), brakes, self._base, dt)
+        arm.step(self._late[0](joints.command, joints.braked), joints.braked, self._base, dt)
 
     def _sense(self) -> None:
-        arm, ppu = self.arm, self.ppu
-        rows = (
-            self._joints,
-            arm.motor.tolist(),
-            arm.motor_rate.tolist(),
-            arm.q.tolist(),
-            arm.spring.tolist(),
-        )
-        for joint, motor, rate, q, spring in zip(*rows, strict=True):
-            joint.position, joint.velocity, joint.link_position, joint.load_torque = motor, rate, q, spring
-        for axis, x, v in zip(self._axes, ppu.position, ppu.velocity, strict=True):
-            axis.position, axis.velocity = x, v
-        noise = self._random.standard_normal(12) * self._noise
-        self._imu_carriage.acceleration = (self._base - GRAVITY + noise[:3]).tolist()
-        # everything else in the handle's axes, whose origin H is
-        base, classical = self._base - GRAVITY, arm.acceleration
-        vectors = (base + classical[:3], classical[3:], arm.twist[3:], self._wrench[:3], self._wrench[3:])
-        specific, alpha, omega, force, torque = (np.array(vectors) @ arm.rotation).tolist()
-        at_imu = specific_force(specific, alpha, omega, self._imu)
-        self._imu_handle.acceleration = [a + e for a, e in zip(at_imu, noise[3:6].tolist(), strict=True)]
-        self._imu_handle.angular_velocity = omega
-        wrench = self.tool.sensed(specific, alpha, omega, force, torque)
-        self._force_torque.wrench = [w + e for w, e in zip(wrench, noise[6:].tolist(), strict=True)]
-
-
-def _imu(nodes: SimNodes, name: str) -> SimImu:
-    node = nodes[name]
-    assert isinstance(node, SimImu)
-    return node
+        for measured, value in self._encoders:
+            measured[:] = value
+        noise, tool = self._random.standard_normal(12) * self._noise, self.tool
+        np.subtract(self._base, GRAVITY, out=tool.base)
+        tool.update()
+        carried, held, turned, felt = self._felt
+        np.add(tool.base, noise[:3], out=carried)
+        np.add(tool.specific, noise[3:6], out=held)
+        np.add(tool.felt, noise[6:], out=felt)
+        turned[:] = tool.omega

@@ -65,11 +65,13 @@ class StateLog:
         self._numbers, self._control = numbers, control
         count = sum(len(each) for each in numbers)
         self._logged = state.view(np.uint8)[: 8 * count].view(np.float64)
-        self._solve = [state[name] for name in ("status", "iterations", "solves")]
         flags = [("spent", control.spent), ("active", control.active)]
         if control.twin.held is not None:
             flags.append(("held", control.twin.held))
         self._flags = [(state[name][0], array) for name, array in flags]
+        self._status, self._iterations, self._solves = (
+            state[name] for name in ("status", "iterations", "solves")
+        )
 
     def fill(self) -> None:
         """Copy the state of this tick."""
@@ -77,6 +79,5 @@ class StateLog:
         np.concatenate(self._numbers, out=self._logged)
         for logged, flags in self._flags:
             logged[:] = flags
-        solve = (control.solution.status, control.iterations, control.solves)
-        for field, value in zip(self._solve, solve, strict=True):
-            field[0] = value
+        self._status[0] = control.solution.status
+        self._iterations[0], self._solves[0] = control.iterations, control.solves

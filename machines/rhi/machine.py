@@ -134,7 +134,7 @@ class RedundantInterface:
         drives, arm = self._drives, self._arm
         arm.q[:], arm.qd[:] = drives.link_position, drives.velocity
         self.position, self.velocity = arm.q.tolist(), arm.qd.tolist()
-        valid = alive(self._force, self.velocity, self.thresholds) and self._force_torque.valid(0)
+        valid = alive(self._force, self.velocity, self.thresholds) and self._force_torque.ready(0)
         self.raw_wrench = self._measured.tolist() if valid else None
         arm.update()
         np.matmul(arm.rotation, self._measured_force, out=self._hand)

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ...devices.network import Network
+from ...sim.drive import Drives
 from ...sim.force_torque import SimForceTorque
 from ...sim.hand import PointHand
 from ...sim.joint_drive import SimJointDrive
@@ -38,7 +39,7 @@ class RhiPlant(SimPlant):
         super().__init__(network, hand, dead_man, seed)
         self.arm, self.hand = arm, hand
         self._noise, self._substeps = noise, substeps
-        self._drives = self.nodes.of(SimJointDrive)
+        self._drives = Drives(self.nodes.of(SimJointDrive))
         (self._force_torque,) = self.nodes.of(SimForceTorque)
         self._force = arm.hold.wrench
         self._measure()
@@ -49,17 +50,16 @@ class RhiPlant(SimPlant):
 
     def _move(self, dt: float) -> None:
         arm, h = self.arm, dt / self._substeps
-        torque = np.array([drive.torque for drive in self._drives])
-        braked = [drive.brake for drive in self._drives]
+        drives = self._drives
+        drives.update()
         for k in range(self._substeps):
             self.hand.aim(arm.hold, self.time + k * h, arm.position.tolist())
-            arm.step(torque, braked, NOTHING, h)
+            arm.step(drives.command, drives.braked, NOTHING, h)
 
     def _sense(self) -> None:
-        arm = self.arm
-        rows = (self._drives, arm.q.tolist(), arm.qd.tolist())
-        for drive, angle, rate in zip(*rows, strict=True):
-            drive.position = drive.link_position = angle
-            drive.velocity, drive.load_torque = rate, drive.torque
+        arm, drives = self.arm, self._drives
+        drives.update()
+        drives["position"][:] = drives["link_position"][:] = arm.q
+        drives["velocity"][:], drives["load_torque"][:] = arm.qd, drives.command
         force = arm.rotation.T @ self._force + self._noise * self._random.standard_normal(3)
         self._force_torque.wrench = [*force.tolist(), 0.0, 0.0, 0.0]

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from enum import IntEnum, IntFlag
 
+from ...configs.members import at_hand
 
+
+@at_hand
 class Mode(IntEnum):
     """What the machine is doing."""
 
@@ -48,6 +51,7 @@ RENDERING = (Mode.ENGAGING, Mode.ACTIVE)
 """Modes in which the controller computes the commands."""
 
 
+@at_hand
 class Command(IntFlag):
     """Commands of a person, applied at the start of a tick and logged with it."""
 

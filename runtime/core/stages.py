@@ -6,9 +6,11 @@ from collections.abc import Callable
 from enum import IntEnum
 from functools import partial
 
+from ...configs.members import at_hand
 from .._rt import ffi, lib
 
 
+@at_hand
 class Stage(IntEnum):
     """A part of the tick, in the order in which they run."""
 

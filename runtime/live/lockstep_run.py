@@ -13,7 +13,7 @@ from ..recording.log_file import LogFile, cut_short
 from ..recording.record import NO_TIMING, RecordWriter
 from ..recording.summary import Summary, as_json
 from .interrupts import heard, show
-from .lockstep import Lockstep
+from .lockstep import Lockstep, unswept
 from .outcome import END_LIMIT_S, Ending, Outcome, called_off, outcome
 from .screen import CLEAR_BELOW
 
@@ -32,7 +32,8 @@ def run(loaded: Loaded, log: Path, duration: float | None, live: bool) -> Outcom
         if signals:
             return called_off(signals[0])
         seconds = duration or loaded.config.loop.duration or DEFAULT_S
-        return _run(lockstep, loaded, log, seconds, live, signals)
+        with unswept():
+            return _run(lockstep, loaded, log, seconds, live, signals)
 
 
 def _run(

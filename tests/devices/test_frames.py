@@ -100,3 +100,16 @@ def test_answers_are_counted_by_their_identifiers() -> None:
     for can_id in (0x180, 0x181, 0x1FF, 0x200, 0x701, 0x081, 0x581, 0x190):
         frames.append(can_id, b"")
     assert frames.answers == 3
+
+
+def test_taking_frames_empties_where_they_were_or_changes_nothing() -> None:
+    here, there, small = Frames(), Frames(), Frames(1)
+    here.append(0x99, b"old")
+    there.append(0x181, b"one")
+    there.append(0x182, b"two")
+    with pytest.raises(FrameError, match="no room for more than 1 frames"):
+        small.take(there)
+    assert (len(small), len(there)) == (0, 2)
+    assert here.take(there) == 2
+    assert list(here) == [(0x181, b"one"), (0x182, b"two")] and len(there) == 0
+    assert here.take(there) == 0 == len(here)

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections import deque
-
 import pytest
 from hapticd.configs import plugins
 from hapticd.configs.quantities import AccelerationScale, Force, Length, Torque
 from hapticd.devices.device import Quantity
+from hapticd.devices.network import Network
+from hapticd.sim.nodes import SimNodes
 
 JOINT = {
     "counts_per_turn": 4096,
@@ -45,7 +45,8 @@ def test_a_kind_and_its_simulation_lie_in_files_of_its_name(name: str) -> None:
 @pytest.mark.parametrize("name", TABLES)
 def test_a_simulated_device_begins_with_all_that_its_kind_describes(name: str) -> None:
     device = plugins.plugin(plugins.DEVICES, name)(name="it", node=1, **TABLES[name])
-    node = plugins.plugin(plugins.SIMULATED_DEVICES, name)(device, deque())
+    node = SimNodes(Network([device]))["it"]
+    assert type(node) is plugins.plugin(plugins.SIMULATED_DEVICES, name)
     fields = [*device.inputs().values(), *device.outputs().values()]
     for field in fields:
         value = getattr(node, field.field)

@@ -9,7 +9,7 @@ from random import Random
 import msgspec
 import numpy as np
 import pytest
-from hapticd.experiments.hands import NOT_STARTED, Session, Tally, session, sessions
+from hapticd.experiments.hands import BLOCK, NOT_STARTED, Kept, Session, Tally, session, sessions
 from hapticd.experiments.own_plant import TYPICAL, Doubt
 from hapticd.experiments.random_hand import Temper, stranger
 from hapticd.machines.giant.config import GiantConfig
@@ -19,6 +19,7 @@ from hapticd.runtime.command_line.cli import main
 from hapticd.runtime.configuration.config import Loaded, load
 from hapticd.runtime.configuration.session import build
 from hapticd.runtime.configuration.system import System, find_system
+from hapticd.runtime.core.modes import Mode
 from hapticd.runtime.core.sections import Config
 from hapticd.runtime.live.lockstep import Lockstep
 
@@ -126,6 +127,36 @@ def test_random_walls_and_homes_are_all_over_the_reach_and_postures_inside_the_l
             assert all(
                 a <= x - 0.09 and x + 0.09 <= b for a, x, b in zip(motors.lower, q, motors.upper, strict=True)
             )
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("machine", "count"), [("giant", 24), ("rhi", 16)])
+def test_strangers_stop_nothing_and_pass_no_limit_by_more_than_its_margin(machine: str, count: int) -> None:
+    loaded, tally = load(machine), Tally()
+    for found in sessions(loaded, range(100, 100 + count), 5.0, TEMPER, 1):
+        tally.add(found)
+    assert {reason: found.detail for reason, found in tally.examples.items()} == {}
+    assert tally.finished == count and tally.worst_excess
+    assert max(tally.worst_excess.values()) < loaded.config.safety.position_margin
+
+
+def test_extents_are_those_of_every_tick_beyond_where_it_began() -> None:
+    bench = Lockstep(build(load("rhi")))
+    kept, rows = Kept(bench), []
+    bench.session.cycle.phase.mode = Mode.ACTIVE
+    rng = np.random.default_rng(1)
+    specs = bench.session.system.limits(bench.session.config).specs
+    for k in range(2 * BLOCK + 5):
+        rows.append((rng.normal(size=len(specs)) * (5.0 if k else 0.1)).tolist())
+        rows[-1][1] = float("nan")
+        kept._limits.values = lambda state: rows[-1]  # type: ignore[method-assign]
+        kept.add()
+    values = np.array(rows)
+    excess = kept.excess
+    assert list(excess) == [spec.name for i, spec in enumerate(specs) if i != 1]
+    for i, spec in enumerate(specs):
+        beyond = np.maximum(spec.lower - values[:, i], values[:, i] - spec.upper)
+        assert i == 1 or excess[spec.name] == beyond.max() - max(0.0, beyond[0])
 
 
 def test_what_stops_a_session_and_when_is_told(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -171,8 +171,7 @@ class Campaign:
             node.silent, node.tamper = False, None
         for drive in self.drives:
             drive.fault, drive.mode = 0, drive.own_mode
-            for name in ("outputs_latched", "outputs_invalid"):
-                drive.__dict__.pop(name, None)
+            drive.deaf = drive.welded = False
 
     def inject(self, verb: str, node: SimNode) -> None:
         frames, emcy = Frames(), 0x080 + node.device.node
@@ -191,7 +190,7 @@ class Campaign:
         if verb == "weld" and drive.powered:  # it stays on; one that is off stays off
             weld(drive)
         elif verb == "deaf":
-            drive.outputs_latched = lambda: None  # type: ignore[method-assign]
+            drive.deaf = True
         elif verb == "silent":
             node.silent = True
         elif verb in ("drop", "duplicate", "delay"):

@@ -8,6 +8,7 @@ from hapticd.runtime.core.modes import Command, Mode
 from hapticd.runtime.core.reset import RESET_DEADLINE_S
 from hapticd.runtime.live.outcome import Ending, outcome
 from hapticd.safety import Reaction
+from hapticd.sim.drive import SimDrive
 from hapticd.testing.bench import weld
 
 from .conftest import Bench
@@ -43,7 +44,7 @@ def test_as_long_as_a_drive_has_power_no_reset_clears_the_latch_or_lets_the_safe
 ) -> None:
     drive = engaging.joints[1]
     weld(drive)
-    drive.advance = lambda dt: None  # type: ignore[method-assign]  # and it reports what it would do without STO
+    _always_on(engaging, drive)  # and it reports what it would do without STO
     stopped(engaging)
     engaging.run(DEADLINE // 2, Command.RESET)
     assert engaging.mode is Mode.STOPPED
@@ -82,7 +83,7 @@ def test_a_drive_that_has_power_after_the_bring_up_is_switched_off_before_anythi
     bench.run(5)
     drive = bench.joints[-1]
     weld(drive)
-    drive.sync = _always_on(drive)  # type: ignore[method-assign]
+    _always_on(bench, drive)
     for _ in range(2000):
         bench.run(1)
         assert bench.mode in (Mode.BRINGUP, Mode.STOPPED)
@@ -94,15 +95,9 @@ def test_a_drive_that_has_power_after_the_bring_up_is_switched_off_before_anythi
     assert any("R4 drive_state" in event and drive.device.name in event for event in bench.said)
 
 
-def _always_on(drive):  # type: ignore[no-untyped-def]
+def _always_on(bench: Bench, drive: SimDrive) -> None:
     """A drive whose power stage is on whenever it can be."""
-    sync = drive.sync
-
-    def on(*arguments: object) -> None:
-        drive.state = State.OPERATION_ENABLED
-        sync(*arguments)
-
-    return on
+    bench.after_sensing(lambda: setattr(drive, "state", State.OPERATION_ENABLED))
 
 
 def test_a_drive_that_switches_itself_on_while_the_machine_waits_is_switched_off_and_latched(
@@ -194,7 +189,7 @@ def test_an_acknowledgement_that_something_comes_between_is_taken_back(engaging:
 
 
 def test_a_safety_plc_that_does_not_confirm_an_sto_is_told_to_people(engaging: Bench) -> None:
-    engaging.plc.outputs_latched = lambda: setattr(engaging.plc, "request", 0)  # it obeys nothing
+    engaging.plc.deaf = True
     weld(engaging.joints[0])
     stopped(engaging)
     engaging.run(3 * DEADLINE)

@@ -108,7 +108,7 @@ REFUSALS: dict[str, tuple[Callable[[Bench], object], str]] = {
     "drive fault": (lambda b: setattr(b.joints[2], "fault", 0x2310), "devices report an error; reset"),
     "e-stop": (lambda b: setattr(b.plc, "emergency_stop", (True, True)), "the emergency stop is pressed"),
     "scanner": (lambda b: setattr(b.plc, "scanner_clear", False), "in the scanned field"),
-    "STO": (lambda b: setattr(b.plc, "_latched", True), "the safety PLC holds the torque off"),
+    "STO": (lambda b: setattr(b.plc, "latched", True), "the safety PLC holds the torque off"),
     "no recorder": (lambda b: b.run(1, Command.UNRECORDED), "the recorder is gone"),
     "latched stop": (
         lambda b: b.cycle.stops.latch.take(Verdict(Reaction.HOLD, "test", "a test"), 0),

@@ -2,12 +2,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import numpy as np
 import pytest
 from hapticd.devices.axis_drive import AxisDrive
 from hapticd.devices.cia301 import AlState
 from hapticd.devices.cia402 import State
+from hapticd.devices.errors import NetworkError
 from hapticd.sim.axis_drive import SimAxisDrive
-from hapticd.sim.drive import SimDrive
+from hapticd.sim.drive import Drives, SimDrive
 from hapticd.sim.joint_drive import SimJointDrive
 
 if TYPE_CHECKING:
@@ -139,3 +141,32 @@ def test_a_drive_without_a_safety_controller_has_no_sto(make_rig: type[Rig]) -> 
     rig.bring_up()
     rig.walk(State.OPERATION_ENABLED)
     assert rig.nodes.of(SimAxisDrive)[0].powered
+
+
+def test_drives_side_by_side_are_what_they_are_one_by_one(enabled: Rig) -> None:
+    joints = enabled.nodes.of(SimJointDrive)
+    enabled.image["joints.target_torque"][:] = np.arange(6.0)
+    enabled.run(1)
+    some = Drives(joints[1:4])
+    some["position"][:] = (0.1, 0.2, 0.3)
+    assert [joint.position for joint in joints] == [0.0, 0.1, 0.2, 0.3, 0.0, 0.0]
+    for _ in range(2):
+        some.update()
+        assert some.command.tolist() == [joint.torque for joint in joints[1:4]]
+        assert some.braked.tolist() == [joint.brake for joint in joints[1:4]]
+        joints[2].mode = 8
+    assert some.braked.tolist() == [False, True, False] and some.command[1] == 0.0 != some.command[2]
+
+
+def test_drives_of_several_groups_do_not_lie_side_by_side(make_rig: type[Rig]) -> None:
+    kinds = [("a", "left"), ("b", "right"), ("c", "left")]
+    rig = make_rig(
+        [
+            AxisDrive(name=name, node=i, group=group, counts_per_metre=1000)
+            for i, (name, group) in enumerate(kinds, 1)
+        ]
+    )
+    a, b, c = rig.nodes.of(SimAxisDrive)
+    assert Drives([a, c])["velocity"].shape == (2,)
+    with pytest.raises(NetworkError, match=r"of a, b do not lie side by side; make them one group"):
+        Drives([a, b])

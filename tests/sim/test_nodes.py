@@ -11,6 +11,7 @@ from hapticd.devices.bringup import Bringup
 from hapticd.devices.cia301 import Address, AlState, NmtState
 from hapticd.devices.cia402 import State
 from hapticd.devices.device import Device, Field, Quantity
+from hapticd.devices.errors import NetworkError
 from hapticd.devices.frames import Frames
 from hapticd.devices.image import ProcessImage
 from hapticd.devices.network import Network
@@ -197,6 +198,19 @@ def test_an_output_frame_of_another_tick_is_not_latched(make_rig: type[Rig]) -> 
     assert {data[2] for can_id, data in answers if can_id > 0x180} == {AlState.OP}
 
 
+def test_an_output_frame_is_for_one_sync(make_rig: type[Rig]) -> None:
+    rig = make_rig([AxisDrive(name=f"axis{i}", node=i, counts_per_metre=1000) for i in range(1, 12)])
+    rig.bring_up()
+    incoming = Frames()
+    rig.image.compose(incoming, 500, operational=True)
+    first, sync = incoming
+    answers = ask(rig.nodes, first, sync)
+    assert {data[2] for can_id, data in answers if can_id > 0x180} == {AlState.OP}
+    answers = ask(rig.nodes, (0x000, b"\x01\x00"), sync)  # started anew, they know no counter
+    states = {can_id: data[2] for can_id, data in answers if can_id > 0x180}
+    assert (states[0x18A], states[0x18B]) == (AlState.OP, AlState.SAFEOP)
+
+
 def test_a_silent_device_is_missed_and_nothing_else(enabled: Rig) -> None:
     enabled.nodes["imu_handle"].silent = True
     enabled.run(6)
@@ -301,3 +315,54 @@ def test_a_device_of_ones_own_needs_no_more_than_this() -> None:
     nodes.receive(frames, answers)
     assert image.latch(answers, 1) == 1
     assert image["temperatures.temperature"].tolist() == [250.0]
+
+
+class Computed(SimNode):
+    @property
+    def temperature(self) -> float:
+        return 250.0
+
+
+def test_a_field_that_the_core_could_not_read_is_refused() -> None:
+    network = Network([Thermometer(name="bath", node=20)])
+    with pytest.raises(NetworkError, match=r"bath.*Computed\.temperature is not a plain value"):
+        SimNodes(network, {Thermometer: Computed})
+
+
+class Undriven(SimDrive):
+    own_mode = 10
+    moved_by = "target_torque"
+
+
+def test_a_drive_without_what_moves_it_is_refused() -> None:
+    network = Network([AxisDrive(name="axis", node=1, counts_per_metre=1000)])
+    with pytest.raises(NetworkError, match=r"axis.*Undriven needs its output field 'target_torque'"):
+        SimNodes(network, {AxisDrive: Undriven})
+
+
+def test_what_does_not_fit_into_the_outbox_pushes_out_the_oldest(devices: list[Device]) -> None:
+    nodes = SimNodes(Network(devices))
+    ask(nodes)
+    for code in range(100):
+        nodes["joint1"].emergency(0x1000 + code, 1)
+    assert [data[0] for _, data in ask(nodes)] == list(range(36, 100))
+
+
+def test_what_there_is_no_room_for_waits(devices: list[Device]) -> None:
+    nodes = SimNodes(Network(devices))
+    short, rest = Frames(5), Frames()
+    nodes.receive(Frames(), short)
+    nodes.receive(Frames(), rest)
+    assert [can_id for can_id, _ in (*short, *rest)] == [0x700 + n for n in range(1, 13)]
+    assert len(short) == 5
+
+
+def test_a_deaf_drive_switches_off_without_valid_outputs_and_a_welded_one_does_not(enabled: Rig) -> None:
+    deaf, welded = enabled.nodes.of(SimDrive)[:2]
+    deaf.deaf = welded.deaf = welded.welded = True
+    enabled.image.word("joints.controlword")[:] = 0
+    enabled.run(3)
+    assert deaf.powered and welded.powered
+    assert not enabled.nodes.of(SimDrive)[2].powered
+    enabled.run(1, operational=False)
+    assert (deaf.state, welded.state) == (State.SWITCH_ON_DISABLED, State.OPERATION_ENABLED)

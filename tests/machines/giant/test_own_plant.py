@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pinocchio as pin
 import pytest
+from hapticd.devices.cia301 import AlState
+from hapticd.devices.cia402 import State
 from hapticd.machines.giant.names import JOINTS
 from hapticd.machines.giant.plant import GiantPlant
 from hapticd.machines.giant.simulation import springs
@@ -15,6 +17,8 @@ from hapticd.runtime.configuration import config
 from hapticd.runtime.configuration.session import Session, build
 from hapticd.runtime.errors import ConfigError
 from hapticd.runtime.live.lockstep import Lockstep
+from hapticd.sim.force_torque import SimForceTorque
+from hapticd.sim.joint_drive import SimJointDrive
 
 OWN = """
 [simulation.plant]
@@ -89,8 +93,9 @@ def test_without_the_section_the_plant_is_what_the_controller_believes_to_the_bi
 def test_drives_obey_late() -> None:
     prompt, late = plant_of(session("")), plant_of(session("\n[simulation.plant]\ndelay = 3\n"))
     for plant in (prompt, late):
-        for drive in plant._joints:
-            drive.__class__ = type("Driven", (type(drive),), {"powered": True})
+        plant._plc.latched = False
+        for drive in plant.nodes.of(SimJointDrive):
+            drive.al_state, drive.state, drive.mode = AlState.OP, State.OPERATION_ENABLED, drive.own_mode
             drive.target_torque = 10.0
     seen: list[list[float]] = [[], []]
     for _ in range(5):
@@ -103,7 +108,8 @@ def test_drives_obey_late() -> None:
 def test_the_devices_measure_with_the_errors_of_the_section() -> None:
     silent = '\n[simulation.sensors.load_torque]\nnoise = "0 N m"\n'
     true, biased = plant_of(session(silent)), plant_of(session(silent + OWN.partition("delay = 1")[2]))
-    difference = np.array(biased._force_torque.wrench) - np.array(true._force_torque.wrench)
+    said = [np.array(plant.nodes.of(SimForceTorque)[0].wrench) for plant in (biased, true)]
+    difference = said[0] - said[1]
     assert np.all(difference[:3] != 0.0) and np.abs(difference[:3]).max() <= 0.2
     np.testing.assert_array_equal(difference[3:], 0.0)
 
