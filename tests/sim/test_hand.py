@@ -92,8 +92,11 @@ def test_a_hand_that_lets_go_leaves_the_handle_alone_until_it_is_back_or_a_perso
     path = Path([0.0, 1.0], np.array([[0.0] * 6, [0.1, 0.0, 0.0, 0.0, 0.0, 0.0]]))
     hand = Hand(path, GRIP, hanging, away=[(2.0, 3.0)])
 
+    hold = Hold()
+
     def pull(t: float) -> float:
-        return float(hand.update(t, (0.0, 0.0, 0.0), np.diag([-1.0, 1.0, -1.0]), [0.0] * 6)[0])
+        hand.aim(hold, t, (0.0, 0.0, 0.0), np.diag([-1.0, 1.0, -1.0]))
+        return float(min(hold.strength[0], hold.stiffness[0] * hold.error[0]))
 
     assert pull(1.99) == pytest.approx(90.0)
     assert pull(2.0) == pull(2.99) == 0.0
