@@ -54,3 +54,11 @@ def test_the_sensor_between_rotor_and_link_feels_the_weight() -> None:
     made.step(np.zeros(7), CLOSED, STILL, 1e-3)
     assert made.spring == pytest.approx(weight, abs=1e-6)
     assert np.abs(weight).max() > 2.0
+
+
+def test_on_a_base_that_rises_the_sensor_feels_more_than_the_weight_whose_energy_is_the_same() -> None:
+    made = arm(200.0)
+    weight, energy = made.spring.copy(), made.potential_energy()
+    made.step(np.zeros(7), CLOSED, np.array([0.0, 0.0, 9.81]), 1e-3)
+    assert made.spring == pytest.approx(2.0 * weight, abs=1e-6)
+    assert made.potential_energy() == pytest.approx(energy, abs=1e-9)
