@@ -40,7 +40,7 @@ EPILOG = """examples:
   {program} run {machine}
       a built-in machine, simulated, in a scripted hand
   {program} run my_machine.toml --duration 600
-  {program} run giant --twin door
+  {program} run {machine} --twin door
       the same machine as a door with a handle; docs/twins.md: one of your own
   {program} replay --verify
       the newest session again, every tick compared bit for bit

@@ -53,7 +53,7 @@ class Loaded:
 
 
 def load(name: str) -> Loaded:
-    """A configuration by path, or by the name of a built-in one; "giant with door" has another twin.
+    """A configuration by path, or by the name of a built-in one; "MACHINE with TWIN" has another twin.
 
     Raises:
         ConfigError: with file and line of everything that is wrong with it.
