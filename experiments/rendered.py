@@ -173,6 +173,10 @@ def consistency(trace: Trace) -> float:
     return float(trace.deviation[trace.same].max(initial=0.0))
 
 
+DRAWN = 20
+"""Of so many ticks one is drawn."""
+
+
 def draw_trace(
     figure: Any,
     trace: Trace,
@@ -190,19 +194,19 @@ def draw_trace(
         locked: ticks that are shaded, (k,).
     """
     angles, torques = figure.subplots(2, 1, sharex=True)
+    t, q, torque = (values[::DRAWN] for values in (trace.t, trace.q, trace.torque))
     for i, (name, colour, line) in enumerate(zip(names, COLOURS, LINES, strict=False)):
-        angles.plot(trace.t, trace.q[:, i], color=colour, ls=line, lw=1.2, label=name)
+        angles.plot(t, q[:, i], color=colour, ls=line, lw=1.2, label=name)
         for limit in (trace.lower[i], trace.upper[i]):
             angles.axhline(limit, color=colour, ls=":", lw=0.8)
-        torques.plot(trace.t, trace.torque[:, i], color=colour, ls=line, lw=1.0, label=name)
+        torques.plot(t, torque[:, i], color=colour, ls=line, lw=1.0, label=name)
     for axes in (angles, torques):
         for moment in moments.values():
             if moment is not None:
                 axes.axvline(moment, color="black", lw=0.8)
         if locked is not None:
-            axes.fill_between(
-                trace.t, 0.0, 1.0, where=locked, transform=axes.get_xaxis_transform(), color="0.9", lw=0.0
-            )
+            shaded = axes.get_xaxis_transform()
+            axes.fill_between(t, 0.0, 1.0, where=locked[::DRAWN], transform=shaded, color="0.9", lw=0.0)
     for name, moment in moments.items():
         if moment is not None:
             angles.annotate(
