@@ -39,8 +39,7 @@ class PantographMachine:
         self.play, self.braking = tuple(self._most / own.hold), motors.velocity[0] / own.deceleration
         self._q, self._qd, self._handle, self._jacobian = *np.zeros((3, 2)), np.eye(2)
         self.position, self.velocity, self.commands = [0.0] * 2, [0.0] * 2, [0.0] * 2
-        self.raw_wrench, self.inertial, self.solved = None, True, True
-        self.astray, self.overload = (), ""  # forces are rendered, no axis is led anywhere
+        self.raw_wrench, self.inertial, self.solved, self.astray, self.overload = None, True, True, (), ""
 
     @property
     def inside_limits(self) -> bool:
