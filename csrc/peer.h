@@ -46,6 +46,8 @@ typedef struct {
 /* A safety controller with two-channel switches. */
 typedef struct {
     uint8_t dead_man[2];       /* pressed */
+    uint8_t supervisor[2];     /* the safety operator's dead-man switch, pressed */
+    uint8_t override[2];       /* key that lets a machine move without a hand at it, turned */
     uint8_t emergency_stop[2]; /* pressed: open */
     uint8_t scanner_clear;     /* nobody in the scanned field */
     uint8_t latched;           /* STO acts until it is acknowledged */

@@ -7,7 +7,9 @@ enum {                  /* 2500h, 1 = safe to move */
        DEAD_MAN = 0x01, /* ... and the next bit for the second channel */
        EMERGENCY_STOP = 0x04,
        SCANNER_CLEAR = 0x10,
-       TORQUE_PERMITTED = 0x60
+       TORQUE_PERMITTED = 0x60,
+       SUPERVISOR = 0x80,
+       OVERRIDE = 0x200
 };
 enum { REQUEST_STO = 0x01, REQUEST_RESET = 0x02 }; /* 2501h */
 
@@ -54,6 +56,8 @@ void safety_report(const peers *p, int32_t i) {
     uint32_t bits = d->safety.scanner_clear ? SCANNER_CLEAR : 0;
     for (int channel = 0; channel < 2; channel++) {
         if (d->safety.dead_man[channel]) bits |= (uint32_t)DEAD_MAN << channel;
+        if (d->safety.supervisor[channel]) bits |= (uint32_t)SUPERVISOR << channel;
+        if (d->safety.override[channel]) bits |= (uint32_t)OVERRIDE << channel;
         if (!d->safety.emergency_stop[channel]) bits |= (uint32_t)EMERGENCY_STOP << channel;
     }
     if (!peers_safety_sto(p, i)) bits |= TORQUE_PERMITTED;

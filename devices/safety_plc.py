@@ -1,4 +1,4 @@
-"""The safety controller: dead-man, emergency stop, scanner and STO, all in two channels where it matters.
+"""The safety controller: dead-man switches, emergency stop, scanner, STO; two channels where it matters.
 
 Every bit is 1 when it is safe to move, so that a silent or broken device reads as "stop".
 """
@@ -27,6 +27,10 @@ class SafetyInput(IntFlag):
     SCANNER_CLEAR = 0x10
     TORQUE_PERMITTED_A = 0x20  # STO is not acting
     TORQUE_PERMITTED_B = 0x40
+    SUPERVISOR_A = 0x80  # the safety operator's dead-man switch, pressed
+    SUPERVISOR_B = 0x100
+    OVERRIDE_A = 0x200  # key turned: nobody needs to hold the handle
+    OVERRIDE_B = 0x400
 
 
 class SafetyRequest(IntFlag):
@@ -41,7 +45,9 @@ DEAD_MAN: Final = (SafetyInput.DEAD_MAN_A | SafetyInput.DEAD_MAN_B).value
 EMERGENCY_STOP: Final = (SafetyInput.EMERGENCY_STOP_A | SafetyInput.EMERGENCY_STOP_B).value
 SCANNER_CLEAR: Final = SafetyInput.SCANNER_CLEAR.value
 TORQUE_PERMITTED: Final = (SafetyInput.TORQUE_PERMITTED_A | SafetyInput.TORQUE_PERMITTED_B).value
-ALL: Final = DEAD_MAN | EMERGENCY_STOP | SCANNER_CLEAR | TORQUE_PERMITTED
+SUPERVISOR: Final = (SafetyInput.SUPERVISOR_A | SafetyInput.SUPERVISOR_B).value
+OVERRIDE: Final = (SafetyInput.OVERRIDE_A | SafetyInput.OVERRIDE_B).value
+ALL: Final = DEAD_MAN | EMERGENCY_STOP | SCANNER_CLEAR | TORQUE_PERMITTED | SUPERVISOR | OVERRIDE
 
 
 class SafetyPlc(Device, frozen=True, kw_only=True, tag="safety_plc"):
@@ -63,16 +69,20 @@ class SafetyState(NamedTuple):
     """What the safety controllers say.
 
     Attributes:
-        dead_man: pressed on both channels.
+        dead_man: the one at the handle is pressed on both channels.
         emergency_stop: pressed: open on at least one channel.
         field_clear: nobody in the scanned field.
         sto: STO acts on at least one channel.
+        supervised: the safety operator's dead-man switch is pressed on both channels.
+        overriding: the key that takes the place of the one at the handle is turned, on both channels.
     """
 
     dead_man: bool
     emergency_stop: bool
     field_clear: bool
     sto: bool
+    supervised: bool
+    overriding: bool
 
 
 class SafetySignals:
@@ -92,6 +102,8 @@ class SafetySignals:
             bits & EMERGENCY_STOP != EMERGENCY_STOP,
             bits & SCANNER_CLEAR != 0,
             bits & TORQUE_PERMITTED != TORQUE_PERMITTED,
+            bits & SUPERVISOR == SUPERVISOR,
+            bits & OVERRIDE == OVERRIDE,
         )
 
     def request(self, bits: SafetyRequest) -> None:

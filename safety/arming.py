@@ -64,6 +64,8 @@ def refusals(
     latched: bool,
     resetting: bool,
     e_stop: bool,
+    supervised: bool,
+    overriding: bool,
     field_clear: bool,
     sto: bool,
     permitted: bool,
@@ -81,6 +83,8 @@ def refusals(
         latched: whether a stop stands.
         resetting: whether a reset is under way.
         e_stop: whether the emergency stop is pressed.
+        supervised: whether the safety operator's dead-man switch is pressed, where there must be one.
+        overriding: whether the machine is to move without a hand at its dead-man switch.
         field_clear: whether nobody stands in the scanned field.
         sto: whether the safety PLC holds the torque off.
         permitted: whether arming was commanded, where it must be.
@@ -102,7 +106,9 @@ def refusals(
         found.append("a reset is under way; press again when it is done")
     if e_stop:
         found.append("the emergency stop is pressed")
-    if not field_clear:
+    if not supervised:
+        found.append("the safety operator's dead-man switch is open; press it, then the one at the handle")
+    if overriding and not field_clear:
         found.append("somebody stands in the scanned field")
     if sto:
         found.append("the safety PLC holds the torque off; reset")

@@ -69,10 +69,13 @@ def _people(t: Thresholds, trust: Trust) -> Check:
             return Verdict(Reaction.OFF, "e_stop", "the emergency stop is pressed")
         if seen.armed and seen.sto:
             return Verdict(Reaction.OFF, "sto", "the safety PLC switched the torque off")
-        if seen.armed and not seen.dead_man:
+        if seen.armed and not seen.supervised:
+            return Verdict(Reaction.RAMP, "supervisor", "the safety operator's dead-man switch is open")
+        if seen.armed and not (seen.dead_man or seen.overriding):
             return Verdict(Reaction.RAMP, "dead_man", "the dead-man switch is open")
-        if seen.armed and not seen.field_clear:
-            return Verdict(Reaction.RAMP, "scanner", "somebody entered the scanned field")
+        # who holds the handle stands in the field
+        if seen.armed and seen.overriding and not seen.field_clear:
+            return Verdict(Reaction.RAMP, "scanner", "somebody is in the scanned field")
         return PASS
 
     return check

@@ -57,6 +57,8 @@ class Observation:
         armed: whether the drives are meant to run.
         dead_man, e_stop: state of the two-channel inputs; ``dead_man`` False where channels disagree.
         field_clear: whether the scanned field is free of people.
+        supervised: whether the safety operator holds the other dead-man switch, or none is asked for.
+        overriding: whether the machine may move without a hand at its dead-man switch.
         sto: whether the safety PLC reports that torque is off.
         wrench: of the operator as measured (6), None where a sensor it needs gives nothing valid.
         inertial: whether the accelerometers that move the machine give valid values.
@@ -83,6 +85,8 @@ class Observation:
     dead_man: bool = False
     e_stop: bool = True
     field_clear: bool = False
+    supervised: bool = False
+    overriding: bool = False
     sto: bool = True
     wrench: Sequence[float] | None = None
     inertial: bool = False

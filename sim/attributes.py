@@ -31,6 +31,24 @@ class Stored(Generic[T]):
         return getattr(node._core, self._part) if self._part else node._core
 
 
+class TwoChannels:
+    """A switch with two channels in a struct of the core."""
+
+    def __init__(self, part: str) -> None:
+        """The struct in the device's own that holds it."""
+        self._part, self._name = part, ""
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        self._name = name
+
+    def __get__(self, node: SimNode, owner: type) -> tuple[bool, bool]:
+        first, second = getattr(getattr(node._core, self._part), self._name)
+        return bool(first), bool(second)
+
+    def __set__(self, node: SimNode, value: tuple[bool, bool]) -> None:
+        setattr(getattr(node._core, self._part), self._name, value)
+
+
 class FieldValue:
     """A field of a device: a number, or a tuple where it has several components.
 

@@ -1,10 +1,11 @@
-"""A simulated person's finger on the dead-man switch."""
+"""Simulated people's fingers on dead-man switches."""
 
 from __future__ import annotations
 
 from collections import deque
 from collections.abc import Sequence
 
+from .person import Switch
 from .safety_plc import SimSafetyPlc
 
 SLACK = 1e-9
@@ -12,11 +13,11 @@ SLACK = 1e-9
 
 
 class DeadManScript:
-    """Presses and releases both channels of the dead-man switch at given times."""
+    """Presses and releases both channels of a switch at given times."""
 
-    def __init__(self, plc: SimSafetyPlc, changes: Sequence[tuple[float, bool]]) -> None:
+    def __init__(self, plc: SimSafetyPlc, switch: Switch, changes: Sequence[tuple[float, bool]]) -> None:
         """Times [s] and whether the switch is pressed from then on."""
-        self._plc, self._changes = plc, deque(sorted(changes))
+        self._plc, self._switch, self._changes = plc, switch, deque(sorted(changes))
 
     def let_go(self) -> None:
         """Change nothing from now on: somebody else holds the switch."""
@@ -25,5 +26,4 @@ class DeadManScript:
     def advance(self, time: float) -> None:
         """Act on what has come due at plant time [s]."""
         while self._changes and time >= self._changes[0][0] - SLACK:
-            pressed = self._changes.popleft()[1]
-            self._plc.dead_man = (pressed, pressed)
+            self._plc.turn(self._switch, self._changes.popleft()[1])

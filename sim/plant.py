@@ -14,7 +14,7 @@ from ..devices.network import Network
 from .dead_man import DeadManScript
 from .drive import SimDrive
 from .nodes import SimNodes
-from .person import DIRECTIONS, Deed
+from .person import DIRECTIONS, SWITCHES, Deed, Switch
 from .safety_plc import SimSafetyPlc
 from .sensor_errors import SensorErrors
 from .sensors import Sensors
@@ -68,13 +68,17 @@ class SimPlant(ABC):
         self._operator = operator
         self._random = np.random.default_rng(seed)
         (self._plc,) = self.nodes.of(SimSafetyPlc)
-        self._dead_man = DeadManScript(self._plc, dead_man)
+        self._scripts = [DeadManScript(self._plc, Switch.DEAD_MAN, dead_man)]
         self._errors: SensorErrors | None = None
 
     def spoil(self, sensors: Sensors, seed: int) -> None:
         """From now on the devices measure with errors, which the seed draws."""
         self._errors = SensorErrors(self.nodes.nodes, sensors, seed)
         self._measure()
+
+    def supervise(self, changes: Sequence[tuple[float, bool]]) -> None:
+        """A safety operator presses and releases a dead-man switch: times [s], and what from then on."""
+        self._scripts.append(DeadManScript(self._plc, Switch.SUPERVISOR, changes))
 
     def exchange(self, frames_in: Frames, frames_out: Frames) -> None:
         """Let the devices take frames and answer."""
@@ -88,14 +92,17 @@ class SimPlant(ABC):
         self._measure(dt)
 
     def obey(self, deed: Deed) -> None:
-        """A person acts instead of the script, which lets go of dead-man switch and hand for good."""
-        self._dead_man.let_go()
+        """A person acts instead of the script, which lets go of switches and hand for good."""
+        for script in self._scripts:
+            script.let_go()
         self._operator.take()
         if deed in DIRECTIONS:
             self._operator.push(DIRECTIONS[deed])
+        elif deed in SWITCHES:
+            switch, pressed = SWITCHES[deed]
+            self._plc.turn(switch, pressed)
         else:
-            pressed = deed is Deed.PRESS
-            self._plc.dead_man = (pressed, pressed)
+            self._plc.scanner_clear = deed is Deed.LEAVE_FIELD
 
     @property
     def safe(self) -> bool:
@@ -106,7 +113,8 @@ class SimPlant(ABC):
         self._sense()
         if self._errors:
             self._errors.spoil(dt)
-        self._dead_man.advance(self.time)
+        for script in self._scripts:
+            script.advance(self.time)
 
     @abstractmethod
     def energies(self) -> Energies:

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from ..devices.device import Device
 from ._plant import lib
-from .attributes import Stored
+from .attributes import Stored, TwoChannels
 from .node import SimNode
 from .peers import Peers
+from .person import Switch
 
 
 class SimSafetyPlc(SimNode):
@@ -14,6 +15,8 @@ class SimSafetyPlc(SimNode):
 
     Attributes:
         dead_man: pressed, per channel.
+        supervisor: the safety operator's dead-man switch is pressed, per channel.
+        override: the key for motion without a hand is turned, per channel.
         emergency_stop: pressed (open), per channel.
         scanner_clear: nobody in the scanned field.
         latched: STO acts until it is acknowledged.
@@ -25,6 +28,10 @@ class SimSafetyPlc(SimNode):
     kind = lib.PEER_SAFETY
     says = ("inputs",)
 
+    dead_man = TwoChannels("safety")
+    supervisor = TwoChannels("safety")
+    override = TwoChannels("safety")
+    emergency_stop = TwoChannels("safety")
     scanner_clear = Stored(bool, "safety")
     latched = Stored(bool, "safety")
     deaf = Stored(bool, "safety")
@@ -46,22 +53,6 @@ class SimSafetyPlc(SimNode):
         """Whether STO acts on the drives."""
         return bool(lib.peers_safety_sto(self._peers.core, self.index))
 
-    @property
-    def dead_man(self) -> tuple[bool, bool]:
-        """See above."""
-        first, second = self._core.safety.dead_man
-        return bool(first), bool(second)
-
-    @dead_man.setter
-    def dead_man(self, pressed: tuple[bool, bool]) -> None:
-        self._core.safety.dead_man = pressed
-
-    @property
-    def emergency_stop(self) -> tuple[bool, bool]:
-        """See above."""
-        first, second = self._core.safety.emergency_stop
-        return bool(first), bool(second)
-
-    @emergency_stop.setter
-    def emergency_stop(self, pressed: tuple[bool, bool]) -> None:
-        self._core.safety.emergency_stop = pressed
+    def turn(self, switch: Switch, pressed: bool) -> None:
+        """Both channels of a switch."""
+        setattr(self, switch.value, (pressed, pressed))

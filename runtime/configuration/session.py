@@ -62,6 +62,8 @@ class Session:
         simulation = self.config.simulation
         if simulation.sensors is not None:
             plant.spoil(simulation.sensors, simulation.seed)
+        if simulation.supervisor:
+            plant.supervise([(float(press.at), press.pressed) for press in simulation.supervisor])
         return plant
 
 
@@ -141,8 +143,12 @@ def _check_loop(config: Config) -> list[tuple[str, str, str]]:
     simulated = isinstance(config.bus, s.SimulatedBus)
     if not simulated and config.loop.on_overrun != "stop":
         found.append(("loop.on_overrun", "a real bus must stop on overruns", 'write "stop"'))
-    if not simulated and config.arming.by != "command":
-        found.append(("arming.by", "a real machine must not arm by itself", 'write "command"'))
+    if not simulated and config.arming.by == "dead-man":
+        fix = 'write "command", or "supervisor"'
+        found.append(("arming.by", "a real machine must not arm by itself", fix))
+    if config.simulation and config.simulation.supervisor and config.arming.by != "supervisor":
+        problem = "nobody asks the safety operator's dead-man switch"
+        found.append(("simulation.supervisor", problem, 'remove it, or write by = "supervisor" in [arming]'))
     if config.loop.sync == "bus" and isinstance(config.bus, s.PythonCanBus):
         found.append(("loop.sync", "python-can gives no arrival times", 'write "free", or use socketcan'))
     if config.arming.fade < 3.0:
@@ -153,13 +159,17 @@ def _check_loop(config: Config) -> list[tuple[str, str, str]]:
 def _check_hand(config: Config) -> list[tuple[str, str, str]]:
     if config.simulation is None:
         return []
-    hand = config.simulation.hand
+    hand, supervisor = config.simulation.hand, config.simulation.supervisor or ()
     found = []
-    for name, entries in (("path", hand.path), ("dead_man", hand.dead_man)):
+    for name, entries in (
+        ("hand.path", hand.path),
+        ("hand.dead_man", hand.dead_man),
+        ("supervisor", supervisor),
+    ):
         times = [float(entry.at) for entry in entries]
         if any(after <= before for before, after in pairwise(times)):
             problem = "its times do not rise"
-            found.append((f"simulation.hand.{name}", problem, "order the entries by their time"))
+            found.append((f"simulation.{name}", problem, "order the entries by their time"))
     return found
 
 

@@ -39,6 +39,9 @@ class Plant(Protocol):
     def obey(self, deed: Deed) -> None:
         """A person acts instead of the script."""
 
+    def supervise(self, changes: Sequence[tuple[float, bool]]) -> None:
+        """A safety operator presses and releases a dead-man switch: times [s], and what from then on."""
+
     def spoil(self, sensors: Sensors, seed: int) -> None:
         """From now on its devices measure with errors, which the seed draws."""
 

@@ -91,7 +91,7 @@ class Reset:
         """What stands against a reset besides an STO, for people; "" where nothing does."""
         senses, power = self._senses, self._drives.power
         live = power.live
-        why = f"{live}; it may have power" if live else refusal(verdict, senses.seen.dead_man, senses.at_rest)
+        why = f"{live}; it may have power" if live else refusal(verdict, senses.held, senses.at_rest)
         if not why and senses.intruded(tick):
             why = "a second master was heard just now"
         if not why and any(senses.seen.faults):

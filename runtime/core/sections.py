@@ -81,7 +81,7 @@ Bus = SimulatedBus | SocketCanBus | PythonCanBus
 class Arming(Strict, frozen=True):
     """How the machine gets permission to move, and how gently it starts."""
 
-    by: Literal["dead-man", "command"]
+    by: Literal["dead-man", "command", "supervisor"]
     fade: Fade
 
 
@@ -93,7 +93,7 @@ class Safety(Strict, frozen=True):
 
 
 class Press(Strict, frozen=True):
-    """The dead-man switch changes at a time."""
+    """A dead-man switch changes at a time."""
 
     at: Instant
     pressed: bool
@@ -119,12 +119,14 @@ class Hand(Strict, frozen=True):
 class Simulation(Strict, frozen=True, kw_only=True):
     """What every simulated machine has.
 
-    ``touches`` names limits of the machine that the hand meets on its path, and which end of each.
+    ``supervisor`` is what the safety operator does with the dead-man switch of their own. ``touches`` names
+    limits of the machine that the hand meets on its path, and which end of each.
     """
 
     seed: Seed
     hand: Hand
     sensors: Sensors | None = None
+    supervisor: Annotated[tuple[Press, ...], Meta(max_length=1000)] | None = None
     touches: dict[str, Literal["lower", "upper", "both"]] = field(default_factory=dict)
 
 

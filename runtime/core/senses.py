@@ -33,10 +33,14 @@ class Senses:
         monitor: its judge.
     """
 
-    def __init__(self, image: ProcessImage, machine: Machine, signals: SafetySignals, rate: float) -> None:
+    def __init__(
+        self, image: ProcessImage, machine: Machine, signals: SafetySignals, supervisor: bool, rate: float
+    ) -> None:
+        """``supervisor``: whether a safety operator's switch is needed, and may override the other."""
         self.seen = Observation()
         self.monitor = Monitor(machine.thresholds)
         self._image, self._machine, self._signals = image, machine, signals
+        self._supervisor = supervisor
         self._calm = [False] * image.expected
         self._still, self._still_limit = 0, round(REST_S * rate)
         self._rest, self._swing = (
@@ -54,6 +58,12 @@ class Senses:
     def at_rest(self) -> bool:
         """Whether every axis is measured to stand, motor and link, and has stood for a while."""
         return self._still >= self._still_limit
+
+    @property
+    def held(self) -> bool:
+        """Whether the switch is pressed that must be let go before a reset, and pressed anew after it."""
+        seen = self.seen
+        return seen.supervised if seen.overriding else seen.dead_man
 
     @property
     def trust(self) -> float:
@@ -108,6 +118,10 @@ class Senses:
         seen.position, seen.velocity = machine.position, machine.velocity
         seen.way = machine.plausibility.way
         seen.armed = mode.powered
-        seen.dead_man, seen.e_stop, seen.field_clear, seen.sto = self._signals.state()
+        people = self._signals.state()
+        seen.dead_man, seen.e_stop, seen.sto = people.dead_man, people.emergency_stop, people.sto
+        seen.field_clear = people.field_clear
+        seen.supervised = people.supervised or not self._supervisor
+        seen.overriding = people.overriding and self._supervisor
         seen.wrench, seen.inertial = machine.raw_wrench, machine.inertial
         seen.solved = machine.solved or mode not in RENDERING  # else nothing was solved

@@ -43,7 +43,7 @@ class Start:
         self._senses, self._drives, self._stops = senses, drives, stops
         self.permission = permission
         self.recorded = True
-        self._dead_man = DeadMan()
+        self._dead_man, self._supervisor = DeadMan(), DeadMan()
         self._lurch = tuple(LURCH_SHARE * play for play in machine.play)
         # where the axes stood when the dead-man switch was pressed, and where their hold began
         self._pressed: Sequence[float] = ()
@@ -51,8 +51,11 @@ class Start:
         self._first = True
 
     def pressed(self) -> bool:
-        """Whether the dead-man switch is pressed at this tick; call once a tick."""
-        return self._dead_man.pressed_anew(self._senses.seen.dead_man)
+        """Whether the dead-man switch that counts is pressed at this tick; call once a tick."""
+        seen = self._senses.seen
+        dead_man = self._dead_man.pressed_anew(seen.dead_man)
+        supervisor = self._supervisor.pressed_anew(seen.supervised)
+        return supervisor if seen.overriding else dead_man
 
     def wait(self, commands: Command, press: bool, resetting: bool, verdict: Verdict) -> None:
         """Without power: whether a command permits, and a press starts.
@@ -120,6 +123,8 @@ class Start:
             latched=self._stops.latch.trip is not None,
             resetting=resetting,
             e_stop=seen.e_stop,
+            supervised=seen.supervised,
+            overriding=seen.overriding,
             field_clear=seen.field_clear,
             sto=seen.sto,
             permitted=self.permission.given,

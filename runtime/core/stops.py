@@ -76,7 +76,7 @@ class Stops:
 
     def release(self, verdict: Verdict) -> bool:
         """Let go of what is latched; whether nothing that is seen, and nothing in ``verdict``, forbids it."""
-        if self.latch.reset(verdict, self._senses.seen.dead_man, self._senses.at_rest):
+        if self.latch.reset(verdict, self._senses.held, self._senses.at_rest):
             return False
         self.last = None
         return True

@@ -72,6 +72,17 @@ RESET = Order(
 ARM = Order("arm", ("+",), "+", "arm", Command.ARM, "allow the next press of the dead-man switch to start")
 PRESS = Order("press", ("p",), "p", "press", Deed.PRESS, "press the simulated dead-man switch")
 RELEASE = Order("release", ("l",), "l", "let go", Deed.RELEASE, "let go of the simulated dead-man switch")
+SUPERVISION = tuple(
+    Order(word, (key,), key, hint, deed, explained)
+    for word, key, hint, deed, explained in (
+        ("supervise", "o", "watch", Deed.SUPERVISE, "press the safety operator's simulated dead-man switch"),
+        ("look away", "i", "look away", Deed.LOOK_AWAY, "let go of it"),
+        ("override", "x", "override", Deed.OVERRIDE, "turn the key: it may move without a hand at it"),
+        ("ask for a hand", "c", "no override", Deed.ASK_FOR_A_HAND, "turn it back"),
+        ("enter the field", "e", "enter", Deed.ENTER_FIELD, "step into the field that the scanner watches"),
+        ("leave the field", "v", "leave", Deed.LEAVE_FIELD, "step out of it"),
+    )
+)
 PUSHES = tuple(
     Order(f"push {name}", keys, label, f"push {name}", deed, f"push the simulated hand {name}")
     for name, keys, label, deed in (
@@ -88,7 +99,10 @@ PUSHES = tuple(
 def possible(config: Config) -> tuple[Order, ...]:
     """What can be typed at this machine, the important first; only a simulated one has a hand to lead."""
     arm = (ARM,) if config.arming.by == "command" else ()
-    person = (PRESS, RELEASE, *PUSHES) if isinstance(config.bus, SimulatedBus) else ()
+    simulated = isinstance(config.bus, SimulatedBus)
+    person = (PRESS, RELEASE, *PUSHES) if simulated else ()
+    if simulated and config.arming.by == "supervisor":
+        person = (*SUPERVISION, *person)
     return (STOP, QUIT, HELP, RESET, *arm, *person)
 
 

@@ -103,7 +103,6 @@ REFUSALS: dict[str, tuple[Callable[[Bench], object], str, Mode]] = {
         "the emergency stop is pressed",
         Mode.STOPPED,
     ),
-    "scanner": (lambda b: setattr(b.plc, "scanner_clear", False), "in the scanned field", Mode.READY),
     "STO": (lambda b: setattr(b.plc, "latched", True), "the safety PLC holds the torque off", Mode.READY),
     "no recorder": (lambda b: b.run(1, Command.UNRECORDED), "the recorder is gone", Mode.READY),
     "latched stop": (_latched, "a stop is latched", Mode.READY),

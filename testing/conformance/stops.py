@@ -91,7 +91,6 @@ PEOPLE: dict[str, tuple[Happen, str]] = {
     "one dead-man channel open": (lambda b: setattr(b.plc, "dead_man", (True, False)), "dead_man"),
     "e-stop": (lambda b: setattr(b.plc, "emergency_stop", (True, True)), "e_stop"),
     "one e-stop channel": (lambda b: setattr(b.plc, "emergency_stop", (False, True)), "e_stop"),
-    "scanner": (lambda b: setattr(b.plc, "scanner_clear", False), "scanner"),
     "commanded": (lambda b: b.run(1, Command.STOP), "operator"),
     "end of the session": (lambda b: b.run(1, Command.END), "end"),
     "all devices silent": (Bench.silence_all, "device_silent"),

@@ -16,7 +16,7 @@ def plc(ready: Rig) -> SimSafetyPlc:
 
 
 def test_a_controller_that_was_never_heard_reads_as_stop(rig: Rig) -> None:
-    assert SafetySignals(rig.image).state() == SafetyState(False, True, False, True)
+    assert SafetySignals(rig.image).state() == SafetyState(False, True, False, True, False, False)
 
 
 def test_the_dead_man_counts_only_on_both_channels(ready: Rig, plc: SimSafetyPlc) -> None:
@@ -24,7 +24,19 @@ def test_the_dead_man_counts_only_on_both_channels(ready: Rig, plc: SimSafetyPlc
     for channels in ((False, False), (True, False), (False, True), (True, True)):
         plc.dead_man = channels
         ready.run(2)
-        assert signals.state() == SafetyState(all(channels), False, True, False)
+        assert signals.state() == SafetyState(all(channels), False, True, False, False, False)
+
+
+@pytest.mark.parametrize(("switch", "field"), [("supervisor", "supervised"), ("override", "overriding")])
+def test_the_safety_operators_switch_and_key_count_only_on_both_channels(
+    ready: Rig, plc: SimSafetyPlc, switch: str, field: str
+) -> None:
+    signals = SafetySignals(ready.image)
+    for channels in ((False, False), (True, False), (False, True), (True, True)):
+        setattr(plc, switch, channels)
+        ready.run(2)
+        state = signals.state()
+        assert (getattr(state, field), state.dead_man) == (all(channels), False)
 
 
 @pytest.mark.parametrize("channels", [(True, False), (False, True), (True, True)])
@@ -33,10 +45,10 @@ def test_the_emergency_stop_acts_on_any_channel(
 ) -> None:
     signals = SafetySignals(ready.image)
     ready.run(2)
-    assert signals.state() == SafetyState(False, False, True, False)
+    assert signals.state() == SafetyState(False, False, True, False, False, False)
     plc.emergency_stop = channels
     ready.run(2)
-    assert signals.state() == SafetyState(False, True, True, True)
+    assert signals.state() == SafetyState(False, True, True, True, False, False)
 
 
 def test_the_scanner_is_read(ready: Rig, plc: SimSafetyPlc) -> None:

@@ -15,9 +15,9 @@ from .campaign import VERBS, Campaign
 
 NO_FAULTS = ("press", "reset", "heal", "arm")
 MOMENTS = ("ENABLING", "ENGAGING", "ACTIVE", "STOPPING", "HOLDING", "reset")
-FAULTS = (*(verb for verb in dict.fromkeys(VERBS) if verb not in NO_FAULTS), "scanner", "wrench", "corrupt")
+FAULTS = (*(verb for verb in dict.fromkeys(VERBS) if verb not in NO_FAULTS), "wrench", "corrupt")
 FOUND_WITHIN = {
-    **dict.fromkeys(("stop", "release", "e-stop", "scanner", "intrude", "blip"), 2),
+    **dict.fromkeys(("stop", "release", "e-stop", "intrude", "blip"), 2),
     **dict.fromkeys(("fault", "mode", "fall"), 3),
     "silent": 7,
 }

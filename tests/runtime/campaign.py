@@ -147,8 +147,6 @@ class Campaign:
                 self.heal()
             case "e-stop":
                 bench.plc.emergency_stop = rng.choice(((True, True), (False, True), (False, False)))
-            case "scanner":
-                bench.plc.scanner_clear = False
             case "wrench":
                 self.blind(rng.choice((nan, 1e30, 0.0)))
             case "intrude" | "blip":
@@ -165,7 +163,6 @@ class Campaign:
 
     def heal(self) -> None:
         self.bench.plc.emergency_stop = (False, False)
-        self.bench.plc.scanner_clear = True
         self.wrong.clear()
         for node in self.bench.nodes.nodes:
             node.silent, node.tamper = False, None
@@ -283,8 +280,6 @@ class Campaign:
                 yield f"{name} is in another mode"
         if any(self.bench.plc.emergency_stop):
             yield "the emergency stop is pressed"
-        if not self.bench.plc.scanner_clear:
-            yield "somebody stands in the field"
 
     def time_stops(self, tick: int, has_power: bool) -> None:
         """A stop takes as long as it may."""

@@ -107,7 +107,6 @@ REFUSALS: dict[str, tuple[Callable[[Bench], object], str]] = {
     "device not in OP": (lambda b: fall(b.nodes["force_torque"]), "not all devices answer"),
     "drive fault": (lambda b: setattr(b.joints[2], "fault", 0x2310), "devices report an error; reset"),
     "e-stop": (lambda b: setattr(b.plc, "emergency_stop", (True, True)), "the emergency stop is pressed"),
-    "scanner": (lambda b: setattr(b.plc, "scanner_clear", False), "in the scanned field"),
     "STO": (lambda b: setattr(b.plc, "latched", True), "the safety PLC holds the torque off"),
     "no recorder": (lambda b: b.run(1, Command.UNRECORDED), "the recorder is gone"),
     "latched stop": (

@@ -45,7 +45,6 @@ STOPS: dict[str, tuple[Callable[[Bench], object], str, bool, int]] = {
     "device leaves OP": (lambda b: fall(b.nodes["force_torque"]), "device_state", True, 3),
     "device restarts": (lambda b: b.joints[0].reset(), "device_state", True, 3),
     "drive in another mode": (lambda b: setattr(b.joints[2], "mode", 8), "drive_state", True, 3),
-    "scanner": (lambda b: setattr(b.plc, "scanner_clear", False), "scanner", True, 2),
     "wrench is NaN": (
         lambda b: b.break_sensor("force_torque", "wrench", [nan] * 6),
         "wrench_lost",

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hapticd.sim.hand import MOST_PUSH_N, PUSH_N, Grip, Hand, Path, PointHand, hanging
 from hapticd.sim.hold import Hold
-from hapticd.sim.person import DIRECTIONS, Deed, deeds
+from hapticd.sim.person import DIRECTIONS, SWITCHES, Deed, deeds
 
 GRIP = Grip((900.0, 30.0), (40.0, 1.2), (150.0, 12.0))
 UPRIGHT = hanging([0.0, 1.0, 0.0], [0.0] * 3)[0]
@@ -29,7 +29,7 @@ def pull(hand: Hand, t: float, position: list[float]) -> np.ndarray:
 
 def test_bytes_that_are_no_deed_are_skipped() -> None:
     assert deeds(bytes([1, 0, 255, 8, 99, 2])) == [Deed.PRESS, Deed.PUSH_DOWN, Deed.RELEASE]
-    assert set(DIRECTIONS) == set(Deed) - {Deed.PRESS, Deed.RELEASE}
+    assert set(DIRECTIONS) | set(SWITCHES) == set(Deed) - {Deed.ENTER_FIELD, Deed.LEAVE_FIELD}
 
 
 def test_a_hand_that_is_taken_stays_where_the_handle_was(hand: Hand) -> None:
