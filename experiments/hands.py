@@ -21,7 +21,8 @@ from ..runtime.errors import HapticdError
 from ..runtime.live.lockstep import Lockstep, unswept
 from ..safety import Reaction
 from .own_plant import Doubt
-from .random_hand import Temper, stranger
+from .random_hand import stranger
+from .temper import Temper
 
 NOT_STARTED = "not_started"
 """Cause of a session in which the machine refused to start."""

@@ -6,8 +6,7 @@ import argparse
 import shlex
 import sys
 from time import monotonic
-
-import msgspec
+from typing import TYPE_CHECKING
 
 from ..runtime.command_line.arguments import (
     MAX_COUNT,
@@ -19,12 +18,12 @@ from ..runtime.command_line.arguments import (
     name,
     number,
 )
-from ..runtime.configuration import config
-from ..runtime.configuration.session import build
+from ..runtime.configuration.known import built_in
 from ..runtime.invocation import program
-from .hands import Tally, sessions
-from .own_plant import Doubt
-from .random_hand import Temper
+from .temper import Temper
+
+if TYPE_CHECKING:
+    from .hands import Tally
 
 SECONDS = 25.0
 MOST_FORCE, MOST_TORQUE, MOST_SPEED = 1000.0, 200.0, 5.0
@@ -40,7 +39,7 @@ def add_hands(commands: Commands) -> None:
         " and the posture in which it engages. Prints causes of stops, how far limits were passed, and the"
         " command that repeats the worst session. Exit status 1 where a session stopped.",
     )
-    known = ", ".join(config.built_in())
+    known = ", ".join(built_in())
     hands.add_argument("config", type=name, metavar="MACHINE", help=f"a TOML file, or built in: {known}")
     add_twin(hands)
     hands.add_argument("--count", type=count, default=40, metavar="N", help="of sessions; default: 40")
@@ -102,6 +101,11 @@ def workers(text: str) -> int:
 
 def run(options: argparse.Namespace) -> int:
     """Run the sessions and print what became of them; 1 where one stopped, else 0."""
+    from ..runtime.configuration import config
+    from ..runtime.configuration.session import build
+    from .hands import Tally, sessions
+    from .own_plant import Doubt
+
     loaded = config.load(chosen(options))
     build(loaded)  # what is wrong with the configuration itself is said before anything else
     temper = Temper(options.force, options.torque, options.speed)
@@ -155,6 +159,8 @@ def repeat(options: argparse.Namespace, tally: Tally) -> str:
 
 def as_json(tally: Tally, worst: str) -> str:
     """The tally as one JSON object; excesses in rad, m or N m."""
+    import msgspec
+
     found = {
         **{"sessions": tally.sessions, "finished": tally.finished, "stops": dict(tally.stops)},
         **{"worst_excess": tally.worst_excess, "worst": worst},

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from math import ceil, dist, hypot
 from random import Random
 from typing import Any
@@ -13,6 +12,7 @@ import msgspec
 from ..models import Robot
 from ..runtime.configuration.system import Stance, System
 from ..runtime.core.sections import Config
+from .temper import Temper
 
 PRESS_S = 0.3
 """When the dead-man switch is pressed."""
@@ -39,15 +39,6 @@ ANGULAR_STIFFNESS, ANGULAR_DAMPING = (10.0, 60.0), (0.4, 1.5)
 
 BLOCK_S = 30.0
 """Paths last so long, or twice, and so on: where a path ends changes how it gets there."""
-
-
-@dataclass(frozen=True, slots=True)
-class Temper:
-    """The most that hands do: force [N], torque [N m], speed [m/s]."""
-
-    force: float = 50.0
-    torque: float = 10.0
-    speed: float = 1.5
 
 
 def stranger(

@@ -11,8 +11,7 @@ from typing import Any, TypeAlias
 from ...configs.quantities import BitRate
 from ...configs.units import UnitError
 from ...configs.words import nearest
-from ..configuration import config
-from ..configuration.twin_file import BETWEEN
+from ..configuration.known import BETWEEN, twins
 
 Commands: TypeAlias = "argparse._SubParsersAction[Parser]"
 """What a command adds its parser to."""
@@ -63,7 +62,7 @@ def add_twin(parser: argparse.ArgumentParser) -> None:
         type=name,
         metavar="TWIN",
         help="render this digital twin instead: a twin's TOML file (docs/twins.md), or built in: "
-        f"{', '.join(config.twins())}",
+        f"{', '.join(twins())}",
     )
 
 

@@ -1,4 +1,7 @@
-"""The command line."""
+"""The command line.
+
+What a command works with is imported when it runs: help, a wrong word and completion answer at once.
+"""
 
 from __future__ import annotations
 
@@ -10,18 +13,13 @@ from datetime import datetime
 from importlib import import_module, metadata
 from io import TextIOWrapper
 from pathlib import Path
-
-import msgspec
+from typing import TYPE_CHECKING
 
 from ...configs import plugins
-from ...configs.printable import printable
-from ...devices.errors import DeviceError
-from ...models import ModelError
-from ..configuration import config
+from ..configuration.known import built_in
 from ..errors import ConfigError, HapticdError
 from ..invocation import program
-from ..live.interrupts import Interrupted, held, say
-from ..live.screen import steerable
+from ..live.interrupts import held
 from .arguments import (
     MAX_SECONDS,
     Commands,
@@ -35,6 +33,9 @@ from .arguments import (
     setting,
 )
 from .outputs import folder
+
+if TYPE_CHECKING:
+    from ..configuration.config import Loaded
 
 EPILOG = """examples:
   {program} run {machine}
@@ -73,24 +74,9 @@ def main(arguments: list[str] | None = None) -> int:
             stream.reconfigure(errors="backslashreplace")
     _require_streams()
     options = _parser().parse_args(arguments)
-    try:
-        status = int(options.handler(options))
-        sys.stdout.flush()
-        return status
-    except HapticdError as error:
-        return _fail(options, error.code, str(error), error.exit_status)
-    except ModelError as error:
-        return _fail(options, "model", str(error), 2)
-    except DeviceError as error:
-        return _fail(options, "device", str(error), 1)
-    except BrokenPipeError:
-        return _unheard()
-    except OSError as error:
-        where = f"{error.filename}: " if error.filename else ""
-        return _fail(options, "file", f"{where}{error.strerror or error}", _unheard())
-    except Interrupted as interrupted:
-        say(str(interrupted))
-        return interrupted.status
+    from .execution import execute
+
+    return execute(options)
 
 
 def _require_streams() -> None:
@@ -107,7 +93,7 @@ def _parser() -> argparse.ArgumentParser:
     parser = Parser(
         prog="hapticd",
         description="Real-time daemon for kinesthetic haptic interfaces.",
-        epilog=EPILOG.format(program=program(), machine=config.built_in()[0]),
+        epilog=EPILOG.format(program=program(), machine=built_in()[0]),
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("--version", action="version", version=f"hapticd {metadata.version('hapticd')}")
@@ -125,7 +111,7 @@ def _parser() -> argparse.ArgumentParser:
 
 def _add_run(commands: Commands) -> None:
     run = commands.add_parser("run", help="run a machine", description="Run a machine, live or in lockstep.")
-    known = ", ".join(config.built_in())
+    known = ", ".join(built_in())
     run.add_argument(
         "config",
         type=name,
@@ -257,26 +243,12 @@ def _add_experiment(commands: Commands) -> None:
     experiment.set_defaults(handler=_experiment)
 
 
-def _unheard() -> int:
-    """Nobody takes the output: the rest of it is dropped, or the interpreter would complain at its end."""
-    null = os.open(os.devnull, os.O_WRONLY)
-    os.dup2(null, 1)
-    os.close(null)
-    return 1
-
-
-def _fail(options: argparse.Namespace, code: str, message: str, status: int) -> int:
-    if options.json:
-        print(msgspec.json.encode({"error": code, "message": message}).decode())
-    text = "\n".join(map(printable, message.splitlines()))  # it may quote a file of anybody's
-    print(f"hapticd: error [{code}]: {text}", file=sys.stderr)
-    return status
-
-
 def _run(options: argparse.Namespace) -> int:
+    from ..configuration import config
     from ..live import daemon, lockstep_run
     from ..live.promise import verdict
     from ..live.recorder import STDERR
+    from ..live.screen import steerable
     from ..recording.summary import as_json, table
 
     loaded = config.load(chosen(options))
@@ -309,7 +281,7 @@ def _run(options: argparse.Namespace) -> int:
     return status
 
 
-def _log_path(given: Path | None, loaded: config.Loaded) -> Path:
+def _log_path(given: Path | None, loaded: Loaded) -> Path:
     """A new, empty file; recordings are never overwritten."""
     name = f"{Path(loaded.source).stem}-{datetime.now():%Y%m%d-%H%M%S-%f}"[:-3]
     path = given or LOGS / f"{name}.mcap"
@@ -341,6 +313,8 @@ class LogPathError(HapticdError):
 
 
 def _replay(options: argparse.Namespace) -> int:
+    import msgspec
+
     from ..recording.log import open_log
     from ..recording.replay import describe, replay
 
@@ -351,17 +325,22 @@ def _replay(options: argparse.Namespace) -> int:
             sys.stderr.write(f"\r{ticks} ticks")
             sys.stderr.flush()
 
-    found = replay(open_log(_newest_log() if options.log is None else options.log), progress)
+    found = replay(open_log(newest_log() if options.log is None else options.log), progress)
     if show:
         sys.stderr.write("\r\x1b[K")
     print(msgspec.json.encode(found).decode() if options.json else describe(found))
     return 1 if options.verify and found.differing_ticks else 0
 
 
-def _newest_log() -> str:
+def newest_log() -> str:
+    """The recording that was written last.
+
+    Raises:
+        LogPathError: there is none.
+    """
     logs = sorted(LOGS.glob("*.mcap"), key=lambda path: path.stat().st_mtime)
     if not logs:
-        make = f"{program()} run {config.built_in()[0]}"
+        make = f"{program()} run {built_in()[0]}"
         raise LogPathError(f"there is no recording in {LOGS}/; name one, or make one: {make}")
     return str(logs[-1])
 
@@ -373,6 +352,10 @@ def _experiment(options: argparse.Namespace) -> int:
 
 
 def _check(options: argparse.Namespace) -> int:
+    import msgspec
+
+    from ...models import ModelError
+    from ..configuration import config
     from ..configuration.session import build
 
     try:
@@ -404,7 +387,10 @@ def _check(options: argparse.Namespace) -> int:
 
 def _check_model(name: str, as_json: bool) -> int:
     """A robot description alone."""
+    import msgspec
+
     from ...models import Robot
+    from ..configuration import config
 
     robot = Robot.from_urdf(config.read_model(name), name)
     if as_json:
@@ -415,6 +401,7 @@ def _check_model(name: str, as_json: bool) -> int:
 
 
 def _doctor(options: argparse.Namespace) -> int:
+    from ..configuration import config
     from ..doctor.libraries import installed
     from ..doctor.report import as_json, as_text, examine, fit
     from ..timing.host import Host
@@ -426,6 +413,7 @@ def _doctor(options: argparse.Namespace) -> int:
 
 
 def _plant(options: argparse.Namespace) -> int:
+    from ..configuration import config
     from ..configuration.bus import chosen_bus
     from ..live.plant_process import serve_interface
 

@@ -21,16 +21,12 @@ from ...models.xml_tree import MAX_BYTES as MAX_MODEL_BYTES
 from ..core.sections import Config
 from ..errors import ConfigError, Finding
 from ..invocation import program
+from .known import BETWEEN, CONFIGS, TWINS, built_in, machine_folders, twins
 from .schema import advice, known_fields, value_type
 from .system import ScriptError, find_system, system_names
 from .toml_lines import key_lines, line_of
 from .toml_reader import MAX_BYTES, read
-from .twin_file import BETWEEN, exchanged, led, tree_of, with_model
-
-CONFIGS = "hapticd.configs"
-"""Where the built-in machines have their configurations; an installed one has them in its own package."""
-TWINS = "twins"
-"""Folder of the built-in twins there."""
+from .twin_file import exchanged, led, tree_of, with_model
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,12 +124,6 @@ def _in_its_file(error: ConfigError, machine: str, twin: str, text: str) -> Conf
         return error
     rows, lines = zip(keys, error.findings, strict=True), key_lines(text)
     return ConfigError(twin, [Finding(line_of(key, lines), key, f.problem, f.fix) for key, f in rows])
-
-
-def twins() -> list[str]:
-    """Names of the built-in twins."""
-    files = (file.name for file in (resources.files(CONFIGS) / TWINS).iterdir())
-    return sorted(name.removesuffix(".toml") for name in files if name.endswith(".toml"))
 
 
 def _tag(config: Config) -> str:
@@ -239,16 +229,9 @@ def _kind(tree: dict[str, Any], text: str, source: str) -> type[Config]:
         raise ConfigError(source, [Finding(line, "system", error.problem, error.fix)]) from error
 
 
-def built_in() -> list[str]:
-    """Names of the configurations that come with the installed machines."""
-    folders = {CONFIGS, *(plugins.folder(plugins.MACHINES, name) for name in system_names())}
-    files = (file.name for folder in folders for file in resources.files(folder).iterdir())
-    return sorted({name.removesuffix(".toml") for name in files if name.endswith(".toml")})
-
-
 def _folder(name: str) -> Any:
     """Where a configuration of that name comes with a machine."""
-    for folder in (CONFIGS, *(plugins.folder(plugins.MACHINES, system) for system in system_names())):
+    for folder in machine_folders():
         files = resources.files(folder)
         if _exists(files / f"{name}.toml"):
             return files

@@ -10,8 +10,6 @@ from ...configs.words import nearest
 from ..errors import ConfigError, Finding
 from .toml_reader import read
 
-BETWEEN = " with "
-"""Stands between machine and twin in the name of both, "MACHINE with TWIN"."""
 TABLES = ("twin", "hand", "touches")
 """What a twin's file may hold."""
 _HEADER = re.compile(r"^\s*\[\[?\s*([^\]]+?)\s*\]\]?\s*(?:#.*)?$")

@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 from hapticd.experiments.hands import BLOCK, NOT_STARTED, Kept, Session, Tally, session, sessions
 from hapticd.experiments.own_plant import TYPICAL, Doubt
-from hapticd.experiments.random_hand import Temper, stranger
+from hapticd.experiments.random_hand import stranger
+from hapticd.experiments.temper import Temper
 from hapticd.machines.giant.config import GiantConfig
 from hapticd.machines.giant.kinematics import points
 from hapticd.models import Robot

@@ -1,0 +1,14 @@
+"""How strong and how fast random hands are at most."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class Temper:
+    """The most that hands do: force [N], torque [N m], speed [m/s]."""
+
+    force: float = 50.0
+    torque: float = 10.0
+    speed: float = 1.5

@@ -1,0 +1,35 @@
+"""Names of the machines and twins that are installed, found without reading any of them."""
+
+from __future__ import annotations
+
+from importlib import resources
+
+from ...configs import plugins
+
+CONFIGS = "hapticd.configs"
+"""Where the built-in machines have their configurations; an installed one has them in its own package."""
+TWINS = "twins"
+"""Folder of the built-in twins there."""
+BETWEEN = " with "
+"""Stands between machine and twin in the name of both, "MACHINE with TWIN"."""
+
+
+def machine_folders() -> list[str]:
+    """Packages that may hold configurations."""
+    return list(
+        dict.fromkeys(
+            (CONFIGS, *(plugins.folder(plugins.MACHINES, name) for name in plugins.names(plugins.MACHINES)))
+        )
+    )
+
+
+def built_in() -> list[str]:
+    """Names of the configurations that come with the installed machines."""
+    files = (file.name for folder in machine_folders() for file in resources.files(folder).iterdir())
+    return sorted({name.removesuffix(".toml") for name in files if name.endswith(".toml")})
+
+
+def twins() -> list[str]:
+    """Names of the built-in twins."""
+    files = (file.name for file in (resources.files(CONFIGS) / TWINS).iterdir())
+    return sorted(name.removesuffix(".toml") for name in files if name.endswith(".toml"))
