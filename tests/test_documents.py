@@ -20,6 +20,7 @@ FOLDERS = (
     "runtime",
     "safety",
     "sim",
+    "view",
 )
 SOURCES = "\n".join(path.read_text() for folder in FOLDERS for path in (ROOT / folder).rglob("*.py"))
 

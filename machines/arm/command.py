@@ -5,10 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-import msgspec
-
 from ...configs.printable import printable
-from ...models.xml_tree import MAX_BYTES
 from ...runtime.command_line.arguments import Commands, file, new_configuration
 from ...runtime.invocation import program
 from .errors import InitError
@@ -63,6 +60,8 @@ def run(options: argparse.Namespace) -> int:
         InitError: the URDF holds no arm, or a file is there already.
         ModelError: the arm has what no machine that a person holds may have.
     """
+    import msgspec
+
     from .init import init
 
     source: Path = options.robot
@@ -91,6 +90,8 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _read(source: Path) -> str:
+    from ...models.xml_tree import MAX_BYTES
+
     if not source.is_file():
         raise InitError(f"{source} is no file")
     with source.open("rb") as file:

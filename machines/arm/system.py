@@ -8,7 +8,10 @@ from .check import check_arm
 from .config import ArmConfig
 from .limits import ArmLimits
 from .machine import SerialArm
+from .scene import ArmScene
 from .script import arm_led
 from .simulation import arm_plant
 
-ARM = System(ArmConfig, SerialArm, ArmLimits, RenderingFigures, arm_plant, check_arm, led=arm_led)
+ARM = System(
+    ArmConfig, SerialArm, ArmLimits, RenderingFigures, arm_plant, check_arm, led=arm_led, scene=ArmScene
+)

@@ -8,10 +8,19 @@ from .check import check_giant
 from .config import GiantConfig
 from .limits import GiantLimits
 from .machine import Giant
+from .scene import GiantScene
 from .script import giant_led
 from .simulation import giant_plant
 from .stance import giant_stance
 
 GIANT = System(
-    GiantConfig, Giant, GiantLimits, RenderingFigures, giant_plant, check_giant, giant_stance, giant_led
+    GiantConfig,
+    Giant,
+    GiantLimits,
+    RenderingFigures,
+    giant_plant,
+    check_giant,
+    giant_stance,
+    giant_led,
+    GiantScene,
 )

@@ -8,7 +8,10 @@ from .config import RhiConfig
 from .figures import RhiFigures
 from .limits import RhiLimits
 from .machine import RedundantInterface
+from .scene import RhiScene
 from .simulation import rhi_plant
 from .stance import rhi_stance
 
-RHI = System(RhiConfig, RedundantInterface, RhiLimits, RhiFigures, rhi_plant, check_rhi, rhi_stance)
+RHI = System(
+    RhiConfig, RedundantInterface, RhiLimits, RhiFigures, rhi_plant, check_rhi, rhi_stance, scene=RhiScene
+)

@@ -15,6 +15,7 @@ from ...models import Robot
 from ...sim.person import Deed
 from ...sim.sensors import Sensors
 from ..core.machine import Machine, MachineFigures, MachineLimits
+from ..core.scene import MachineScene
 from ..core.sections import Config
 from ..core.stages import Mark
 
@@ -99,6 +100,7 @@ class System(Generic[C]):
         stance: a random beginning of a simulated session; without it every session begins as configured.
         led: for a machine that renders a twin, the path of a simulated hand, as tables of TOML, that leads
             the twin as the [hand] of the twin's file says; raises ScriptError.
+        scene: how it is drawn; without it nobody sees more of it than its channels.
     """
 
     config: type[C]
@@ -109,6 +111,7 @@ class System(Generic[C]):
     check: Callable[[C, Robot], list[tuple[str, str, str]]]
     stance: Callable[[C, Robot, Random], Stance[C]] | None = None
     led: Callable[[C, Robot, Mapping[str, Any]], str] | None = None
+    scene: Callable[[C], MachineScene] | None = None
 
 
 def system_names() -> list[str]:

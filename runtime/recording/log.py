@@ -217,6 +217,19 @@ class Log:
                 raise _damaged(self.path, f"an event cannot be read: {error}") from error
             yield event
 
+    def late_ticks(self) -> Iterator[LateTick]:
+        """What is known of every tick that was late.
+
+        Raises:
+            LogError: one of them, or the file, is damaged.
+        """
+        for data in _messages(self.path, "late", (LATE_SCHEMA,)):
+            try:
+                late = msgspec.json.decode(data, type=LateTick)
+            except (msgspec.MsgspecError, ValueError) as error:
+                raise _damaged(self.path, f"what it says of a late tick cannot be read: {error}") from error
+            yield late
+
 
 class LoggedEvent(msgspec.Struct, frozen=True):
     """An event as the log keeps it; see ``Event``.

@@ -1,0 +1,107 @@
+"""The channels of a machine: every number of a tick that people look at, with its name and unit.
+
+One table for whoever shows them: reports, dashboards, terminals. It follows from what the machine says of its
+limits, its figures and its scene, and from what every record begins with.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+from math import inf
+
+import numpy as np
+
+from ..configuration.session import Session
+from ..core.modes import RENDERING, Mode
+from ..core.stages import Stage
+
+
+class Group(StrEnum):
+    """What a channel is about."""
+
+    PUNCTUALITY = "punctuality"
+    STAGES = "stages"
+    LIMITS = "limits"
+    HAND = "hand"
+    FIGURES = "figures"
+    SAFETY = "safety"
+
+
+@dataclass(frozen=True, slots=True)
+class Channel:
+    """A number of every tick.
+
+    Attributes:
+        name: for people.
+        unit: of its values; empty for counts and shares.
+        group: what it is about.
+        lower, upper: what the machine keeps it in; infinite where there is no limit.
+    """
+
+    name: str
+    unit: str
+    group: Group
+    lower: float = -inf
+    upper: float = inf
+
+
+FORCE = tuple(f"force {axis}" for axis in "xyz")
+TORQUE = tuple(f"torque {axis}" for axis in "xyz")
+
+
+class Channels:
+    """The channels of one machine, and their values in a record.
+
+    Attributes:
+        specs: the channels.
+        groups: where those of each group stand among them.
+    """
+
+    def __init__(self, session: Session) -> None:
+        system, config = session.system, session.config
+        self._limits, self._figures = system.limits(config), system.figures()
+        self._scene = system.scene(config) if system.scene else None
+        self._expected = session.cycle.image.expected
+        hand = (*((name, "N") for name in FORCE), *((name, "N m") for name in TORQUE))
+        groups = {
+            Group.PUNCTUALITY: [Channel(name, "us", Group.PUNCTUALITY) for name in ("lateness", "compute")],
+            Group.STAGES: [Channel(stage.name.lower(), "us", Group.STAGES) for stage in Stage],
+            Group.SAFETY: [
+                Channel("wrench faded in", "", Group.SAFETY),
+                Channel("wrench believed", "", Group.SAFETY),
+                Channel("answers missing", "", Group.SAFETY),
+                Channel("ticks skipped", "", Group.SAFETY),
+            ],
+            Group.LIMITS: [
+                Channel(spec.name, spec.unit, Group.LIMITS, float(spec.lower), float(spec.upper))
+                for spec in self._limits.specs
+            ],
+            Group.HAND: [Channel(name, unit, Group.HAND) for name, unit in hand if self._scene],
+            Group.FIGURES: [Channel(spec.name, spec.unit, Group.FIGURES) for spec in self._figures.specs],
+        }
+        self.specs = tuple(spec for specs in groups.values() for spec in specs)
+        self.groups: dict[Group, slice] = {}
+        for group, specs in groups.items():
+            start = max((end.stop for end in self.groups.values()), default=0)
+            self.groups[group] = slice(start, start + len(specs))
+        self._still = [0.0] * len(self._figures.specs)
+
+    def values(self, fixed: np.void) -> list[float]:
+        """Their values in the fixed part of a record of a tick that has measured; see ``measured``."""
+        state = fixed["state"]
+        stages = fixed["stage_ns"].tolist()
+        return [
+            *(1e-3 * int(fixed["lateness_ns"]), 1e-3 * int(fixed["compute_ns"])),
+            *(1e-3 * ns for ns in stages),
+            *(float(fixed["gain"]), float(fixed["trust"])),
+            *(float(self._expected - int(fixed["working_counter"])), float(fixed["skipped"])),
+            *self._limits.values(state),
+            *(self._scene.wrench(state) if self._scene else ()),
+            *(self._figures.values(state) if int(fixed["mode"]) in RENDERING else self._still),
+        ]
+
+
+def measured(mode: int) -> bool:
+    """Whether a tick after one in this mode knows where the machine is: during bring-up none does."""
+    return mode not in (Mode.BRINGUP, Mode.FAILED)
