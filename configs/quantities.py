@@ -141,6 +141,14 @@ class TwinInertia(Inertia):
     range = Range(1e-4, 100.0, "kg m^2", "lighter than the hand that holds it; nobody turns more")
 
 
+class LeastMass(Mass):
+    range = Range(0.0, 500.0, "kg", "nobody moves more")
+
+
+class LeastInertia(Inertia):
+    range = Range(0.0, 100.0, "kg m^2", "nobody turns more")
+
+
 class HandleMass(Mass):
     range = Range(1e-3, 20.0, "kg", "a stylus; two hands carry no more")
 

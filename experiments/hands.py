@@ -22,6 +22,7 @@ from ..runtime.live.lockstep import Lockstep, unswept
 from ..safety import Reaction
 from .own_plant import Doubt
 from .random_hand import stranger
+from .random_twin import with_random_chain
 from .temper import Temper
 
 NOT_STARTED = "not_started"
@@ -72,8 +73,9 @@ def sessions(
     temper: Temper,
     workers: int,
     doubt: Doubt = BELIEVED,
+    chains: bool = False,
 ) -> Iterator[Session]:
-    """One session a seed, in their order, on so many processes.
+    """One session a seed, in their order, on so many processes; with a random chain each as twin if asked.
 
     Raises:
         HandsError: the configuration simulates nothing, or cannot simulate what the controller doubts.
@@ -82,7 +84,7 @@ def sessions(
         raise HandsError(f"{loaded.source} has no [simulation]; add it, or name a built-in machine")
     if not doubt.fits(loaded.config):
         raise HandsError(f"the machine of {loaded.source} has no [simulation.plant]; leave --wrong-model out")
-    one = partial(session, loaded, seconds=seconds, temper=temper, doubt=doubt)
+    one = partial(session, loaded, seconds=seconds, temper=temper, doubt=doubt, chains=chains)
     if workers == 1:
         yield from map(one, seeds)
         return
@@ -97,6 +99,7 @@ def session(
     temper: Temper,
     watch: Callable[[Lockstep], None] = lambda lockstep: None,
     doubt: Doubt = BELIEVED,
+    chains: bool = False,
 ) -> Session:
     """A session under the hand of a seed, ended after so many seconds or by a stop.
 
@@ -107,7 +110,9 @@ def session(
         temper: of the hands.
         watch: called after each tick.
         doubt: how the machine differs from what its controller believes.
+        chains: whether the seed also draws the digital twin.
     """
+    loaded = with_random_chain(loaded, seed) if chains else loaded
     config = loaded.config
     system = find_system(str(type(config).__struct_config__.tag))
     robot = Robot.from_urdf(loaded.model_text, loaded.model_source)

@@ -20,7 +20,7 @@ from ..runtime.command_line.arguments import (
 )
 from ..runtime.configuration.known import built_in
 from ..runtime.invocation import program
-from .temper import Temper
+from .temper import RANDOM, Temper
 
 if TYPE_CHECKING:
     from .hands import Tally
@@ -41,7 +41,7 @@ def add_hands(commands: Commands) -> None:
     )
     known = ", ".join(built_in())
     hands.add_argument("config", type=name, metavar="MACHINE", help=f"a TOML file, or built in: {known}")
-    add_twin(hands)
+    add_twin(hands, f"; {RANDOM}: another serial chain of one to seven joints each time")
     hands.add_argument("--count", type=count, default=40, metavar="N", help="of sessions; default: 40")
     hands.add_argument(
         "--seed",
@@ -105,14 +105,17 @@ def run(options: argparse.Namespace) -> int:
     from ..runtime.configuration.session import build
     from .hands import Tally, sessions
     from .own_plant import Doubt
+    from .random_twin import with_random_chain
 
-    loaded = config.load(chosen(options))
-    build(loaded)  # what is wrong with the configuration itself is said before anything else
+    chains = options.twin == RANDOM
+    loaded = config.load(options.config if chains else chosen(options))
+    # what is wrong with the configuration itself is said before anything else
+    build(with_random_chain(loaded, options.seed) if chains else loaded)
     temper = Temper(options.force, options.torque, options.speed)
     seeds = range(options.seed, options.seed + options.count)
     tally, begin, show = Tally(), monotonic(), sys.stderr.isatty() and not options.json
     doubt, share = Doubt(options.wrong_model, options.errors), min(options.workers, options.count)
-    for session in sessions(loaded, seeds, options.seconds, temper, share, doubt):
+    for session in sessions(loaded, seeds, options.seconds, temper, share, doubt, chains):
         tally.add(session)
         if show:
             sys.stderr.write(f"\r{progress(tally, options.count, monotonic() - begin)}\x1b[K")

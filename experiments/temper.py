@@ -1,8 +1,11 @@
-"""How strong and how fast random hands are at most."""
+"""How strong and how fast random hands are at most, and what else may be random."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+
+RANDOM = "random"
+"""Asks for another digital twin in each session."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from ...runtime.configuration.system import System
 from ..rendering.figures import RenderingFigures
+from ..rendering.twin import remarks
 from .check import check_giant
 from .config import GiantConfig
 from .limits import GiantLimits
@@ -23,4 +24,5 @@ GIANT = System(
     giant_stance,
     giant_led,
     GiantScene,
+    lambda config: remarks(config.giant.twin),
 )

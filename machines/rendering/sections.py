@@ -26,6 +26,8 @@ from ...configs.quantities import (
     Inertia,
     Inertias3,
     Instant,
+    LeastInertia,
+    LeastMass,
     Length,
     LengthRange,
     Lengths3,
@@ -171,6 +173,7 @@ class ChainTwin(Strict, frozen=True, tag_field="kind", tag="chain"):
     """A serial chain as the digital twin: a URDF, or a Denavit-Hartenberg row for each joint.
 
     ``urdf`` names a file beside the configuration; whoever loads it keeps the text of the file in ``kept``.
+    What its end weighs in its lightest direction is made up to ``least_mass`` and ``least_inertia``.
     """
 
     joints: dict[str, TwinJoint]
@@ -179,6 +182,8 @@ class ChainTwin(Strict, frozen=True, tag_field="kind", tag="chain"):
     end: Name | None = None
     base: Angles3 | None = None
     gravity: Gravity = Gravity(0.0)
+    least_mass: LeastMass = LeastMass(1.5)
+    least_inertia: LeastInertia = LeastInertia(0.03)
 
 
 Twin: TypeAlias = CartesianTwin | ChainTwin

@@ -22,6 +22,8 @@ UP_TO_SPEED_S = 0.1
 MOST_JOINTS = 7
 LIGHTEST = 1e-4
 """Least eigenvalue of the inertia matrix at the start that a controller can follow [kg m^2 or kg]."""
+POSTURES = 50
+"""In which it is looked how much a chain's end weighs."""
 Found = list[tuple[str, str, str]]
 """Key, problem and fix of everything that is wrong."""
 
@@ -72,11 +74,69 @@ def chain_twin(section: s.ChainTwin) -> ChainTwin:
 
 
 def robot_of(section: s.ChainTwin) -> Robot:
-    """The links of a chain.
+    """The links of a chain, with what is added at its end.
 
     Raises:
-        ModelError: its URDF is refused, or has other joints.
+        ModelError: its URDF is refused, or has other joints, or no such frame.
     """
+    robot = _links(section)
+    mass, inertia = added(section)
+    if mass or inertia:
+        model = robot.model
+        end = model.frames[robot.frame(section.end or END)]
+        body = pin.Inertia(mass, np.zeros(3), inertia * np.eye(3))
+        model.inertias[end.parentJoint] += end.placement.act(body)
+    return robot
+
+
+def added(section: s.ChainTwin) -> tuple[float, float]:
+    """Mass and inertia that a chain needs at its end, so that a stiff hand does not make it swing.
+
+    Sampled over the ranges of its joints: what is lightest at the start may be lighter elsewhere.
+
+    Returns:
+        [kg], [kg m^2]; 0 where it is heavy enough.
+
+    Raises:
+        ModelError: see ``robot_of``.
+    """
+    robot = _links(section)
+    lower, upper, *_ = limits_of(section, robot)
+    lower, upper = np.maximum(lower, -np.pi), np.minimum(upper, np.pi)
+    frame, own = robot.frame(section.end or END), [joint.inertia or 0.0 for joint in section.joints.values()]
+    postures = np.random.default_rng(0).uniform(lower, np.maximum(lower, upper), (POSTURES, robot.nv))
+    postures[0] = [joint.start for joint in section.joints.values()]
+    lightest = np.full(2, np.inf)
+    for q in postures:
+        at = robot.configuration(q)
+        M = pin.crba(robot.model, robot.data, at)
+        M = np.triu(M) + np.triu(M, 1).T + np.diag(own)
+        J = pin.computeFrameJacobian(robot.model, robot.data, at, frame, pin.LOCAL).reshape(6, robot.nv)
+        if np.linalg.eigvalsh(M)[0] <= LIGHTEST:
+            return 0.0, 0.0  # refused anyway
+        mobility = J @ np.linalg.solve(M, J.T)
+        for i, part in enumerate((slice(0, 3), slice(3, 6))):
+            freest = float(np.linalg.eigvalsh(mobility[part, part])[-1])
+            lightest[i] = min(lightest[i], 1.0 / freest if freest > 0.0 else np.inf)
+    missing = np.array([section.least_mass, section.least_inertia]) - lightest
+    mass, inertia = np.maximum(missing, 0.0).tolist()
+    return mass, inertia
+
+
+def remarks(section: s.Twin) -> list[str]:
+    """What people should know of a twin that is fine."""
+    if not isinstance(section, s.ChainTwin):
+        return []
+    mass, inertia = added(section)
+    if not (mass or inertia):
+        return []
+    return [
+        f"the end of the twin would be lighter than a machine can render: {mass:.2g} kg and"
+        f" {inertia:.2g} kg m^2 are added there (least_mass, least_inertia)"
+    ]
+
+
+def _links(section: s.ChainTwin) -> Robot:
     names = list(section.joints)
     if section.urdf is None:
         bodies = [Body(*_body(joint.body)) for joint in section.joints.values()]

@@ -55,14 +55,14 @@ def meant(word: str, known: Iterable[str]) -> str:
     return f"did you mean '{near}'?" if near else f"known: {', '.join(known)}"
 
 
-def add_twin(parser: argparse.ArgumentParser) -> None:
-    """Add the option that gives a machine another twin."""
+def add_twin(parser: argparse.ArgumentParser, more: str = "") -> None:
+    """Add the option that gives a machine another twin; ``more`` says what else it takes."""
     parser.add_argument(
         "--twin",
         type=name,
         metavar="TWIN",
         help="render this digital twin instead: a twin's TOML file (docs/twins.md), or built in: "
-        f"{', '.join(twins())}",
+        f"{', '.join(twins())}{more}",
     )
 
 

@@ -245,6 +245,7 @@ def _add_experiment(commands: Commands) -> None:
 
 def _run(options: argparse.Namespace) -> int:
     from ..configuration import config
+    from ..configuration.session import remarks
     from ..live import daemon, lockstep_run
     from ..live.promise import verdict
     from ..live.recorder import STDERR
@@ -268,11 +269,14 @@ def _run(options: argparse.Namespace) -> int:
     if outcome.report and options.json:
         speed = {} if outcome.speed_x is None else {"speed_x": outcome.speed_x}
         more = {"log": str(log), "status": status, "message": outcome.message, "verdict": last, **speed}
+        more["remarks"] = remarks(loaded)
         print(as_json(outcome.report, **more))
     elif outcome.report:
         print(table(outcome.report))
         if outcome.speed_x is not None:
             print(f"lockstep: {outcome.speed_x:g} times real time")
+        for remark in remarks(loaded):
+            print(f"note: {remark}")
         print(f"log: {log}")
         print(f"replay: {program()} replay {shlex.quote(str(log))} --verify")
         print(last)
@@ -356,7 +360,7 @@ def _check(options: argparse.Namespace) -> int:
 
     from ...models import ModelError
     from ..configuration import config
-    from ..configuration.session import build
+    from ..configuration.session import build, remarks
 
     try:
         if Path(options.config).suffix == ".urdf":
@@ -375,13 +379,16 @@ def _check(options: argparse.Namespace) -> int:
         return 2
     network = session.network
     if options.json:
-        print(msgspec.json.encode({"source": session.loaded.source, "findings": []}).decode())
+        found = {"source": session.loaded.source, "findings": [], "remarks": remarks(session.loaded)}
+        print(msgspec.json.encode(found).decode())
     else:
         frames = len(network.devices) + len(network.output_frames)
         print(
             f"{session.loaded.source}: no findings. {len(network.devices)} devices, {frames} frames a tick,"
             f" {session.robot.nv} joints, {session.config.loop.rate:g} Hz"
         )
+        for remark in remarks(session.loaded):
+            print(remark)
     return 0
 
 

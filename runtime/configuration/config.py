@@ -56,7 +56,8 @@ def load(name: str) -> Loaded:
     """
     machine, between, twin = name.partition(BETWEEN)
     if between and not _exists(Path(name)):
-        return _with_twin(_load(machine), name, twin)
+        text, folder = _twin_text(Path(twin), twin)
+        return with_twin(_load(machine), twin, text, folder)
     return _load(name)
 
 
@@ -77,15 +78,24 @@ def _load(name: str) -> Loaded:
     return Loaded(name, config, whole, source, *_read_model(config, text, source, folder))
 
 
-def _with_twin(machine: Loaded, name: str, twin: str) -> Loaded:
-    """A machine with the twin of a file, or of the built-in ones, and a hand that leads it."""
-    path, tag = Path(twin), _tag(machine.config)
-    text, folder = _twin_text(path, twin)
+def with_twin(machine: Loaded, twin: str, text: str, folder: Any) -> Loaded:
+    """A machine with another twin, and a hand that leads it.
+
+    Args:
+        machine: which renders twins.
+        twin: path or name of the twin, for people.
+        text: of its file.
+        folder: where the models are that it names.
+
+    Raises:
+        ConfigError: what is wrong with it, or the machine renders none.
+    """
+    tag = _tag(machine.config)
     tree, system = tree_of(text, twin), find_system(tag)
     if system.led is None:
         problem = f"a machine of the kind {tag} renders no twin"
         raise ConfigError(machine.source, [Finding(0, "", problem, "")])
-    source = f"{Path(machine.source).stem}_{path.stem}.toml"
+    source = f"{Path(machine.source).stem}_{Path(twin).stem}.toml"
     own_hand = tree["twin"].get("kind") == "cartesian" and not tree.keys() & {"hand", "touches"}
     robot = Robot.from_urdf(machine.model_text, machine.model_source)
     try:
@@ -104,6 +114,7 @@ def _with_twin(machine: Loaded, name: str, twin: str) -> Loaded:
             line = line_of(error.key, key_lines(text))
             raise ConfigError(twin, [Finding(line, error.key, error.problem, error.fix)]) from error
         config = parse(whole, source)
+    name = f"{machine.name}{BETWEEN}{twin}"
     return Loaded(name, config, whole, source, machine.model_text, machine.model_source)
 
 

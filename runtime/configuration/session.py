@@ -95,6 +95,12 @@ def build(loaded: Loaded, mark: Mark = no_mark) -> Session:
     return Session(loaded, network, robot, Cycle(config, image, machine, mark), system)
 
 
+def remarks(loaded: Loaded) -> list[str]:
+    """What people should know of a configuration, though nothing is wrong with it."""
+    system: System[Any] = find_system(str(type(loaded.config).__struct_config__.tag))
+    return system.remarks(loaded.config) if system.remarks else []
+
+
 def fingerprint(session: Session) -> dict[str, str]:
     """Hashes of what a recording depends on: configuration, model, and the layout of the process image."""
     network = session.network

@@ -101,6 +101,7 @@ class System(Generic[C]):
         led: for a machine that renders a twin, the path of a simulated hand, as tables of TOML, that leads
             the twin as the [hand] of the twin's file says; raises ScriptError.
         scene: how it is drawn; without it nobody sees more of it than its channels.
+        remarks: sentences on what people should know of a configuration that is fine.
     """
 
     config: type[C]
@@ -112,6 +113,7 @@ class System(Generic[C]):
     stance: Callable[[C, Robot, Random], Stance[C]] | None = None
     led: Callable[[C, Robot, Mapping[str, Any]], str] | None = None
     scene: Callable[[C], MachineScene] | None = None
+    remarks: Callable[[C], list[str]] | None = None
 
 
 def system_names() -> list[str]:
