@@ -9,6 +9,7 @@ import numpy as np
 from ..binding import bind
 from ..models import Array
 from ._kernels import ffi, lib
+from .limit_avoidance import LimitAvoidance
 from .task_arm import TaskArm
 
 
@@ -47,7 +48,9 @@ class Impedance:
 
 
 class AvatarLaw:
-    """tau_a = tau_cmd + tau_na + tau_ca about a goal; gravity is the arm's own affair.
+    """tau_a = tau_cmd + tau_na + tau_ca + tau_lo about a goal; gravity is the arm's own affair.
+
+    tau_lo, as of the operator arm, is beyond (7): what (6) tells the operator has no part in the null space.
 
     Before the first command, and whenever commands stop, the goal is the pose of that moment; then it goes to
     the commanded pose within the fade, on a straight line. tau_init of (7) is that same impedance.
@@ -60,11 +63,14 @@ class AvatarLaw:
         wrench: on the palm in the station's axes, (6,) [N, N m].
     """
 
-    def __init__(self, arm: TaskArm, impedance: Impedance, felt: Array, dt: float) -> None:
+    def __init__(
+        self, arm: TaskArm, avoidance: LimitAvoidance, impedance: Impedance, felt: Array, dt: float
+    ) -> None:
         """Bind to the arm.
 
         Args:
             arm: updated before the law is.
+            avoidance: of its limits, updated before the law is, too.
             impedance: its constants.
             felt: wrench of the world on the palm, in its axes, (6,) [N, N m].
             dt: of a tick [s].
@@ -96,6 +102,7 @@ class AvatarLaw:
             felt=felt,
             null=arm.null,
             coriolis=arm.coriolis,
+            own=avoidance.torque,
             commanded=self.commanded,
             commanded_rotation=self.commanded_rotation,
             goal=self.goal,

@@ -101,6 +101,6 @@ void avatar_law_update(avatar_law *l, int follow) {
         const double spring = -l->stiffness[k] * l->error[k] - l->damping[k] * l->twist[k];
         l->wrench[k] = spring + (1.0 - l->share) * l->steady[k];
     }
-    for (int i = 0; i < l->n; i++) l->torque[i] = l->null[i] + l->coriolis[i];
+    for (int i = 0; i < l->n; i++) l->torque[i] = l->null[i] + l->coriolis[i] + l->own[i];
     task_arm_push(l->n, l->J, l->wrench, l->torque);
 }

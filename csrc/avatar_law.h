@@ -1,7 +1,8 @@
 /* Torques of an avatar arm (Bimanual, (7) and (8)), gravity apart: an impedance about a goal, which is the
  * commanded pose, the held one, or on the way from one to the other.
  *
- * Beyond the paper, what holds up the arm beside the spring as it begins to hold goes on doing so: the spring
+ * Beyond the paper, the arm keeps away from its own limits, for (6) lets the operator feel only what its palm
+ * can tell; and what holds up the arm beside the spring as it begins to hold goes on doing so: the spring
  * alone would let it sag by all that its model lacks. An integral takes the rest, within bounds, and both
  * fade as the arm follows again. */
 #ifndef HAPTICD_AVATAR_LAW_H
@@ -17,7 +18,7 @@ typedef struct {
     double dt, fade;                 /* of a tick, of the way from the held to the commanded pose [s] */
     const double *J SHAPE(6, n), *position SHAPE(3), *rotation SHAPE(3, 3), *twist SHAPE(6);
     const double *felt SHAPE(6); /* wrench of the world on the palm, in its axes */
-    const double *null SHAPE(n), *coriolis SHAPE(n);
+    const double *null SHAPE(n), *coriolis SHAPE(n), *own SHAPE(n);
     const double *commanded SHAPE(3), *commanded_rotation SHAPE(3, 3);
     /* state */
     double held[3], held_rotation[9], steady[6], turn[3];

@@ -75,7 +75,7 @@ def arrays(text: str) -> list[str]:
 CONTROL = (
     *("bounds", "rotation", "serial", "chain", "drift", "tracking", "ppu"),
     *("spd", "redundant", "guard", "nullspace"),
-    *("limit_avoidance", "task_arm", "hand_wrench", "operator_law", "avatar_law"),
+    *("limit_avoidance", "task_arm", "hand_wrench", "operator_law", "avatar_law", "panda_ik"),
 )
 
 DEVICES = ["wire.h", "codec.h", "image.h"]

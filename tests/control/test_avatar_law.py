@@ -4,6 +4,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from hapticd.control.avatar_law import AvatarLaw, Impedance
+from hapticd.control.limit_avoidance import JointLimits, LimitAvoidance
 from hapticd.control.task_arm import Posture, TaskArm
 from hapticd.experiments.moved_arm import HOME, changed, panda
 from hapticd.models import Array
@@ -19,7 +20,10 @@ class Avatar:
     def __init__(self, masses: float = 1.0, impedance: Impedance | None = None) -> None:
         self.q, self.qd, self.felt = HOME.copy(), np.zeros(7), np.zeros(6)
         self.arm = TaskArm(panda(), "handle", self.q, self.qd, Posture(HOME))
-        self.law = AvatarLaw(self.arm, impedance or Impedance(), self.felt, DT)
+        robot = panda()
+        span = JointLimits(robot.lower, robot.upper, robot.velocity)
+        self.avoidance = LimitAvoidance(span, self.q, self.qd)
+        self.law = AvatarLaw(self.arm, self.avoidance, impedance or Impedance(), self.felt, DT)
         self.push = np.zeros(6)
         robot = changed(panda(), np.full(7, masses))
         self.plant = DirectArm(robot, "handle", np.zeros(7), np.zeros(7), 2, Friction.none(7))
@@ -36,6 +40,7 @@ class Avatar:
         self.q[:], self.qd[:] = plant.q, plant.qd
         self.felt[:3], self.felt[3:] = plant.rotation.T @ self.push[:3], plant.rotation.T @ self.push[3:]
         self.arm.update()
+        self.avoidance.update()
         self.law.update(follow)
         torque = self.law.torque + self.arm.weight + plant._links.J.T @ self.push
         plant.step(torque, self._none, self._still, DT)
@@ -48,15 +53,16 @@ def test_the_torque_is_that_of_the_paper() -> None:
         avatar.command(*_pose(rng))
         for _ in range(3001):
             k.update(True)  # the fade is over; nothing moves
-        avatar.q[:], avatar.qd[:] = HOME + rng.uniform(-0.3, 0.3, 7), rng.standard_normal(7)
+        avatar.q[:], avatar.qd[:] = HOME + rng.uniform(-0.9, 0.9, 7), rng.standard_normal(7)
         avatar.arm.update()
+        avatar.avoidance.update()
         k.update(True)
         palm, arm = avatar.arm.palm, avatar.arm
         turn = pin.log3(palm.rotation @ k.commanded_rotation.T)
         error = np.concatenate([palm.position - k.commanded, turn])
         S, D = np.diag([600.0] * 3 + [30.0] * 3), np.diag([110.0] * 3 + [5.5] * 3)
         wrench = -S @ error - D @ (palm.J @ avatar.qd)
-        expected = palm.J.T @ wrench + arm.null + arm.coriolis
+        expected = palm.J.T @ wrench + arm.null + arm.coriolis + avatar.avoidance.torque
         np.testing.assert_allclose(k.torque, expected, atol=1e-9)
 
 
