@@ -98,6 +98,11 @@ class LimitAvoidance:
             near=self.near,
         )
 
+    @property
+    def core(self) -> object:
+        """The same for other parts of the C core."""
+        return self._core
+
     def update(self) -> None:
         """Compute torque and alpha for the present state."""
         lib.limit_avoidance_update(self._core)

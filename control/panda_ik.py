@@ -6,6 +6,7 @@ Any arm with the Panda's axes will do, such as the FR3, whatever its lengths and
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -111,14 +112,14 @@ class PandaIk:
         return reached.astype(np.bool_)
 
 
-def _check(robot: Robot, joints: Sequence[dict[str, object]], tip: dict[str, object]) -> None:
+def _check(robot: Robot, joints: Sequence[dict[str, Any]], tip: dict[str, Any]) -> None:
     name = robot.model.name
     if len(joints) != 7 or tip["joint"] != 6:
         raise ModelError(name, 0, f"{len(joints)} joints", "a Panda has 7, and the last carries the palm")
     zeros = {1: (0, 1, 2), 2: (0, 2), 3: (1, 2), 4: (2,), 5: (0, 1, 2), 6: (1, 2)}
     for i, joint in enumerate(joints):
         turn = np.eye(3) if i == 0 else _about_x(QUARTERS[i - 1])
-        even = i == 0 or np.allclose(np.reshape(joint["R"], (3, 3)), turn, atol=EVEN)  # type: ignore[arg-type]
+        even = i == 0 or np.allclose(np.reshape(joint["R"], (3, 3)), turn, atol=EVEN)
         offset = np.asarray(joint["t"], float)[list(zeros.get(i, ()))]
         along = np.allclose(np.asarray(joint["axis"], float), (0.0, 0.0, 1.0), atol=EVEN)
         if joint["prismatic"] or not (even and along and np.all(np.abs(offset) < EVEN)):

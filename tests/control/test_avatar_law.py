@@ -3,47 +3,12 @@
 import numpy as np
 import pinocchio as pin
 import pytest
-from hapticd.control.avatar_law import AvatarLaw, Impedance
-from hapticd.control.limit_avoidance import JointLimits, LimitAvoidance
-from hapticd.control.task_arm import Posture, TaskArm
-from hapticd.experiments.moved_arm import HOME, changed, panda
+from hapticd.control.avatar_law import Impedance
+from hapticd.experiments.following_arm import Avatar
+from hapticd.experiments.moved_arm import HOME
 from hapticd.models import Array
-from hapticd.sim.dynamics import DirectArm
-from hapticd.sim.friction import Friction
 
 DT = 1e-3
-
-
-class Avatar:
-    """The law on a simulated Panda whose masses are not the law's."""
-
-    def __init__(self, masses: float = 1.0, impedance: Impedance | None = None) -> None:
-        self.q, self.qd, self.felt = HOME.copy(), np.zeros(7), np.zeros(6)
-        self.arm = TaskArm(panda(), "handle", self.q, self.qd, Posture(HOME))
-        robot = panda()
-        span = JointLimits(robot.lower, robot.upper, robot.velocity)
-        self.avoidance = LimitAvoidance(span, self.q, self.qd)
-        self.law = AvatarLaw(self.arm, self.avoidance, impedance or Impedance(), self.felt, DT)
-        self.push = np.zeros(6)
-        robot = changed(panda(), np.full(7, masses))
-        self.plant = DirectArm(robot, "handle", np.zeros(7), np.zeros(7), 2, Friction.none(7))
-        self.plant.reset(HOME)
-        self.arm.update()
-        self.law.reset()
-        self._none, self._still = np.zeros(7, np.uint8), np.zeros(3)
-
-    def command(self, position: Array, rotation: Array) -> None:
-        self.law.commanded[:], self.law.commanded_rotation[:] = position, rotation
-
-    def step(self, follow: bool) -> None:
-        plant = self.plant
-        self.q[:], self.qd[:] = plant.q, plant.qd
-        self.felt[:3], self.felt[3:] = plant.rotation.T @ self.push[:3], plant.rotation.T @ self.push[3:]
-        self.arm.update()
-        self.avoidance.update()
-        self.law.update(follow)
-        torque = self.law.torque + self.arm.weight + plant._links.J.T @ self.push
-        plant.step(torque, self._none, self._still, DT)
 
 
 def test_the_torque_is_that_of_the_paper() -> None:
