@@ -22,6 +22,9 @@ REACHED = 1e-6
 LOWER = int(lib.CHAIN_LOWER_ACTIVE)
 UPPER = int(lib.CHAIN_UPPER_ACTIVE)
 
+HOMING = 0.05
+"""Speed at which what is outside its limits returns while a twin is rendered [rad/s or m/s]."""
+
 FREE, CAUGHT, LOCKED = int(lib.CHAIN_FREE), int(lib.CHAIN_CAUGHT), int(lib.CHAIN_LOCKED)
 """What a lock does to a joint of the twin: nothing; it may fall, not rise; it stands."""
 
@@ -117,6 +120,8 @@ class ChainLevels:
         levels: always the same objects.
         range_level: index of the level with the range of the constraint torques (printed rule).
         safe_levels: how many levels keep the machine inside its limits; the rest shape what is felt.
+        stop_levels: those of a stop: the limits, without the coupling, and then ``braking``.
+        braking: accelerations of manipulator and twin that come nearest to rest, (m + n,).
         error: from H to E after ``assemble``: translation and rotation vector in B, (6,) [m, rad].
         active: which limits are active, a flag word for each joint of twin and manipulator, sum and
             direction of a point, in that order.
@@ -181,10 +186,19 @@ class ChainLevels:
         self.safe_levels = 6 + len(points) + len(self._motors)
         self.range_level = self.safe_levels + 1
         self.levels = self._levels()
+        self.braking = np.zeros(m + n)
+        come_to_rest = Level(A=np.eye(m + n, self.dim), b=self.braking)
+        self.stop_levels = (*self.levels[1 : self.safe_levels], come_to_rest)
 
     def assemble(self) -> bool:
         """Write the levels from the inputs; False where they cannot be formed (levels unusable)."""
+        self._c.homing = HOMING
         return bool(lib.chain_limits(self._c) == 0 and self._write(self._c) == 0)
+
+    def assemble_stop(self) -> bool:
+        """Write the levels of a stop, which does not return from outside, but for ``braking``."""
+        self._c.homing = 0.0
+        return bool(lib.chain_limits(self._c) == 0)
 
     def set_range(self) -> None:
         """Write the bounds of level 10 from ``active``, (26) and (31)."""

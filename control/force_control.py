@@ -73,7 +73,8 @@ class Box:
 class ForceControl:
     """Keeps the commanded state of manipulator and twin and advances both by one tick at a time.
 
-    A tick is ``prepare``, ``assemble``, ``optimise`` (or ``brake``), ``advance``.
+    A tick is ``prepare``, ``assemble``, ``optimise`` (or ``brake``), ``advance``; in a stop ``stop`` (or
+    ``brake``), ``advance``.
 
     Which constraint torques may act follows from the limits that are active, (26). ``detection`` says how
     that is decided: ``previous`` takes the limits of the last tick's optimum (the paper's rule),
@@ -143,10 +144,17 @@ class ForceControl:
         rows = [level.rows for level in self._chain.levels]
         self._solver = Solver(self._chain.dim, rows, max_iterations=MAX_ITERATIONS)
         self.solution: Solution = self._solver.solution
+        self._stop_solver = Solver(
+            self._chain.dim,
+            [level.rows for level in self._chain.stop_levels],
+            max_iterations=MAX_ITERATIONS,
+        )
         self._posture = posture
         self._qdd_twin = np.zeros(twin.limits.n)
-        x = self.solution.x  # the solver answers in the same array each time
-        self._answer = x[:m], x[m : m + twin.limits.n]
+        # a solver answers in the same array each time
+        self._answer, self._stop_answer = (
+            (x[:m], x[m : m + twin.limits.n]) for x in (self._solver.solution.x, self._stop_solver.solution.x)
+        )
         self._motion = [pointer(array, "double", m) for array in (self.q, self.qd, self.qdd)]
 
     @property
@@ -177,6 +185,7 @@ class ForceControl:
         self.twin.reset(self._at, self.handle.rotation)
         self._chain.active[:] = self._chain.spent[:] = 0
         self._solver.reset()
+        self._stop_solver.reset()
 
     def _place(self) -> None:
         """Where the base has carried the handle."""
@@ -235,8 +244,37 @@ class ForceControl:
                 self.solves += 1
                 self.iterations += self.solution.iterations
 
+    def stop(self) -> bool:
+        """Accelerations that come as near to rest as the limits allow while the base still moves.
+
+        What is outside a limit stays where it comes to rest. The arm's kinematics, the base's motion and the
+        ability are those of this tick.
+
+        Returns:
+            Whether the solver stands by its answer; if not, ``brake``.
+        """
+        chain = self._chain
+        if not (self.ability and chain.assemble_stop()):
+            return False
+        self._rest()
+        chain.braking[: self.arm.n], chain.braking[self.arm.n :] = self.qdd, self._qdd_twin
+        self.solution = self._stop_solver.solve(chain.stop_levels)
+        self.solves, self.iterations = 1, self.solution.iterations
+        if self.solution.status != Status.SOLVED:
+            return False
+        chain.active[:] = 0
+        chain.detect(self.solution.x)
+        self.qdd[:], self._qdd_twin[:] = self._stop_answer
+        return True
+
     def brake(self) -> None:
-        """Accelerations that stop manipulator and twin as fast as they are rated for, and the motors can."""
+        """Each joint stops for itself, as fast as it is rated for, and its motor can."""
+        self._rest()
+        if self.ability:
+            self._soften(self.ability)
+
+    def _rest(self) -> None:
+        """Accelerations that stop manipulator and twin as fast as they are rated for."""
         manipulator, twin = (
             (self.qdd, self.qd, self._limits),
             (self._qdd_twin, self.twin.qd, self.twin.limits),
@@ -245,8 +283,6 @@ class ForceControl:
             np.multiply(qd, -1.0 / self._dt, out=qdd)
             np.minimum(qdd, limits.acceleration, out=qdd)
             np.maximum(qdd, -limits.acceleration, out=qdd)
-        if self.ability:
-            self._soften(self.ability)
 
     def _soften(self, ability: Ability) -> None:
         """Brake each joint of the manipulator no harder than its motor can, while the others brake, too."""

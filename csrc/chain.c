@@ -146,7 +146,9 @@ static const double JOINT_SHARE = 0.7, POINT_SHARE = 0.5, LEAST_SHARE = 0.1;
 /* Largest and least acceleration that boxes and sums count on [m/s^2 or rad/s^2]. */
 static const double POINT_MOST = 15.0, POINT_LEAST = 1.0;
 /* The slowest springs here ring with some 16 Hz. */
-static const bounds_pace PACE = {.ease = 20e-3, .settle = 50e-3, .homing = 0.05};
+static bounds_pace pace(const chain *c) {
+    return (bounds_pace){.ease = 20e-3, .settle = 50e-3, .homing = c->homing};
+}
 
 static double between(double x, double lower, double upper) {
     return x < lower ? lower : x > upper ? upper : x;
@@ -185,7 +187,8 @@ static bounds_interval in_reach(const chain *c, const reach *r, const double *ro
     up = between(POINT_SHARE * up, POINT_LEAST, POINT_MOST);
     down = between(POINT_SHARE * down, POINT_LEAST, POINT_MOST);
     const bounds_limits free = {lower, upper, INFINITY, INFINITY};
-    return bounds_able(&free, &PACE, down, up, x, v);
+    const bounds_pace gently = pace(c);
+    return bounds_able(&free, &gently, down, up, x, v);
 }
 
 /* The torques of the motors: least <= inertia qdd_m + load + feedback <= most. */
@@ -214,10 +217,11 @@ static bounds_interval held(const chain *c, int i, bounds_interval free) {
 
 /* Levels 2 and 7 of the manipulator, 6 and 8 of the twin: (13), (17), (18), (19). */
 static void joint_limits(const chain *c, const reach *r) {
+    const bounds_pace gently = pace(c);
     for (int i = 0; i < c->m; i++) {
         const bounds_interval a = bounds_a(&c->manipulator[i], c->q[i], c->qd[i], c->dt);
         const bounds_interval b =
-            c->inertia ? bounds_able(&c->manipulator[i], &PACE, r->down[i], r->up[i], c->q[i], c->qd[i])
+            c->inertia ? bounds_able(&c->manipulator[i], &gently, r->down[i], r->up[i], c->q[i], c->qd[i])
                        : bounds_b(&c->manipulator[i], c->q[i], c->qd[i], c->viability_horizon);
         c->lb2[i] = a.lower, c->ub2[i] = a.upper;
         c->lb7[i] = b.lower, c->ub7[i] = b.upper;

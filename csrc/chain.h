@@ -33,6 +33,7 @@ typedef struct {
     double dt;                /* of set A, and of the control loop */
     double viability_horizon; /* of set B; one dt would let the joint bounce at its limit, period 2 */
     double point_horizon;     /* of the bounds (8) on sums and points */
+    double homing;            /* speed at which what is outside its limits returns [rad/s or m/s] */
     const bounds_limits *manipulator SHAPE(m);
     const bounds_limits *twin SHAPE(n);
 

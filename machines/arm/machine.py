@@ -144,8 +144,8 @@ class SerialArm:
         self._command()
 
     def brake(self, dropped: Sequence[bool]) -> bool:
-        """Joints to rest at their rated accelerations; then hold."""
-        self._rendering.slow_down(STILL)
+        """Arm to rest within its limits; then hold."""
+        self._rendering.slow_down(STILL, together=not any(dropped))
         self.astray = self._rendering.astray
         self.overload = self._rendering.overload
         self._command()

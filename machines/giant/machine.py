@@ -36,6 +36,8 @@ from .prepositioning import PpuLimits, Prepositioning
 
 PPU_AT_REST = 0.05
 """Measured speeds below this are standstill: the gantry's inverters lag [m/s]."""
+PPU_STILL = 0.02
+"""Estimated speeds of the gantry below this end within a millimetre [m/s]."""
 TILT = (0.0, 0.0, 0.0, 1.0, 1.0, 0.0)
 """Weights of the virtual sum joint q4 + q5 (14): the tilt of the handle."""
 ELBOW = "joint_4"
@@ -194,9 +196,10 @@ class Giant:
         self._rendering.advance()
 
     def brake(self, dropped: Sequence[bool]) -> bool:
-        """Joints to rest at their rated accelerations, the PPU at its own; then hold."""
+        """Arm to rest within its limits while the PPU comes to rest at its own acceleration; then hold."""
         self._feed_base(dropped[len(JOINTS) :])
-        self._rendering.slow_down(self._base)
+        carried = max(map(abs, self._observer.qd.tolist())) > PPU_STILL
+        self._rendering.slow_down(self._base, carried, self.inertial and not any(dropped))
         self.astray = self._rendering.astray + self._gantry_follows
         self.overload = self._rendering.overload
         self._prepositioning.velocity[:] = self._axes.target_velocity

@@ -30,6 +30,8 @@ OVERLOAD_S = 0.3
 """An overload accounts for what it led to so much later."""
 ADMITTED = ("command", "power", "lower", "upper")
 """What the gate admits to an axis, as the tracking plans with it."""
+SETTLED = 0.01
+"""Commanded speeds below this end a stop within a tick [rad/s or m/s]."""
 STOP_FADE_S = 5e-3
 """Time constant with which the operator's wrench leaves the feedforward of a stop."""
 FEEDFORWARD_GAIN = 10.0
@@ -51,6 +53,7 @@ class Rendering:
         felt: wrench of the operator that moves the twin, (6,) [N, N m].
         wrench: the one that the joints hold against, (6,) [N, N m].
         fade: what is left after a tick of what fades out in a stop.
+        coordinated: whether the limits were kept in the last tick of a stop, or each joint braked for itself.
     """
 
     def __init__(
@@ -72,6 +75,7 @@ class Rendering:
         self.overload, self._since = "", 0
         self.doubtful = False
         self._lately = round(OVERLOAD_S / dt)
+        self._settled = self.coordinated = False
         self._names = [axis.name for axis in axes]
         self._rated = np.array([axis.command for axis in axes], float)
         self._link, self._led = joints.link_position, np.zeros(n)
@@ -108,6 +112,7 @@ class Rendering:
         self._led[:] = q
         self._strained[:] = 0
         self.overload = ""
+        self._settled = False
         self._tracking.reset()
 
     def render(self, wrench: Array, gain: float, trust: float, base: Array) -> bool:
@@ -120,6 +125,7 @@ class Rendering:
             base: acceleration of what carries the arm, (2,) [m/s^2].
         """
         control = self.control
+        self._settled = False
         held = trust * min(1.0, FEEDFORWARD_GAIN * gain)
         np.multiply(wrench, trust * gain, out=self.felt)
         np.multiply(wrench, held, out=self.wrench)
@@ -169,11 +175,15 @@ class Rendering:
         if self.overload:
             self.doubtful, self.overload = True, ""
 
-    def slow_down(self, base: Array) -> None:
-        """Joints to rest at their rated accelerations, or as their motors can; the last wrench fades out.
+    def slow_down(self, base: Array, carried: bool = False, together: bool = True) -> None:
+        """Arm to rest within its limits, as fast as joints are rated for or motors can; the wrench fades out.
+
+        Once everything is slow the joints stand, and what carries them may tremble.
 
         Args:
             base: acceleration of what carries the arm, (2,) [m/s^2].
+            carried: whether that still moves.
+            together: whether all that the limits depend on is measured; if not, each joint stops for itself.
         """
         self._let_go()
         np.multiply(self.wrench, self.fade, out=self.wrench)
@@ -181,7 +191,10 @@ class Rendering:
         control.arm.update()
         if control.ability:
             self._tracking.forecast(base, planned=False)
-        control.brake()
+        self._settled |= not carried and max(map(abs, control.qd.tolist())) < SETTLED
+        self.coordinated = together and not self._settled and control.stop()
+        if not self.coordinated:
+            control.brake()
 
     def torque(self, base: Array) -> list[float]:
         """Motor torques, (m,) [N m or N], on a base with an acceleration (2,) [m/s^2]."""
