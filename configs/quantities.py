@@ -198,6 +198,12 @@ class ErrorAcceleration(Quantity):
     strict = False
 
 
+class MassError(Quantity):
+    dimension = "mass"
+    range = Range(1e-9, 20.0, "kg", "finer than any balance; two hands carry no more")
+    strict = False
+
+
 class DriftTime(Duration):
     range = Range(1e-2, 1e5, "s", "faster is noise; slower than a day is bias")
 
@@ -244,6 +250,19 @@ class Angles2(Vector):
 
 class Angles3(Vector):
     dimension, length = "angle", 3
+
+
+class Forces3(Vector):
+    dimension, length = "force", 3
+
+
+class Torques3(Vector):
+    dimension, length = "torque", 3
+
+
+class LengthErrors3(Vector):
+    dimension, length = "length", 3
+    range = Range(1e-9, 20.0, "m", "finer than any gauge; a hall")
 
 
 class Lengths2(Vector):

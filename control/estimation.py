@@ -64,6 +64,7 @@ class WrenchEstimator:
         specific_force: Array,
         rotation: Array,
         dt: float,
+        bias: Array | None = None,
     ) -> None:
         """Take the tool and the arrays that are read where they are.
 
@@ -75,6 +76,7 @@ class WrenchEstimator:
             specific_force: at the handle in its frame, (3,) [m/s^2].
             rotation: of the handle in B, (3, 3).
             dt: of a tick [s].
+            bias: what the sensor reads without a load, (6,) [N, N m]; None for nothing.
         """
         self.wrench = np.zeros(6)
         self._drift = ffi.new("drift *", {"dt": dt})
@@ -85,6 +87,7 @@ class WrenchEstimator:
             pointer(R, "const double", 3, 3),
             pointer(arm, "const double", 3),
             pointer(measured, "const double", 6),
+            pointer(np.zeros(6) if bias is None else bias, "const double", 6),
             pointer(specific_force, "const double", 3),
             pointer(rotation, "const double", 3, 3),
             self._drift,

@@ -76,14 +76,15 @@ static void add_cross(const double *a, const double *b, double *out) {
 }
 
 void tracking_wrench(double mass, const double *centre, const double *R_sensor, const double *arm,
-                     const double *measured, const double *specific_force, const double *R_handle, drift *d,
-                     double *wrench) {
+                     const double *measured, const double *bias, const double *specific_force,
+                     const double *R_handle, drift *d, double *wrench) {
     double felt[6], *const force = felt, *const torque = felt + 3, weight[3], at_handle[3];
     /* m (a - g) in the sensor's frame is what the tool's weight and inertia take from the reading */
     for (int i = 0; i < 3; i++)
         weight[i] = mass * (R_sensor[i] * specific_force[0] + R_sensor[3 + i] * specific_force[1] +
                             R_sensor[6 + i] * specific_force[2]);
-    for (int i = 0; i < 3; i++) force[i] = measured[i] + weight[i], torque[i] = measured[3 + i];
+    for (int i = 0; i < 3; i++)
+        force[i] = measured[i] - bias[i] + weight[i], torque[i] = measured[3 + i] - bias[3 + i];
     add_cross(centre, weight, torque);
     drift_remove(d, felt);
     rotate(R_sensor, force, at_handle);

@@ -36,12 +36,12 @@ void tracking_forecast(const tracking *t, int fresh);
 /* `fresh`: there was no last tick; `planned`: there was a forecast of this one. */
 void tracking_update(const tracking *t, int fresh, int planned);
 
-/* Operator's wrench (6) at the handle in B from the sensor's reading (6), less the sensor's drift.
+/* Operator's wrench (6) at the handle in B from the sensor's reading (6), less its bias (6) and its drift.
  *
  * mass, centre (3): of the tool, in the sensor's frame; R_sensor (9), arm (3): pose of the sensor in the
  * handle's frame; specific_force (3): at the handle, in its frame; R_handle (9): of the handle in B. */
 void tracking_wrench(double mass, const double *centre, const double *R_sensor, const double *arm,
-                     const double *measured, const double *specific_force, const double *R_handle, drift *d,
-                     double *wrench);
+                     const double *measured, const double *bias, const double *specific_force,
+                     const double *R_handle, drift *d, double *wrench);
 
 #endif

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from enum import IntFlag
-from typing import Final
+from typing import Annotated, Final
+
+from msgspec import Meta
 
 from ..configs.quantities import Force, Torque
+from .calibration import Calibration
 from .cia301 import Address
-from .device import Device, Field, Quantity, Word
+from .device import Device, Field, Finding, Quantity, Word
 from .group import Group, Quantities, Words
 from .image import ProcessImage
 
@@ -30,10 +33,14 @@ class ForceTorque(Device, frozen=True, kw_only=True, tag="force_torque"):
 
     Attributes:
         force, torque: full scale of each component [N, N m].
+        calibration: file that says what hangs on it and what it reads without that, beside the
+            configuration; ``kept`` is what it says, by whoever loads the configuration.
     """
 
     force: Force
     torque: Torque
+    calibration: Annotated[str, Meta(min_length=1, max_length=100)] | None = None
+    kept: Calibration | None = None
     group: str = "force_torque"
     eds: str = "force_torque.eds"
 
@@ -43,6 +50,31 @@ class ForceTorque(Device, frozen=True, kw_only=True, tag="force_torque"):
             **{(0x2300, axis): Quantity("wrench") for axis in range(1, 7)},
             (0x2301, 0): Word("status"),
         }
+
+    def check(self) -> list[Finding]:
+        """A calibration that is not this sensor's, or is no longer what was written."""
+        kept = self.kept
+        if kept is None:
+            return []
+        if self.calibration is None:
+            return [("kept", "belongs to no file", "name the file as calibration, and remove this table")]
+        found: list[Finding] = []
+        key, again = "calibration", "calibrate this sensor: hapticd calibrate ft"
+        if kept.sha256 != kept.digest:
+            found.append((key, f'"{self.calibration}" was changed after it was written', again))
+        if kept.sensor != self.name:
+            found.append((key, f"\"{self.calibration}\" is of '{kept.sensor}', another sensor", again))
+        if self.serial is None:
+            problem = f'is missing, but "{self.calibration}" is of one sensor only, number {kept.serial}'
+            found.append(("serial", problem, "give this one's: it is compared with the sensor at start"))
+        elif self.serial != kept.serial:
+            found.append(("serial", f'{self.serial}, but "{self.calibration}" is of {kept.serial}', again))
+        over = [abs(x) > self.force for x in kept.force_bias] + [
+            abs(x) > self.torque for x in kept.torque_bias
+        ]
+        if any(over):
+            found.append((key, "the bias is beyond the sensor's full scale", again))
+        return found
 
 
 class ForceTorques(Group):

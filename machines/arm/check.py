@@ -22,7 +22,6 @@ from ..rendering.check import (
     check_control,
     check_devices,
     check_gains,
-    check_handle,
     check_inertia,
     check_ramp,
     check_range,
@@ -33,6 +32,7 @@ from ..rendering.check import (
 )
 from ..rendering.own_plant import check_own_plant, own_robot
 from ..rendering.sections import ChainTwin
+from ..rendering.tool import check_tool
 from .config import DIRECTIONS, ArmConfig, PrismaticJoint, PrismaticPlant, PrismaticSum
 from .machine import directions, joint_ratings, joint_sums
 from .simulation import plant_values
@@ -51,7 +51,8 @@ def check_arm(config: ArmConfig, robot: Robot) -> Found:
         return wrong
     found = _limits(config, robot) + _sums(config) + _boxes(config) + _posture(config)
     arm = config.arm
-    found += check_handle(arm.handle, robot, arm.frames.handle, arm.frames.sensor, "arm.handle")
+    frames = arm.frames.handle, arm.frames.sensor
+    found += check_tool(arm.handle, config.devices, robot, frames, ("arm.handle", "force_torque"))
     found += check_ramp(joint_ratings(config, robot).braking, config.safety.stop_time)
     found += check_control("arm", arm.force_control, arm.twin, 1.0 / config.loop.rate)
     found += _devices(config, robot)

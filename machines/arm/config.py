@@ -123,7 +123,7 @@ class Arm(Strict, frozen=True):
     joints: dict[str, RevoluteJoint | PrismaticJoint]
     force_control: ForceControl
     twin: Twin
-    handle: Handle
+    handle: Handle | None = None
     posture: Posture | None = None
     sums: tuple[RevoluteSum | PrismaticSum, ...] | None = None
     boxes: tuple[ArmBox, ...] | None = None

@@ -28,6 +28,7 @@ from ..rendering.logged import StateLog, felt, motion, solved, twin_fields
 from ..rendering.ratings import Ratings
 from ..rendering.rendering import JOINTS_AT_REST, Rendering, pulled, sensor_pose
 from ..rendering.sections import Twin
+from ..rendering.tool import carrying, tool_of
 from ..rendering.twin import degrees_of_freedom, joint_names, twin_of
 from .config import DIRECTIONS, ArmConfig, RevoluteJoint
 
@@ -50,6 +51,8 @@ class SerialArm:
 
     def __init__(self, config: ArmConfig, robot: Robot, image: ProcessImage, mark: Mark) -> None:
         arm, dt = config.arm, 1.0 / config.loop.rate
+        device = config.devices["force_torque"]
+        robot = carrying(robot, arm.frames.handle, arm.frames.sensor, device, arm.handle)
         self._joints, self._force_torque = JointDrives(image), ForceTorques(image)
         self.force_control = control = force_control(config, robot, dt)
         ratings = joint_ratings(config, robot)
@@ -93,14 +96,16 @@ class SerialArm:
         self._gravity = robot.model.gravity.linear.copy()
         self._driven = np.zeros(robot.nv)  # accelerations that the joints were told, 0 where none
         self._specific = np.zeros(3)
+        tool = tool_of(arm.handle, config.devices["force_torque"])
         self._estimator = WrenchEstimator(
-            arm.handle.mass,
-            np.array(arm.handle.centre),
+            tool.mass,
+            tool.centre,
             sensor_pose(robot, arm.frames.handle, arm.frames.sensor),
             self._force_torque.wrench[0],
             self._specific,
             self._handle.rotation,
             dt,
+            tool.bias,
         )
 
     @property

@@ -11,13 +11,14 @@ from ...sim.hand import Grip, Hand, Path, turned
 from ...sim.tool import SensedTool, Tool
 from ..rendering.own_plant import each, own_friction, own_robot
 from ..rendering.rendering import sensor_pose
+from ..rendering.tool import own_handle
 from .config import ArmConfig
 from .plant import ArmPlant
 
 
 def arm_plant(config: ArmConfig, robot: Robot, network: Network) -> ArmPlant:
     """The plant, at rest in its initial posture."""
-    simulation, tool = config.simulation, config.arm.handle
+    simulation, frames = config.simulation, config.arm.frames
     assert simulation is not None
     plant, hand = simulation.arm, simulation.hand
     arm = _arm(config, robot)
@@ -30,7 +31,8 @@ def arm_plant(config: ArmConfig, robot: Robot, network: Network) -> ArmPlant:
         (hand.damping, hand.rotational_damping or 0.0),
         (hand.force, hand.torque or 0.0),
     )
-    T = sensor_pose(robot, config.arm.frames.handle, config.arm.frames.sensor)
+    T = sensor_pose(robot, frames.handle, frames.sensor)
+    tool = own_handle(config.arm.handle, robot, frames.handle, frames.sensor)
     R, own = T[:3, :3], Tool(tool.mass, tool.centre, plant.handle_inertia)
     return ArmPlant(
         network,

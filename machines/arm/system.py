@@ -9,6 +9,7 @@ from .check import check_arm
 from .config import ArmConfig
 from .limits import ArmLimits
 from .machine import SerialArm
+from .rig import arm_rig
 from .scene import ArmScene
 from .script import arm_led
 from .simulation import arm_plant
@@ -23,4 +24,5 @@ ARM = System(
     led=arm_led,
     scene=ArmScene,
     remarks=lambda config: remarks(config.arm.twin),
+    rig=arm_rig,
 )

@@ -12,7 +12,8 @@ from ...devices.joint_drive import JointDrive
 from ...devices.safety_plc import SafetyPlc
 from ...models import Robot
 from ...runtime.core.machine import MOST_PERMILLE
-from ..rendering.check import Found, check_devices, check_handle, check_ramp, check_range, check_wire
+from ..rendering.check import Found, check_devices, check_ramp, check_range, check_wire
+from ..rendering.tool import check_tool
 from .config import GiantConfig
 from .geometry import check_geometry
 from .kinematics import DROP
@@ -28,8 +29,12 @@ def check_giant(config: GiantConfig, robot: Robot) -> Found:
     wrong = check_geometry(robot)
     if wrong:
         return [("model", problem, fix) for problem, fix in wrong]
-    found += _beyond_model(config, robot) + check_handle(
-        config.giant.handle, robot, "handle", "force_torque", "giant.handle"
+    found += _beyond_model(config, robot) + check_tool(
+        config.giant.handle,
+        config.devices,
+        robot,
+        ("handle", "force_torque"),
+        ("giant.handle", "force_torque"),
     )
     manipulator, box = config.giant.manipulator, config.giant.box
     for key, lower, upper in (

@@ -89,7 +89,7 @@ class Giant(Strict, frozen=True):
     force_control: ForceControl
     twin: Twin
     tracking: Tracking
-    handle: Handle
+    handle: Handle | None = None
 
 
 class GiantPlant(Strict, frozen=True):

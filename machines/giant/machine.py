@@ -29,6 +29,7 @@ from ..rendering.logged import StateLog, felt, motion, solved, twin_fields
 from ..rendering.ratings import Ratings
 from ..rendering.rendering import JOINTS_AT_REST, Rendering, pulled, sensor_pose
 from ..rendering.sections import Twin
+from ..rendering.tool import carrying, tool_of
 from ..rendering.twin import degrees_of_freedom, joint_names, twin_of
 from .config import GiantConfig
 from .names import JOINTS, PPU_JOINTS
@@ -71,6 +72,8 @@ class Giant:
 
     def __init__(self, config: GiantConfig, robot: Robot, image: ProcessImage, mark: Mark) -> None:
         giant = config.giant
+        tool = tool_of(giant.handle, config.devices["force_torque"])
+        robot = carrying(robot, "handle", "force_torque", config.devices["force_torque"], giant.handle)
         dt = 1.0 / config.loop.rate
         self._joints, self._axes = JointDrives(image), AxisDrives(image)
         self._force_torque, self._imus = ForceTorques(image), Imus(image)
@@ -79,13 +82,14 @@ class Giant:
         self._observer = PpuObserver(dt, self._axes.position, self._acceleration)
         self.force_control = control = _force_control(config, manipulator, self._observer, dt)
         self._estimator = WrenchEstimator(
-            giant.handle.mass,
-            np.array(giant.handle.centre),
+            tool.mass,
+            tool.centre,
             sensor_pose(robot, "handle", "force_torque"),
             self._force_torque.wrench[0],
             self._imus.acceleration[HANDLE],
             control.handle.rotation,
             dt,
+            tool.bias,
         )
         self._prepositioning = Prepositioning(
             giant.ppu.gain, _ppu_limits(config), dt, control.q, self._observer.q, self._observer.qd

@@ -10,6 +10,7 @@ from ...sim.dynamics import SeriesElasticArm, VelocityAxes
 from ...sim.hand import Grip, Hand, Path, hanging
 from ...sim.tool import Tool
 from ..rendering.own_plant import each, own_friction, own_robot
+from ..rendering.tool import own_handle
 from .config import GiantConfig
 from .names import JOINTS, PPU_JOINTS
 from .plant import GiantPlant, Noise
@@ -52,13 +53,14 @@ def giant_plant(config: GiantConfig, robot: Robot, network: Network) -> GiantPla
         (hand.damping, hand.rotational_damping),
         (hand.force, hand.torque),
     )
+    tool = own_handle(giant.handle, robot, "handle", "force_torque")
     return GiantPlant(
         network,
         own,
         arm,
         ppu,
         Hand(path, grip, hanging, [(away.at, away.at + away.seconds) for away in hand.away or ()]),
-        Tool(giant.handle.mass, giant.handle.centre, plant.handle_inertia),
+        Tool(tool.mass, tool.centre, plant.handle_inertia),
         Noise(plant.force_noise, plant.torque_noise, plant.acceleration_noise),
         [(float(press.at), press.pressed) for press in hand.dead_man],
         simulation.seed,

@@ -143,6 +143,25 @@ class Rendering:
             control.brake()
         return solved
 
+    def lead(self, q: Array, qd: Array, qdd: Array, base: Array) -> None:
+        """Motion of the arm by a plan instead of the operator: joints (m,), their speeds and accelerations.
+
+        Args:
+            q: where they are led in this tick [rad or m].
+            qd: their speeds [rad/s or m/s].
+            qdd: their accelerations [rad/s^2 or m/s^2].
+            base: acceleration of what carries the arm, (2,) [m/s^2].
+        """
+        control = self.control
+        self.wrench[:] = 0.0
+        self._led[:] = control.q
+        self._judge(self.wrench, 0.0)
+        control.q[:], control.qd[:], control.qdd[:] = q, qd, qdd
+        control.arm.update()
+        if control.ability:
+            self._tracking.forecast(base, planned=False)
+            self._weigh(control.ability)
+
     def _judge(self, wrench: Array, yielded: float) -> None:
         """Whether the joints follow, while they yield to a part of the wrench that they do not hold yet."""
         leash, ability = self._leash, self.control.ability

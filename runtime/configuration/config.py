@@ -15,7 +15,9 @@ from msgspec import Struct
 from ...configs import plugins
 from ...configs.units import Quantity, UnitError, Vector, shown
 from ...configs.words import meant, nearest
+from ...devices.calibration import Calibration
 from ...devices.device import Device
+from ...devices.force_torque import ForceTorque
 from ...models import Robot
 from ...models.xml_tree import MAX_BYTES as MAX_MODEL_BYTES
 from ..core.sections import Config
@@ -74,6 +76,7 @@ def _load(name: str) -> Loaded:
         source = f"{name}.toml"
     config = parse(text, source)
     whole = _keep(text, source, config, folder)
+    whole = _calibrated(whole, source, config, folder)
     config = config if whole is text else parse(whole, source)
     return Loaded(name, config, whole, source, *_read_model(config, text, source, folder))
 
@@ -156,6 +159,34 @@ def _keep(text: str, source: str, config: Config, folder: Any) -> str:
         return _read(entry, name, MAX_MODEL_BYTES)
 
     return with_model(text, source, _tag(config), model)
+
+
+def _calibrated(text: str, source: str, config: Config, folder: Any) -> str:
+    """The text with the calibrations of its force-torque sensors, from files beside it."""
+    for name, device in config.devices.items():
+        if not isinstance(device, ForceTorque) or device.calibration is None or device.kept is not None:
+            continue
+        key, file = f"devices.{name}.calibration", device.calibration
+        line = line_of(key, key_lines(text))
+        if file.startswith("/") or ".." in file.split("/"):
+            fix = "put it beside the configuration"
+            raise ConfigError(source, [Finding(line, key, f'"{file}" leaves the folder', fix)])
+        if not _exists(folder / file):
+            fix = "check the name, or write it: hapticd calibrate ft"
+            raise ConfigError(source, [Finding(line, key, f'no file "{file}" beside it', fix)])
+        found = _read(folder / file, file, MAX_BYTES)
+        calibration(found, file)  # what is wrong in it is said with its own lines
+        text = f"{text.rstrip()}\n\n[devices.{name}.kept]\n{found}"
+    return text
+
+
+def calibration(text: str, source: str) -> Calibration:
+    """What the text of a calibration file says.
+
+    Raises:
+        ConfigError: with file and line of what is wrong with it.
+    """
+    return _convert(read(text, source), Calibration, "", text, source)
 
 
 def read_model(name: str) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
@@ -13,7 +14,7 @@ from ...devices.network import Network
 from ...models import ModelError, Robot
 from ..core import sections as s
 from ..core.cycle import Cycle
-from ..core.machine import MachineLimits
+from ..core.machine import Machine, MachineLimits
 from ..core.sections import Config
 from ..core.stages import Mark, no_mark
 from ..errors import ConfigError, Finding
@@ -22,6 +23,8 @@ from .config import Loaded
 from .device_check import check_devices, check_hand_speed, check_sensors, check_simulation
 from .system import Plant, System, find_system
 from .toml_lines import key_lines, line_of
+
+Controller = Callable[[Any, Robot, ProcessImage, Mark], Machine]
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,8 +70,13 @@ class Session:
         return plant
 
 
-def build(loaded: Loaded, mark: Mark = no_mark) -> Session:
+def build(loaded: Loaded, mark: Mark = no_mark, controller: Controller | None = None) -> Session:
     """Everything that a configuration describes, checked against its model.
+
+    Args:
+        loaded: the configuration.
+        mark: is told when a stage of a tick ends.
+        controller: builds another controller than the machine's own.
 
     Raises:
         ConfigError: with file and line of everything that does not fit together.
@@ -84,7 +92,7 @@ def build(loaded: Loaded, mark: Mark = no_mark) -> Session:
     try:
         network = Network(list(config.devices.values()))
         image = ProcessImage(network)
-        machine = system.machine(config, robot, image, mark)
+        machine = (controller or system.machine)(config, robot, image, mark)
     except DeviceError as error:
         lines = key_lines(loaded.text)
         raise ConfigError(

@@ -11,7 +11,7 @@ from ...configs import plugins
 from ...devices.frames import Frames
 from ...devices.image import ProcessImage
 from ...devices.network import Network
-from ...models import Robot
+from ...models import Array, Robot
 from ...sim.person import Deed
 from ...sim.sensors import Sensors
 from ..core.machine import Machine, MachineFigures, MachineLimits
@@ -86,6 +86,54 @@ class Stance(Generic[C]):
     pose: Callable[[Sequence[float]], Sequence[float]] = _same
 
 
+class Led(Machine, Protocol):
+    """A controller that leads the joints from place to place, for calibrations."""
+
+    @property
+    def arrived(self) -> bool:
+        """Whether the plan has come to its end."""
+
+    def go(self, q: Array) -> None:
+        """Plan a way from where the joints are led now to others (m,), at rest at both ends [rad or m]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Mount:
+    """Where a force-torque sensor is.
+
+    Attributes:
+        device: its name among the devices.
+        row: of the sensor in its group.
+        frame: of the model.
+    """
+
+    device: str
+    row: int
+    frame: str
+
+
+@dataclass(frozen=True, slots=True)
+class Rig(Generic[C]):
+    """How a machine is calibrated.
+
+    Attributes:
+        config: of it, with nobody at its handles.
+        machine: builds a controller that leads its joints.
+        mounts: its force-torque sensors.
+        start: where its joints begin, (m,) [rad or m].
+        lower, upper: of the joints on the way, (m,) [rad or m].
+        inside: whether the machine may be led through a place (m,).
+    """
+
+    config: C
+    machine: Callable[[C, Robot, ProcessImage, Mark], Led]
+    mounts: Sequence[Mount]
+    start: Array
+    lower: Array
+    upper: Array
+    inside: Callable[[Array], bool]
+
+
 @dataclass(frozen=True, slots=True)
 class System(Generic[C]):
     """A kind of machine; an entry point of the group ``hapticd.machines`` names it.
@@ -102,6 +150,7 @@ class System(Generic[C]):
             the twin as the [hand] of the twin's file says; raises ScriptError.
         scene: how it is drawn; without it nobody sees more of it than its channels.
         remarks: sentences on what people should know of a configuration that is fine.
+        rig: for a machine whose force-torque sensors can be calibrated, how.
     """
 
     config: type[C]
@@ -114,6 +163,7 @@ class System(Generic[C]):
     led: Callable[[C, Robot, Mapping[str, Any]], str] | None = None
     scene: Callable[[C], MachineScene] | None = None
     remarks: Callable[[C], list[str]] | None = None
+    rig: Callable[[C, Robot], Rig[C]] | None = None
 
 
 def system_names() -> list[str]:

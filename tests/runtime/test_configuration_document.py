@@ -44,7 +44,11 @@ def read(struct: type[msgspec.Struct], name: str, found: Sections) -> None:
     for field in msgspec.structs.fields(struct):
         keys[field.encode_name] = default(field)
         below = structs(hints[field.name])
-        path = field.encode_name if name == "top of the file" else f"{name[1:-1]}.{field.encode_name}"
+        path = (
+            field.encode_name
+            if name == "top of the file"
+            else f"{name[1:].partition(']')[0]}.{field.encode_name}"
+        )
         path += ".NAME" if get_origin(hints[field.name]) is dict else ""
         for kind in below:
             config = kind.__struct_config__

@@ -20,7 +20,15 @@ finally:
 
 @pytest.mark.parametrize(
     "arguments",
-    [["--help"], ["run", "--help"], ["--version"], ["rnu"], ["hands", "--help"], ["init", "--help"]],
+    [
+        ["--help"],
+        ["run", "--help"],
+        ["--version"],
+        ["rnu"],
+        ["hands", "--help"],
+        ["init", "--help"],
+        ["calibrate", "--help"],
+    ],
 )
 def test_no_heavy_import_for_help(arguments: list[str]) -> None:
     done = subprocess.run([sys.executable, "-c", PROGRAM, *arguments], capture_output=True, text=True)
