@@ -30,9 +30,21 @@ class Length(Quantity):
     strict = False
 
 
+class SessionTime(Duration):
+    range = Range(0.1, 1e7, "s", "shorter than devices come up; four months")
+
+
 class Angle(Quantity):
     dimension = "angle"
     strict = False
+
+
+class StopMargin(Angle):
+    range = Range(1e-3, 0.2, "rad", "what encoders and springs do at rest; a limit that keeps nothing")
+
+
+class StopMarginLength(Length):
+    range = Range(1e-4, 0.2, "m", "what encoders and springs do at rest; a limit that keeps nothing")
 
 
 class LimitMargin(Angle):
@@ -101,12 +113,24 @@ class Fade(Duration):
     range = Range(1e-6, 60.0, "s", "a person waits for it")
 
 
+class Horizon(Duration):
+    range = Range(1e-3, 0.2, "s", "a period of the fastest loop; a limit that is felt from afar")
+
+
 class TimeConstant(Duration):
     range = Range(1e-4, 10.0, "s", "an inverter's current loop; slower than any person")
 
 
 class AccelerationScale(Acceleration):
     range = Range(15.0, 1e3, "m/s^2", "gravity alone is 9.81 m/s^2")
+
+
+class SensedForce(Force):
+    range = Range(0.5, 5000.0, "N", "a stylus; what no person pulls")
+
+
+class SensedTorque(Torque):
+    range = Range(5e-3, 500.0, "N m", "a stylus; what no person turns")
 
 
 class HandForce(Force):
@@ -142,11 +166,13 @@ class TwinInertia(Inertia):
 
 
 class LeastMass(Mass):
-    range = Range(0.0, 500.0, "kg", "nobody moves more")
+    strict = False
+    range = Range(1e-3, 500.0, "kg", "what no hand feels; nobody moves more")
 
 
 class LeastInertia(Inertia):
-    range = Range(0.0, 100.0, "kg m^2", "nobody turns more")
+    strict = False
+    range = Range(1e-6, 100.0, "kg m^2", "what no hand feels; nobody turns more")
 
 
 class HandleMass(Mass):

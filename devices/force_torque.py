@@ -8,7 +8,7 @@ from typing import Annotated, Final
 
 from msgspec import Meta
 
-from ..configs.quantities import Force, Torque
+from ..configs.quantities import SensedForce, SensedTorque
 from .calibration import Calibration
 from .cia301 import Address
 from .device import Device, Field, Finding, Quantity, Word
@@ -37,8 +37,8 @@ class ForceTorque(Device, frozen=True, kw_only=True, tag="force_torque"):
             configuration; ``kept`` is what it says, by whoever loads the configuration.
     """
 
-    force: Force
-    torque: Torque
+    force: SensedForce
+    torque: SensedTorque
     calibration: Annotated[str, Meta(min_length=1, max_length=100)] | None = None
     kept: Calibration | None = None
     group: str = "force_torque"

@@ -24,7 +24,6 @@ from ...configs.quantities import (
     HandTorque,
     Inertia,
     Inertias3,
-    Length,
     LengthRange,
     Mass,
     NoiseForce,
@@ -33,6 +32,7 @@ from ...configs.quantities import (
     RateSquared,
     Speed,
     Stiffness,
+    StopMarginLength,
     Torque,
 )
 from ...configs.strict import Strict
@@ -48,7 +48,7 @@ Weight = Annotated[float, Meta(ge=-100.0, le=100.0, description="of a joint in a
 class ArmSafety(Safety, frozen=True):
     """The same distance for sliding joints."""
 
-    slide_margin: Length | None = None
+    slide_margin: StopMarginLength | None = None
 
 
 class RevoluteJoint(Strict, frozen=True, tag_field="type", tag="revolute"):

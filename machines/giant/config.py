@@ -21,7 +21,6 @@ from ...configs.quantities import (
     HandTorque,
     Inertias3,
     Inertias6,
-    Length,
     Lengths2,
     Lengths3,
     NoiseAcceleration,
@@ -29,6 +28,7 @@ from ...configs.quantities import (
     NoiseTorque,
     Rate,
     Speed,
+    StopMarginLength,
     TimeConstant,
     Torques6,
 )
@@ -40,7 +40,7 @@ from ..rendering.sections import Away, ForceControl, Handle, Plant, Twin
 class GiantSafety(Safety, frozen=True):
     """The same distance for the axes of the PPU."""
 
-    ppu_margin: Length
+    ppu_margin: StopMarginLength
 
 
 class Manipulator(Strict, frozen=True):

@@ -23,6 +23,7 @@ from ...configs.quantities import (
     Force,
     Gravity,
     HandleMass,
+    Horizon,
     Inertia,
     Inertias3,
     Instant,
@@ -37,7 +38,6 @@ from ...configs.quantities import (
     SomeAngle,
     Speed,
     Stiffness,
-    TimeConstant,
     Torque,
     TwinInertia,
     TwinMass,
@@ -58,8 +58,8 @@ class ForceControl(Strict, frozen=True):
     detection: Literal["previous", "redetect", "gauss"]
     p_gain: RateSquared
     d_gain: Rate
-    viability_horizon: TimeConstant
-    point_horizon: TimeConstant
+    viability_horizon: Horizon
+    point_horizon: Horizon
 
 
 class CartesianTwin(Strict, frozen=True, tag_field="kind", tag="cartesian"):

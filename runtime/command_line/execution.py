@@ -30,8 +30,8 @@ def execute(options: argparse.Namespace) -> int:
     except BrokenPipeError:
         return _unheard()
     except OSError as error:
-        where = f"{error.filename}: " if error.filename else ""
-        return _fail(options, "file", f"{where}{error.strerror or error}", _unheard())
+        where = error.filename or "standard output, or a file that was being written"
+        return _fail(options, "file", f"{where}: {error.strerror or error}", _unheard())
     except Interrupted as interrupted:
         say(str(interrupted))
         return interrupted.status

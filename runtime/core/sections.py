@@ -7,7 +7,6 @@ from typing import Annotated, Any, Literal
 from msgspec import Meta, field
 
 from ...configs.quantities import (
-    Angle,
     BitRate,
     Duration,
     Fade,
@@ -17,6 +16,8 @@ from ...configs.quantities import (
     HandStiffness,
     Instant,
     Lengths3,
+    SessionTime,
+    StopMargin,
 )
 from ...configs.strict import Strict
 from ...sim.sensors import Sensors
@@ -36,7 +37,7 @@ class Loop(Strict, frozen=True):
 
     rate: Frequency
     on_overrun: Literal["record", "stop"] = "stop"
-    duration: Duration | None = None
+    duration: SessionTime | None = None
     best_effort: bool = False
     sync: Literal["free", "bus"] = "free"
     spin: Instant | None = None
@@ -88,7 +89,7 @@ class Arming(Strict, frozen=True):
 class Safety(Strict, frozen=True):
     """Distance behind the controller's limits at which the monitor stops the machine, and its stop time."""
 
-    position_margin: Angle
+    position_margin: StopMargin
     stop_time: Duration
 
 

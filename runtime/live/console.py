@@ -11,12 +11,11 @@ from ...sim.person import Deed
 from ..core.cycle import Cycle
 from ..core.events import Event, EventKind
 from ..core.modes import Command
-from .keyboard import Keyboard, may_read
+from .keyboard import STDIN, Keyboard, may_read
 from .orders import Ear, Order, Request, legend, remark
 from .recorder import STDERR
 from .recorder_link import RecorderLink
 
-STDIN = 0
 REPLIES = 20
 """Answers to what is typed, a second at most: a flood of it must not fill the ring."""
 BREATH_S = 0.01

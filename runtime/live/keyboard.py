@@ -10,6 +10,7 @@ from typing import Any
 
 from .outlet import reopened
 
+STDIN = 0
 BITE = 32
 """Bytes that are read at once: a flood of them must not keep a tick waiting."""
 LFLAG, CC = 3, 6

@@ -99,11 +99,14 @@ PUSHES = tuple(
 def possible(config: Config) -> tuple[Order, ...]:
     """What can be typed at this machine, the important first; only a simulated one has a hand to lead."""
     arm = (ARM,) if config.arming.by == "command" else ()
-    simulated = isinstance(config.bus, SimulatedBus)
-    person = (PRESS, RELEASE, *PUSHES) if simulated else ()
-    if simulated and config.arming.by == "supervisor":
-        person = (*SUPERVISION, *person)
+    person = at_the_machine(config) if isinstance(config.bus, SimulatedBus) else ()
     return (STOP, QUIT, HELP, RESET, *arm, *person)
+
+
+def at_the_machine(config: Config) -> tuple[Order, ...]:
+    """What people do beside a simulated machine."""
+    supervision = SUPERVISION if config.arming.by == "supervisor" else ()
+    return (*supervision, PRESS, RELEASE, *PUSHES)
 
 
 def key_line(orders: Sequence[Order]) -> list[str]:

@@ -3,8 +3,9 @@
     python -m hapticd.runtime.live.plant_process CONFIG SOCKET_FD    started by the daemon: a socket pair
     hapticd plant CONFIG --interface vcan0                      started by a person: a CAN FD interface
 
-The daemon says on standard input what a person does at the machine's side, see ``Deed``: that is no part of
-any bus, and comes back to the daemon as what sensors and safety PLC measure.
+Standard input says what a person does at the machine's side, as bytes of ``Deed`` from the daemon, as words
+from a person: that is no part of any bus, and comes back to the daemon as what sensors and safety PLC
+measure.
 
 Plant time advances one period for each SYNC, or for each millisecond slice it waited without one;
 a slice never counts more than its length, and none counts while the daemon waits for a processor. So a
@@ -19,7 +20,7 @@ import select
 import signal
 import socket
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from math import inf
 from time import monotonic
 
@@ -27,7 +28,7 @@ from ...devices.adapter import Adapter
 from ...devices.cia301 import SYNC
 from ...devices.frames import Frames
 from ...devices.socket_adapter import SocketAdapter
-from ...sim.person import deeds
+from ...sim.person import Deed, deeds
 from ..configuration import config
 from ..configuration.bus import NamedBus, bus_warnings, open_bus
 from ..configuration.config import Loaded
@@ -39,6 +40,8 @@ from ..timing.starvation import Starvation
 from .bus_clock import BusClock
 from .children import ignore_job_control, report_ready
 from .interrupts import asking
+from .keyboard import STDIN, may_read
+from .orders import Ear, Order, at_the_machine, legend
 
 SLICE_S = 1e-3
 LOOK_S = 2e-4
@@ -63,6 +66,7 @@ class PlantServer:
         ran_s: Callable[[], float] = lambda: inf,
         clock: BusClock | None = None,
         person: int | None = None,
+        understood: Callable[[bytes], Iterable[Deed]] = deeds,
     ) -> None:
         """Take over the plant's end of the bus.
 
@@ -74,7 +78,9 @@ class PlantServer:
             ran_s: how long the daemon had the processor since it was last asked about [s].
             clock: of the bus, where it has one of its own.
             person: descriptor from which a person's deeds come.
+            understood: what they are, of the bytes that came.
         """
+        self._understood = understood
         self._plant, self._bus, self._period = plant, bus, period
         self._starved, self._ran_s, self._clock = starved, ran_s, clock
         self._waitable = bus.fileno() >= 0
@@ -125,11 +131,14 @@ class PlantServer:
 
     def _watch_person(self) -> None:
         assert self._person is not None
-        data = os.read(self._person, 64)
+        try:
+            data = os.read(self._person, 64)
+        except OSError:  # a terminal that others use now, or that is gone
+            data = b""
         if not data:  # nobody is there any more
             self._sources.remove(self._person)
             self._person = None
-        for deed in deeds(data):
+        for deed in self._understood(data):
             self._plant.obey(deed)
 
     def _wait_a_slice(self) -> None:
@@ -173,7 +182,9 @@ def serve_interface(loaded: Loaded, bus: NamedBus) -> int:
     """
     session = build(loaded)
     adapter = open_bus(bus, loaded.name)
-    server = _server(session, adapter)
+    words, person = Words(at_the_machine(loaded.config)), STDIN if may_read(STDIN) else None
+    server = _server(session, adapter, person=person, understood=words)
+    signal.signal(signal.SIGTTIN, signal.SIG_IGN)  # in the background nobody types to it
     ended = False
 
     def end(*_: object) -> None:
@@ -185,6 +196,8 @@ def serve_interface(loaded: Loaded, bus: NamedBus) -> int:
     for warning in become_realtime(PLANT_PRIORITY).lost + bus_warnings(bus, loaded.config):
         print(f"plant: warning: {warning}", file=sys.stderr)
     print(f"plant: {loaded.source} serves {bus.name}; Ctrl-C ends it", file=sys.stderr, flush=True)
+    if person is not None:
+        print(words.legend, file=sys.stderr, flush=True)
     gone = False
     while not (ended or gone):
         gone = not server.serve()
@@ -195,8 +208,32 @@ def serve_interface(loaded: Loaded, bus: NamedBus) -> int:
     return 1 if gone else 0
 
 
+class Words:
+    """Words that a person types to a plant.
+
+    Attributes:
+        legend: which there are.
+    """
+
+    def __init__(self, orders: Sequence[Order]) -> None:
+        self._ear, self.legend = Ear(orders, single_keys=False), legend(orders, single_keys=False)
+
+    def __call__(self, data: bytes) -> Iterator[Deed]:
+        """What a person does, of what was typed since the last time."""
+        heard = self._ear.hear(data)
+        if heard.unknown:
+            print(f"plant: {self._ear.answer(heard.unknown)}", file=sys.stderr, flush=True)
+        for order in heard.orders:
+            if isinstance(order.means, Deed):
+                yield order.means
+
+
 def _server(
-    session: Session, bus: Adapter, daemon: Starvation | None = None, person: int | None = None
+    session: Session,
+    bus: Adapter,
+    daemon: Starvation | None = None,
+    person: int | None = None,
+    understood: Callable[[bytes], Iterable[Deed]] = deeds,
 ) -> PlantServer:
     loop = session.config.loop
     period = 1.0 / loop.rate
@@ -204,7 +241,7 @@ def _server(
     if daemon:
         server = PlantServer(session.plant(), bus, period, daemon.now, lambda: daemon.ran_s, clock, person)
     else:
-        server = PlantServer(session.plant(), bus, period, clock=clock)
+        server = PlantServer(session.plant(), bus, period, clock=clock, person=person, understood=understood)
     settle_memory()
     return server
 

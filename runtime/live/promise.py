@@ -5,10 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from ..configuration.config import Loaded
+from ..core.modes import RENDERING, Mode
 from ..core.sections import SimulatedBus
 from ..invocation import program
 from ..recording.summary import NEAR, LimitReport, Report
 
+MOVED = frozenset(mode.name for mode in (*RENDERING, Mode.STOPPING, Mode.HOLDING))
+"""Modes of a machine that was started."""
 KEPT_UP = 0.01
 """Share of skipped ticks up to which a host keeps up."""
 
@@ -24,7 +27,9 @@ def verdict(loaded: Loaded, report: Report, lockstep: bool) -> tuple[bool, str]:
     said = []
     shown = True
     simulation, bus = loaded.config.simulation, loaded.config.bus
-    if simulation and simulation.touches and (lockstep or isinstance(bus, SimulatedBus)):
+    if not report.modes.keys() & MOVED:
+        said.append("the machine was never started")
+    elif simulation and simulation.touches and (lockstep or isinstance(bus, SimulatedBus)):
         if report.led:
             shown, seen = _led(report)
         else:
@@ -73,4 +78,5 @@ def _host(report: Report, simulated: bool) -> str:
     if share <= KEPT_UP:
         return f"this host kept up ({100 * share:.2g} % of the ticks skipped)"
     other = ", or run with --lockstep" if simulated else f"; try {program()} doctor"
-    return f"this host was too busy ({100 * share:.2g} % of the ticks skipped): close other programs{other}"
+    skipped = f"{100 * share:.2g} % of the ticks skipped"
+    return f"this host was too busy, or the session suspended ({skipped}): close other programs{other}"

@@ -106,7 +106,7 @@ class Report(msgspec.Struct, frozen=True):
     modes: dict[str, int]
     stop: str
     frames_missing: int
-    clamped: int
+    put_right: int
     late: int
     late_ticks: list[LateTick]
     overstays: list[OverstayReport]
@@ -158,7 +158,7 @@ class Summary:
     skipped: int = 0
     stop: str = ""
     missing: int = 0
-    clamped: int = 0
+    put_right: int = 0
     last: np.void | None = None
     measured: bool = False
     led: bool = False
@@ -199,7 +199,7 @@ class Summary:
         if not self.measured:
             return
         self.missing += self.expected - int(fixed["working_counter"])
-        self.clamped += int(fixed["reaction"]) == Reaction.SANITISE
+        self.put_right += int(fixed["reaction"]) == Reaction.SANITISE
         reason = fixed["reason"].decode()
         self.stop = reason if fixed["latched"] and reason != END else ""
         state = fixed["state"]
@@ -240,7 +240,7 @@ class Summary:
             modes={Mode(mode).name: count for mode, count in sorted(self.modes.items())},
             stop=self.stop,
             frames_missing=self.missing,
-            clamped=self.clamped,
+            put_right=self.put_right,
             late=self.late,
             late_ticks=list(self.late_ticks),
             overstays=list(self.overstays.values()),
@@ -273,7 +273,7 @@ def table(report: Report) -> str:
     lines = [
         f"{report.ticks} ticks at {report.rate_hz:g} Hz, {report.skipped} skipped"
         + (f", {report.shed} not recorded" if report.shed else "")
-        + f"; {report.frames_missing} frames missing, commands clamped in {report.clamped} ticks"
+        + f"; {report.frames_missing} frames missing, something put right in {report.put_right}"
     ]
     seconds = {mode: count / report.rate_hz for mode, count in report.modes.items()}
     lines.append("modes: " + ", ".join(f"{mode} {span:.4g} s" for mode, span in seconds.items()))

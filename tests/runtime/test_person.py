@@ -5,10 +5,12 @@ from __future__ import annotations
 import os
 import socket
 
+import pytest
 from hapticd.devices.frames import Frames
 from hapticd.devices.socket_adapter import SocketAdapter
 from hapticd.runtime.core.modes import Command, Mode
-from hapticd.runtime.live.plant_process import PlantServer
+from hapticd.runtime.live.orders import at_the_machine
+from hapticd.runtime.live.plant_process import PlantServer, Words
 from hapticd.sim.person import Deed
 
 from .conftest import Bench
@@ -74,3 +76,23 @@ def test_what_a_person_does_reaches_the_plant_over_no_bus() -> None:
     near.close()
     far.close()
     os.close(read)
+
+
+def test_words_that_are_typed_to_a_plant_are_what_a_person_does(capsys: pytest.CaptureFixture[str]) -> None:
+    here, there = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+    read, write = os.pipe()
+    bench = Bench()
+    words = Words(at_the_machine(bench.lockstep.session.config))
+    far = SocketAdapter(there)
+    server = PlantServer(bench.plant, far, 1e-3, person=read, understood=words)
+    os.write(write, b"press\nabort\npush le")
+    assert server.serve()
+    assert bench.plc.dead_man == (True, True)
+    assert '"abort": no such word; press, release, push left' in capsys.readouterr().err
+    os.write(write, b"ft\n release \n")
+    assert server.serve()
+    assert bench.plc.dead_man == (False, False)
+    far.close()
+    here.close()
+    os.close(read)
+    os.close(write)

@@ -26,7 +26,9 @@ def report(machine: str, ticks: int = 30_000, skipped: int = 0, **changes: str) 
         for s in limits.specs
     ]
     empty = Summary.of(session).report(0)
-    return msgspec.structs.replace(empty, ticks=ticks, skipped=skipped, limits=entries)
+    return msgspec.structs.replace(
+        empty, ticks=ticks, skipped=skipped, limits=entries, modes={"ACTIVE": ticks}
+    )
 
 
 def test_a_whole_walk_on_a_host_that_kept_up(machine: str) -> None:
@@ -43,7 +45,10 @@ def test_a_whole_walk_on_a_host_that_kept_up(machine: str) -> None:
 def test_a_host_that_is_too_busy_is_told_what_to_do(machine: str) -> None:
     shown, line = verdict(loaded(machine=machine), report(machine, skipped=30_000), lockstep=False)
     assert shown
-    assert "this host was too busy (50 % of the ticks skipped): close other programs" in line
+    assert (
+        "this host was too busy, or the session suspended (50 % of the ticks skipped): close other programs"
+        in line
+    )
     assert line.endswith("or run with --lockstep")
 
 
@@ -96,3 +101,10 @@ def test_a_person_who_led_the_hand_is_not_held_to_the_script(machine: str) -> No
     beyond = [msgspec.structs.replace(led.limits[0], excess=0.1), *led.limits[1:]]
     passed = verdict(found, msgspec.structs.replace(led, limits=beyond), lockstep=True)
     assert passed == (False, f"verdict: a person led the hand, {led.limits[0].name} passed")
+
+
+def test_a_machine_that_was_never_started_showed_nothing(machine: str) -> None:
+    waited = msgspec.structs.replace(report(machine, ticks=300), modes={"READY": 300})
+    shown, line = verdict(loaded(machine=machine), waited, lockstep=True)
+    assert shown
+    assert line == "verdict: the machine was never started"

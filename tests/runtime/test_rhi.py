@@ -35,7 +35,7 @@ def traces(log: Log) -> dict[str, np.ndarray]:
 
 def test_the_session_runs_through_and_its_recording_replays_bit_for_bit(session: tuple[Report, Log]) -> None:
     report, log = session
-    assert report.stop == "" and report.clamped == 0 and report.frames_missing == 0
+    assert report.stop == "" and report.put_right == 0 and report.frames_missing == 0
     assert report.modes["ACTIVE"] > 9000
     assert replay(log).differing_ticks == 0
 
