@@ -40,7 +40,7 @@ def add_hands(commands: Commands) -> None:
         " command that repeats the worst session. Exit status 1 where a session stopped.",
     )
     known = ", ".join(built_in())
-    hands.add_argument("config", type=name, metavar="MACHINE", help=f"a TOML file, or built in: {known}")
+    hands.add_argument("config", type=name, metavar="CONFIG", help=f"a TOML file, or built in: {known}")
     add_twin(hands, f"; {RANDOM}: another serial chain of one to seven joints each time")
     hands.add_argument("--count", type=count, default=40, metavar="N", help="of sessions; default: 40")
     hands.add_argument(
