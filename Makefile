@@ -3,7 +3,7 @@
 .PHONY: help run test conformance vm-test lint types bench nasty fuzz mutants fidelity hqp-dist install-c format clean
 export PYTHON CC
 BIN := .venv/bin
-PACKAGES := bench binding configs control devices experiments hqp machines models runtime safety sim testing view
+PACKAGES := bench binding configs control devices experiments hqp link machines models runtime safety sim testing view
 C_SOURCES := $(wildcard csrc/*.c csrc/*.h csrc/*.hpp tests/hqp/*.c docs/examples/*.c docs/examples/*.cpp)
 C_FLAGS := -std=c11 -D_GNU_SOURCE -Icsrc -O2 -Wall -Wextra -Wconversion -Wshadow -Wvla -Werror
 

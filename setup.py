@@ -7,6 +7,7 @@ setup(
         "csrc/build.py:bench",
         "csrc/build.py:control",
         "csrc/build.py:devices",
+        "csrc/build.py:link",
         "csrc/build.py:plant",
         "csrc/build.py:runtime",
         "csrc/build.py:safety",

@@ -90,6 +90,7 @@ control = partial(
 hqp = partial(
     module, "hapticd.hqp._hqp", ["hqp.h"], [path.name for path in sorted(HERE.glob("hqp*.c"))], "-O3"
 )
+link = partial(module, "hapticd.link._inbox", ["link.h"], ["link.c"])
 runtime = partial(module, "hapticd.runtime._rt", ["rt.h", "ring.h"], ["rt.c", "ring.c"])
 safety = partial(module, "hapticd.safety._plausibility", ["plausibility.h"], ["plausibility.c"])
 MECHANICS = ("links", "dry", "held", "elastic", "direct", "tool", "path")

@@ -15,6 +15,7 @@ FOLDERS = (
     "devices",
     "experiments",
     "hqp",
+    "link",
     "machines",
     "models",
     "runtime",
@@ -37,7 +38,7 @@ def options(parser: argparse.ArgumentParser, words: str = "hapticd") -> Iterator
 def test_the_readme_names_every_command_with_its_options_and_no_others() -> None:
     lines = [line for line in (ROOT / "README.md").read_text().splitlines() if line.startswith("| `hapticd ")]
     for words, known in options(_parser()):
-        if words in ("hapticd", "hapticd bench"):
+        if words in ("hapticd", "hapticd bench", "hapticd link"):
             continue
         (line,) = (line for line in lines if re.search(rf"^\| `{words}\b", line))
         usage = line.split(" | ")[0]

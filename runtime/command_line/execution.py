@@ -10,6 +10,7 @@ import msgspec
 
 from ...configs.printable import printable
 from ...devices.errors import DeviceError
+from ...link.errors import LinkError
 from ...models import ModelError
 from ..errors import HapticdError
 from ..live.interrupts import Interrupted, say
@@ -21,7 +22,7 @@ def execute(options: argparse.Namespace) -> int:
         status = int(options.handler(options))
         sys.stdout.flush()
         return status
-    except HapticdError as error:
+    except (HapticdError, LinkError) as error:
         return _fail(options, error.code, str(error), error.exit_status)
     except ModelError as error:
         return _fail(options, "model", str(error), 2)

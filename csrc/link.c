@@ -1,0 +1,132 @@
+#include "link.h"
+
+#include <assert.h>
+#include <errno.h>
+#include <string.h>
+#include <sys/socket.h>
+#include <sys/uio.h>
+
+enum { BATCH = 32 };
+
+static_assert(sizeof(((link_inbox *)0)->counter) == LINK_KEEP * sizeof(uint64_t),
+              "room for all that is kept");
+static_assert(sizeof(((link_inbox *)0)->datagram) == LINK_KEEP * LINK_LARGEST, "room for all that is kept");
+static_assert(LINK_WINDOW == 8 * sizeof(((link_window *)0)->seen), "a bit for each counter of the window");
+static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "the wire is little endian, and so is this host");
+
+typedef struct {
+    uint16_t magic;
+    uint8_t version;
+    uint8_t direction;
+    uint64_t session;
+    uint64_t counter;
+} header;
+
+static header read_header(const uint8_t *at) {
+    header h = {.version = at[2], .direction = at[3]};
+    memcpy(&h.magic, at, sizeof(h.magic));
+    memcpy(&h.session, at + 4, sizeof(h.session));
+    memcpy(&h.counter, at + 12, sizeof(h.counter));
+    return h;
+}
+
+int32_t link_look(const link_window *window, uint64_t counter) {
+    if (counter > window->newest) return LINK_NEWEST;
+    const uint64_t behind = window->newest - counter;
+    if (behind >= LINK_WINDOW || (window->seen >> behind & 1)) return LINK_SEEN;
+    return LINK_LATE;
+}
+
+int32_t link_mark(link_window *window, uint64_t counter) {
+    const int32_t what = link_look(window, counter);
+    if (what == LINK_LATE) window->seen |= UINT64_C(1) << (window->newest - counter);
+    if (what != LINK_NEWEST) return what;
+    const uint64_t step = counter - window->newest;
+    if (step >= LINK_WINDOW) {
+        window->lost += __builtin_popcountll(~window->seen) + (int64_t)(step - LINK_WINDOW);
+        window->seen = 1;
+    } else {
+        window->lost += __builtin_popcountll(~window->seen >> (LINK_WINDOW - step));
+        window->seen = window->seen << step | 1;
+    }
+    window->newest = counter;
+    return what;
+}
+
+/* What is wrong with a datagram: its count, or NULL where it is to be opened. */
+static int64_t *fault(link_inbox *inbox, const uint8_t *datagram, unsigned size, int message_flags) {
+    if ((message_flags & MSG_TRUNC) || size > (unsigned)inbox->size) return &inbox->oversize;
+    if (size < (unsigned)inbox->size) return &inbox->truncated;
+    const header h = read_header(datagram);
+    if (h.magic != LINK_MAGIC || h.version != LINK_VERSION || h.session != inbox->session) {
+        return &inbox->foreign;
+    }
+    if (h.direction != inbox->direction) return &inbox->reflected;
+    const uint64_t newest = inbox->window.newest;
+    if (h.counter >> LINK_EPOCH_BITS > (newest >> LINK_EPOCH_BITS) + 1) return &inbox->ahead;
+    if (link_look(&inbox->window, h.counter) == LINK_SEEN) {
+        return newest - h.counter < LINK_WINDOW ? &inbox->duplicate : &inbox->replayed;
+    }
+    return NULL;
+}
+
+/* Keeps a datagram; where there is no room, instead of the oldest that is kept, or not at all. */
+static void keep(link_inbox *inbox, const uint8_t *datagram) {
+    const uint64_t counter = read_header(datagram).counter;
+    int slot = inbox->count;
+    if (slot == LINK_KEEP) {
+        inbox->shed++;
+        slot = 0;
+        for (int i = 1; i < LINK_KEEP; i++) {
+            if (inbox->counter[i] < inbox->counter[slot]) slot = i;
+        }
+        if (inbox->counter[slot] >= counter) return;
+    } else {
+        inbox->count++;
+    }
+    inbox->counter[slot] = counter;
+    memcpy(inbox->datagram[slot], datagram, (size_t)inbox->size);
+}
+
+/* One system call: up to `room` datagrams. Returns how many, or -1 with errno set. */
+static int receive_batch(int fd, int room, struct mmsghdr *messages, uint8_t (*datagrams)[LINK_LARGEST]) {
+    struct iovec vectors[BATCH];
+    memset(messages, 0, sizeof(*messages) * (size_t)room);
+    for (int i = 0; i < room; i++) {
+        vectors[i] = (struct iovec){.iov_base = datagrams[i], .iov_len = LINK_LARGEST};
+        messages[i].msg_hdr.msg_iov = &vectors[i];
+        messages[i].msg_hdr.msg_iovlen = 1;
+    }
+    return recvmmsg(fd, messages, (unsigned)room, MSG_DONTWAIT, NULL);
+}
+
+int32_t link_receive(int32_t fd, link_inbox *inbox) {
+    struct mmsghdr messages[BATCH];
+    uint8_t datagrams[BATCH][LINK_LARGEST];
+    inbox->count = 0;
+    /* an error counts as a batch: the network's answers must not hold us here either */
+    for (int taken = 0; taken < LINK_TAKE;) {
+        const int room = LINK_TAKE - taken < BATCH ? LINK_TAKE - taken : BATCH;
+        const int got = receive_batch(fd, room, messages, datagrams);
+        if (got < 0) {
+            if (errno == EAGAIN || errno == EWOULDBLOCK) break;
+            inbox->failures++;
+            inbox->error = errno;
+            taken += BATCH;
+            continue;
+        }
+        for (int i = 0; i < got; i++) {
+            int64_t *const wrong =
+                fault(inbox, datagrams[i], messages[i].msg_len, messages[i].msg_hdr.msg_flags);
+            if (wrong) {
+                ++*wrong;
+            } else {
+                keep(inbox, datagrams[i]);
+            }
+        }
+        inbox->taken += got;
+        taken += got;
+        if (got < room) break;
+    }
+    return inbox->count;
+}

@@ -1,0 +1,56 @@
+"""The other end of a measurement, a process of its own: sends back what it receives.
+
+``python -m hapticd.link.echo FOLDER SIZE`` prints two ports, of the link and of plain UDP, and ends with its
+input.
+"""
+
+from __future__ import annotations
+
+import select
+import socket
+import sys
+from pathlib import Path
+
+from .credentials import load
+from .host import Host
+from .terms import Terms
+
+LOOPBACK = "127.0.0.1"
+IDLE_MS = 20
+"""Between two looks for a session [ms]."""
+
+
+def terms(size: int) -> Terms:
+    """Of both ends of a measurement: a delay is measured, not judged."""
+    return Terms(sends=size, receives=size, oldest=1.0)
+
+
+def main(folder: Path, size: int) -> None:
+    """Echo until nobody asks any more."""
+    plain = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+    plain.bind((LOOPBACK, 0))
+    host = Host(load(folder), terms(size), LOOPBACK)
+    print(host.port, plain.getsockname()[1], flush=True)
+    answer = bytes(size)
+    poll, link = select.poll(), -1
+    for fd in (sys.stdin.fileno(), plain.fileno()):
+        poll.register(fd, select.POLLIN)
+    while True:
+        if link == -1 and (link := host.fileno()) != -1:
+            poll.register(link, select.POLLIN)
+        for fd, _ in poll.poll(IDLE_MS if link == -1 else None):
+            if fd == plain.fileno():
+                content, sender = plain.recvfrom(2048)
+                plain.sendto(content, sender)
+            elif fd == link:
+                received = host.receive()
+                answer = received.payload if received else answer
+                host.send(answer)  # also what is not judged yet is answered: so both learn of each other
+            else:
+                host.close()
+                plain.close()
+                return
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]), int(sys.argv[2]))

@@ -1,0 +1,65 @@
+"""`hapticd link keygen` and `hapticd link test`."""
+
+import json
+import sys
+from pathlib import Path
+
+import pytest
+from hapticd.link.credentials import load
+from hapticd.link.stations import Role
+from hapticd.runtime.command_line.cli import main
+
+
+def test_keygen_makes_an_avatar_and_an_operator_and_says_what_to_copy_where(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    keys = tmp_path / "keys"
+    assert main(["link", "keygen", str(keys)]) == 0
+    said = capsys.readouterr().out
+    for name in ("avatar", "operator"):
+        assert f"{keys / name}: copy this folder to that station" in said
+        assert load(keys / name).station == (name, Role(name))
+    assert f"{keys / 'authority'}: stays here" in said
+    assert main(["link", "keygen", str(keys)]) == 2
+    assert "error [link-keys]" in capsys.readouterr().err
+
+
+def test_keygen_adds_stations_of_any_role_for_as_long_as_is_wanted(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    keys = tmp_path / "keys"
+    roles = ["--operator", "anna", "--operator", "ben", "--observer", "wall", "--maintainer", "carl"]
+    assert main(["link", "keygen", str(keys), *roles, "--days", "3", "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert sorted(Path(folder).name for folder in found["folders"]) == ["anna", "ben", "carl", "wall"]
+    assert load(keys / "wall").station.role is Role.OBSERVER
+    assert found["authority"] == str(keys / "authority")
+
+
+@pytest.mark.parametrize("name", ["Anna", "../up", "", "-x", "a b", "a" * 33])
+def test_a_name_that_is_no_folder_is_refused_before_anything_is_written(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], name: str
+) -> None:
+    assert main(["link", "keygen", str(tmp_path / "keys"), f"--operator={name}"]) == 2
+    assert "is no name of a station" in capsys.readouterr().err
+    assert not (tmp_path / "keys").exists()
+
+
+def test_test_measures_both_ways(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["link", "test", "--rounds", "1", "--packets", "20", "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    for way in ("plain", "link"):
+        assert found[way]["sent"] == 20
+        assert 0.0 < found[way]["p50_us"] <= found[way]["p99_us"] <= found[way]["max_us"]
+    assert found["ratio_p50"] == pytest.approx(found["link"]["p50_us"] / found["plain"]["p50_us"], rel=0.02)
+
+
+def test_a_missing_package_is_named_with_what_to_type(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name in [name for name in sys.modules if name.startswith("hapticd.link.")]:
+        if not name.endswith((".errors", ".terms")):
+            monkeypatch.delitem(sys.modules, name)
+    monkeypatch.setitem(sys.modules, "cryptography", None)
+    assert main(["link", "keygen", str(tmp_path / "keys")]) == 1
+    assert "-m pip install 'hapticd[link]'" in capsys.readouterr().err
