@@ -365,3 +365,8 @@ class LengthRange(Vector):
 
 class Corner(Vector):
     dimension, length, infinite = "length", 3, True
+
+
+class Delay(Quantity):
+    dimension, strict = "time", False
+    range = Range(1e-6, 2.0, "s", "two processes of one computer; nobody leads an arm through more")

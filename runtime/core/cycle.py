@@ -10,7 +10,7 @@ from ...safety import PASS, Gate, Permission, Reaction, Standstill, Verdict, str
 from .bring_up import BringUp
 from .drives import Drives, TorqueOff
 from .events import Event, EventKind
-from .machine import Machine
+from .machine import Announcing, Machine
 from .modes import RENDERING, UNPREPARED, WAITING, Command, Mode
 from .phase import Phase
 from .reset import Reset
@@ -53,6 +53,7 @@ class Cycle:
         self.reset = Reset(image, phase, senses, drives, stops, rate)
         self.bring_up = BringUp(image, phase, senses, rate)
         self._torque_off = TorqueOff(signals, phase, rate)
+        self._notes = machine.notes if isinstance(machine, Announcing) else []
         self.counter = 0
         self._gap = 0
         self._commanded = -1
@@ -134,6 +135,10 @@ class Cycle:
         stops.take(admitted, tick)
         self._mark(Stage.SAFETY)
         self._torque_off.ask(stops.off, self.reset.acknowledging, self.senses.seen.sto)
+        if self._notes:
+            for what in self._notes:
+                phase.say(EventKind.ANNOUNCED(what=what))
+            self._notes.clear()
         self.outputs.verdict = strongest(found, admitted)
 
     def _obey(self, tick: int, commands: Command) -> None:

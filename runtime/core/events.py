@@ -85,6 +85,8 @@ class EventKind(Enum):
     )
     RESET = ("reset", Severity.NOTE, "READY: reset; press the dead-man switch to start")
 
+    ANNOUNCED = ("announced", Severity.NOTE, "{what}")
+
     # what a person asks for
     ARMED = ("armed", Severity.NOTE, "armed by command: press the dead-man switch to start")
     NOT_ARMED = ("not_armed", Severity.REFUSAL, "not armed: a stop is latched; reset it first")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -121,6 +121,17 @@ class Machine(Protocol):
 
     def fill(self) -> None:
         """Write the state of this tick."""
+
+
+@runtime_checkable
+class Announcing(Protocol):
+    """A machine that does things by itself of which people are told.
+
+    Attributes:
+        notes: what to tell them, in words; whoever tells it empties the list.
+    """
+
+    notes: list[str]
 
 
 class MachineLimits(Protocol):

@@ -7,6 +7,7 @@ from hapticd.configs import plugins
 from hapticd.configs.quantities import AccelerationScale, Force, Length, Torque
 from hapticd.devices.device import Quantity
 from hapticd.devices.network import Network
+from hapticd.sim.gateway import NEVER
 from hapticd.sim.nodes import SimNodes
 
 JOINT = {
@@ -17,12 +18,16 @@ JOINT = {
 }
 TABLES = {
     "axis_drive": {"counts_per_metre": 10**6},
+    "buttons": {},
     "force_torque": {"force": Force(100.0), "torque": Torque(10.0)},
     "imu": {"acceleration": AccelerationScale(40.0)},
     "joint_drive": JOINT,
+    "remote_avatar": {},
+    "remote_operator": {},
     "safety_plc": {},
     "slide_drive": {**JOINT, "lead": Length(0.01)},
 }
+BEGINS = {"age": NEVER}
 
 
 def test_every_kind_of_ours_is_known_here() -> None:
@@ -50,11 +55,11 @@ def test_a_simulated_device_begins_with_all_that_its_kind_describes(name: str) -
     fields = [*device.inputs().values(), *device.outputs().values()]
     for field in fields:
         value = getattr(node, field.field)
-        width = sum(other.field == field.field for other in device.inputs().values())
+        width = sum(other.field == field.field for other in fields)
         if width > 1:
             assert value == (0.0,) * width
         elif isinstance(field, Quantity):
-            assert value == 0.0
+            assert value == BEGINS.get(field.field, 0.0)
         else:
             assert isinstance(value, int)
 

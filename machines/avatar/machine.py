@@ -1,0 +1,108 @@
+"""The avatar between process image and gate: it follows the operator's palms, and tells what it feels."""
+
+from __future__ import annotations
+
+import numpy as np
+import pinocchio as pin
+
+from ...control.avatar_law import AvatarLaw
+from ...control.avatar_law import Impedance as Gains
+from ...devices.image import ProcessImage
+from ...devices.remote import ENGAGED, STOPPED, WAITING, packed, unpacked
+from ...devices.remote_operator import RemoteOperators
+from ...models import Robot
+from ...runtime.core.stages import Mark
+from ..telemanipulation.arm import SIDES, StationArm
+from ..telemanipulation.station import Station, sane_pose
+from .config import AvatarConfig
+
+
+def state_layout(n: int) -> np.dtype[np.void]:
+    """What the log keeps of a tick, both arms side by side."""
+    arms = len(SIDES)
+    return np.dtype(
+        [
+            ("q", "<f8", (arms, n)),
+            ("position", "<f8", (arms, 3)),  # of the palms [m]
+            ("goal", "<f8", (arms, 3)),  # of the impedances [m]
+            ("commanded", "<f8", (arms, 3)),  # as heard last [m]
+            ("error", "<f8", (arms, 6)),  # palm less goal [m, rad]
+            ("wrench", "<f8", (arms, 6)),  # of the world on the palms, in their axes [N, N m]
+            ("limits", "<f8", (arms, n)),  # torques that keep joints from their limits [N m]
+            ("torque", "<f8", (arms, n)),  # of the laws [N m]
+            ("share", "<f8", arms),  # of the way to the commanded pose
+            ("age", "<f8", arms),  # of what was heard [s]
+            ("standing", "u1", arms),  # order of `control.lease.Standing`
+            ("stopped", "u1", arms),
+        ]
+    )
+
+
+class AvatarStation(Station):
+    """See ``Machine``."""
+
+    def __init__(self, config: AvatarConfig, robot: Robot, image: ProcessImage, mark: Mark) -> None:
+        section = config.avatar
+        super().__init__(config, section, robot, image, mark)
+        k = section.impedance
+        gains = Gains(k.stiffness, k.rotational_stiffness, k.damping, k.rotational_damping, k.fade)
+        self._laws = [AvatarLaw(arm.task, arm.avoidance, gains, arm.force.wrench, self._dt) for arm in self.arms]
+        self._remote = RemoteOperators(image)
+        self._wrench, self._joints = image["remote.wrench"], image["remote.joints"]
+        self._acts = [0] * len(self.arms)
+        self.state = state_layout(self.arms[0].n)
+
+    def _hear(self) -> None:
+        remote = self._remote
+        poses, ages, words = remote.pose.tolist(), remote.age.tolist(), remote.flags.tolist()
+        for i, lease in enumerate(self.leases):
+            flags, act = unpacked(words[i])
+            valid = sane_pose(poses[i])
+            lease.update(ages[i], valid, bool(flags & ENGAGED), act)
+            if act != self._acts[i]:
+                self._acts[i] = act
+                self.restart(i)
+            if lease.follows:
+                law = self._laws[i]
+                law.commanded[:] = poses[i][:3]
+                x, y, z, w = poses[i][3:]
+                law.commanded_rotation[:] = pin.Quaternion(w, x, y, z).normalized().matrix()
+
+    def _say(self) -> None:
+        words = self._remote.own_flags
+        for i, (arm, lease) in enumerate(zip(self.arms, self.leases, strict=True)):
+            self._wrench[i], self._joints[i, : arm.n] = arm.force.wrench, arm.task.q
+            flags = STOPPED if arm.stopped else 0
+            flags |= ENGAGED if self._engaged and self._laws[i].share > 0.0 else 0
+            flags |= 0 if lease.follows else WAITING
+            words[i] = packed(flags, self._acts[i])
+
+    def _begin(self) -> None:
+        for law in self._laws:
+            law.reset()
+
+    def _stop(self, i: int) -> None:
+        self.leases[i].bar()
+
+    def restart(self, i: int) -> None:
+        """See ``Station``; it holds its pose, and fades in from there."""
+        if self.arms[i].stopped:
+            self._laws[i].reset()
+        super().restart(i)
+
+    def _move(self, i: int, arm: StationArm, gain: float, trust: float) -> None:
+        law = self._laws[i]
+        law.update(self.leases[i].follows and gain == 1.0)
+        arm.move(law.torque, 1.0 - gain)
+
+    def fill(self) -> None:
+        """See ``state_layout``."""
+        logged = self._logged[0]
+        for i, (arm, law, lease) in enumerate(zip(self.arms, self._laws, self.leases, strict=True)):
+            logged["q"][i], logged["position"][i] = arm.task.q, arm.task.palm.position
+            logged["goal"][i], logged["commanded"][i] = law.goal, law.commanded
+            logged["error"][i], logged["wrench"][i] = law.error, arm.force.wrench
+            logged["limits"][i], logged["torque"][i] = arm.avoidance.torque, law.torque
+            logged["share"][i], logged["age"][i] = law.share, self._remote.age[i]
+            logged["standing"][i] = lease.number
+            logged["stopped"][i] = bool(arm.stopped)

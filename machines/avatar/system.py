@@ -1,0 +1,19 @@
+"""The avatar as a kind of machine."""
+
+from __future__ import annotations
+
+from ...runtime.configuration.system import System
+from ..telemanipulation.figures import StationFigures
+from ..telemanipulation.limits import StationLimits
+from .check import check_avatar
+from .config import AvatarConfig
+from .machine import AvatarStation
+from .plant import avatar_plant
+
+
+def _limits(config: AvatarConfig) -> StationLimits:
+    return StationLimits(config.avatar)
+
+
+AVATAR = System(AvatarConfig, AvatarStation, _limits, StationFigures, avatar_plant, check_avatar)
+"""What hapticd finds by the entry point."""

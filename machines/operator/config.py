@@ -1,0 +1,38 @@
+"""Sections of an operator station's configuration."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from msgspec import Meta
+
+from ...runtime.core.sections import Config
+from ..telemanipulation.sections import Pushed, Station, StationSimulation
+
+Gain = Annotated[float, Meta(ge=0.0, le=4.0, description="more than that no arm follows")]
+Scale = Annotated[float, Meta(ge=0.05, le=5.0, description="of the avatar's motion to the hand's")]
+
+
+class Operator(Station, frozen=True, kw_only=True):
+    """What the controller of the operator station needs.
+
+    ``assist`` is the gain of the hand's wrench, ``feedback`` that of the avatar's, ``scale`` the avatar's way
+    for that of the hand.
+    """
+
+    assist: Gain = 1.0
+    feedback: Gain = 1.0
+    scale: Scale = 1.0
+
+
+class OperatorSimulation(StationSimulation, frozen=True, kw_only=True):
+    """The simulated operator."""
+
+    buttons: Annotated[tuple[Pushed, ...], Meta(max_length=1000)] | None = None
+
+
+class OperatorConfig(Config, frozen=True, kw_only=True, tag="operator"):
+    """An operator station."""
+
+    operator: Operator
+    simulation: OperatorSimulation | None = None

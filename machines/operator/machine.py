@@ -1,0 +1,153 @@
+"""The operator station between process image and gate: weightless arms lead, and give back what is felt."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ...control.clutch import Clutch
+from ...control.lease import Fader
+from ...control.operator_law import OperatorLaw
+from ...devices.buttons import ButtonRows
+from ...devices.image import ProcessImage
+from ...devices.remote import ACTS, CLUTCHED, ENGAGED, STOPPED, packed, unpacked
+from ...devices.remote_avatar import RemoteAvatars
+from ...models import Robot
+from ...runtime.core.stages import Mark
+from ..telemanipulation.arm import SIDES, StationArm, quaternion
+from ..telemanipulation.station import Station, sane_wrench
+from .config import OperatorConfig
+
+RISE_S, FALL_S = 3.0, 50e-3
+"""In which what the avatar feels fades in and out."""
+
+
+def state_layout(n: int) -> np.dtype[np.void]:
+    """What the log keeps of a tick, both arms side by side."""
+    arms = len(SIDES)
+    return np.dtype(
+        [
+            ("q", "<f8", (arms, n)),
+            ("position", "<f8", (arms, 3)),  # of the palms [m]
+            ("goal", "<f8", (arms, 3)),  # of the avatar's palms [m]
+            ("hand", "<f8", (arms, 6)),  # wrench of the operator on the palms, in their axes [N, N m]
+            ("felt", "<f8", (arms, 6)),  # of the avatar's world, as it is given back
+            ("alpha", "<f8", (arms, n)),  # shares of the command that are left
+            ("own_limits", "<f8", (arms, n)),  # torques that keep joints from their limits [N m]
+            ("avatar_limits", "<f8", (arms, n)),  # that keep the avatar's from theirs
+            ("torque", "<f8", (arms, n)),  # of the laws [N m]
+            ("share", "<f8", arms),  # of what the avatar feels
+            ("age", "<f8", arms),  # of what was heard [s]
+            ("act", "u1", arms),
+            ("standing", "u1", arms),  # order of `control.lease.Standing`
+            ("stopped", "u1", arms),
+            ("clutched", "u1", arms),
+            ("near", "u1", (arms, n)),  # bits of `control.limit_avoidance`
+        ]
+    )
+
+
+class OperatorStation(Station):
+    """See ``Machine``."""
+
+    def __init__(self, config: OperatorConfig, robot: Robot, image: ProcessImage, mark: Mark) -> None:
+        section = config.operator
+        super().__init__(config, section, robot, image, mark)
+        arms = self.arms
+        self._remote, self._buttons = RemoteAvatars(image), ButtonRows(image)
+        self._pose, self._twist = image["remote.pose"], image["remote.twist"]
+        self._hand, self._felt_there = np.zeros((len(arms), 6)), np.zeros((len(arms), 6))
+        self._limits = np.zeros((len(arms), 6))
+        self._laws = [
+            OperatorLaw(
+                arm.task, arm.avoidance, self._hand[i], self._felt_there[i], self._limits[i], section.assist
+            )
+            for i, arm in enumerate(arms)
+        ]
+        self._clutches = [Clutch(section.scale) for _ in arms]
+        self._faders = [Fader(RISE_S, FALL_S, self._dt) for _ in arms]
+        self._feedback, self._scale = section.feedback, section.scale
+        self._most = section.stop.force, section.stop.torque
+        self._acts, self._pressed = [0] * len(arms), 0
+        self._stopped_there = [False] * len(arms)
+        self._last = np.zeros((len(arms), 6))
+        self.state = state_layout(arms[0].n)
+
+    def _hear(self) -> None:
+        remote = self._remote
+        self._press(int(self._buttons.pressed[0]))
+        rows = zip(remote.wrench.tolist(), remote.age.tolist(), remote.flags.tolist(), strict=True)
+        for i, (wrench, age, word) in enumerate(rows):
+            flags, _ = unpacked(word)
+            lease = self.leases[i]
+            valid = sane_wrench(wrench, *(4.0 * most for most in self._most))
+            fresh = lease.update(age, valid, bool(flags & ENGAGED), self._acts[i])
+            if fresh:
+                self._last[i] = wrench
+            stopped = valid and bool(flags & STOPPED)
+            if stopped is not self._stopped_there[i]:
+                self._stopped_there[i] = stopped
+                side = self.arms[i].side
+                self.notes.append(
+                    f"{side} avatar arm stopped itself: press the {side} button to start it again"
+                    if stopped
+                    else f"{side} avatar arm goes on"
+                )
+
+    def _press(self, pressed: int) -> None:
+        """A button opens the clutch of its arm while it is pressed; to let go of it is an act."""
+        for i, arm in enumerate(self.arms):
+            bit = 1 << i
+            if self._pressed & bit and not pressed & bit:
+                self._acts[i] = (self._acts[i] + 1) % ACTS
+                self.restart(i)
+            if (self._pressed ^ pressed) & bit:
+                self.notes.append(f"{arm.side} arm {'moves alone' if pressed & bit else 'leads again'}")
+        self._pressed = pressed
+
+    def _say(self) -> None:
+        words = self._remote.own_flags
+        for i, (arm, clutch) in enumerate(zip(self.arms, self._clutches, strict=True)):
+            self._pose[i, :3], self._pose[i, 3:] = clutch.position, quaternion(clutch.rotation)
+            self._twist[i] = 0.0 if clutch.open else arm.task.twist
+            self._twist[i, :3] *= self._scale
+            flags = STOPPED if arm.stopped else ENGAGED if self._engaged else 0
+            words[i] = packed(flags | (CLUTCHED if clutch.open else 0), self._acts[i])
+
+    def _begin(self) -> None:
+        for i, (arm, clutch) in enumerate(zip(self.arms, self._clutches, strict=True)):
+            self._acts[i] = (self._acts[i] + 1) % ACTS
+            clutch.align(arm.task.palm.position, arm.task.palm.rotation)
+
+    def _stop(self, i: int) -> None:
+        self.leases[i].bar()
+
+    def restart(self, i: int) -> None:
+        """See ``Station``; what the avatar feels fades in again."""
+        if self.arms[i].stopped:
+            self.arms[i].engage()
+            self._faders[i].share = 0.0
+        super().restart(i)
+
+    def _move(self, i: int, arm: StationArm, gain: float, trust: float) -> None:
+        clutch, palm = self._clutches[i], arm.task.palm
+        clutch.update(palm.position, palm.rotation, bool(self._pressed >> i & 1))
+        share = self._faders[i].update(self.leases[i].follows and not clutch.open)
+        np.multiply(arm.force.wrench, gain * trust, out=self._hand[i])
+        np.multiply(self._last[i], self._feedback * share * gain, out=self._felt_there[i])
+        law = self._laws[i]
+        law.update()
+        arm.move(law.torque, 1.0 - gain)
+
+    def fill(self) -> None:
+        """See ``state_layout``."""
+        logged = self._logged[0]
+        rows = zip(self.arms, self._laws, self.leases, self._clutches, strict=True)
+        for i, (arm, law, lease, clutch) in enumerate(rows):
+            logged["q"][i], logged["position"][i] = arm.task.q, arm.task.palm.position
+            logged["goal"][i], logged["hand"][i] = clutch.position, arm.force.wrench
+            logged["felt"][i], logged["alpha"][i] = self._felt_there[i], arm.avoidance.alpha
+            logged["own_limits"][i], logged["avatar_limits"][i] = arm.avoidance.torque, law.avatar
+            logged["torque"][i], logged["share"][i] = law.torque, self._faders[i].share
+            logged["age"][i], logged["act"][i] = self._remote.age[i], self._acts[i]
+            logged["standing"][i], logged["stopped"][i] = lease.number, bool(arm.stopped)
+            logged["clutched"][i], logged["near"][i] = clutch.open, arm.avoidance.near

@@ -1,0 +1,75 @@
+"""The simulated operator station: two arms, and the hands of a person at their palms."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ...devices.network import Network
+from ...models import Robot
+from ...sim.buttons import ButtonScript, SimButtons
+from ...sim.hand import Grip, Hand, turned
+from ..telemanipulation.plant import SimArm, StationPlant, hands
+from .config import OperatorConfig, OperatorSimulation
+
+LEFT, RIGHT = 1, 2
+"""Buttons of the arms."""
+
+
+class BothHands:
+    """The hands of one person, who pushes with both."""
+
+    def __init__(self, hands: Sequence[Hand]) -> None:
+        self._hands = hands
+
+    def take(self) -> None:
+        """See ``hapticd.sim.plant.Operator``."""
+        for hand in self._hands:
+            hand.take()
+
+    def push(self, direction: Sequence[float]) -> None:
+        """See ``hapticd.sim.plant.Operator``."""
+        for hand in self._hands:
+            hand.push(direction)
+
+
+class OperatorPlant(StationPlant):
+    """Two arms whose palms are in hands.
+
+    Attributes:
+        hands: left and right.
+    """
+
+    def __init__(
+        self, config: OperatorConfig, simulation: OperatorSimulation, robot: Robot, network: Network
+    ) -> None:
+        own = simulation.hand
+        grip = Grip(
+            (own.stiffness, own.rotational_stiffness),
+            (own.damping, own.rotational_damping),
+            (own.force, own.torque),
+        )
+        self.hands = [Hand(way, grip, turned(np.eye(3))) for way in hands(simulation)]
+        super().__init__(config.operator, simulation, robot, network, BothHands(self.hands))
+        (buttons,) = self.nodes.of(SimButtons)
+        presses = [
+            (LEFT * push.left + RIGHT * push.right, float(push.at), float(push.until))
+            for push in simulation.buttons or ()
+        ]
+        self._buttons = ButtonScript(buttons, presses)
+        self._measure()
+
+    def _touch(self, i: int, arm: SimArm) -> None:
+        held = arm.arm
+        self.hands[i].aim(held.hold, self.time, held.position.tolist(), held.rotation)
+
+    def _sense(self) -> None:
+        self._buttons.advance(self.time)
+        super()._sense()
+
+
+def operator_plant(config: OperatorConfig, robot: Robot, network: Network) -> OperatorPlant:
+    """The plant, at rest in its initial posture."""
+    assert config.simulation is not None
+    return OperatorPlant(config, config.simulation, robot, network)

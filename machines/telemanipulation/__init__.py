@@ -1,0 +1,1 @@
+"""What the two stations of a telemanipulation share: two arms each, their link, their simulated plant."""

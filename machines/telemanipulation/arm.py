@@ -1,0 +1,173 @@
+"""An arm of a station between process image and gate: palm, wrench, hold, and the stop of its own."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import pinocchio as pin
+
+from ...control.hand_wrench import HandWrench, Load
+from ...control.hold import Hold, HoldGains
+from ...control.limit_avoidance import JointLimits, LimitAvoidance
+from ...control.task_arm import Posture, TaskArm
+from ...models import Array, Robot
+from ...runtime.core.machine import SPEED_MARGIN
+from .sections import Chain, OwnChain, Station
+
+PALM, FLANGE = "palm", "flange"
+SIDES = ("left", "right")
+NO_BIAS = (0.0, 0.0, 0.0)
+
+
+def chain_of(robot: Robot, chain: Chain, tool: pin.Inertia | None = None) -> Robot:
+    """One arm of a station's model with its palm, and with what hangs on its flange, as a serial chain.
+
+    Args:
+        robot: the whole model.
+        chain: which arm, and where its palm is.
+        tool: in the flange's axes.
+
+    Raises:
+        ModelError: the model has no such flange.
+    """
+    alone = robot.without([name for name in robot.names if not name.startswith(chain.prefix)])
+    model = alone.model
+    flange = alone.frame(f"{chain.prefix}{FLANGE}")
+    own = model.frames[flange]
+    T = own.placement * pin.SE3(pin.exp3(np.array(chain.turned)), np.array(chain.palm))
+    model.addFrame(pin.Frame(PALM, own.parentJoint, flange, T, pin.FrameType.OP_FRAME))
+    if tool is not None:
+        model.appendBodyToJoint(own.parentJoint, tool, own.placement)
+    return Robot(model)
+
+
+def palm_to_sensor(chain: Chain) -> Array:
+    """Pose of the flange, where the sensor is, in the palm's frame, (4, 4) [m]."""
+    T: Array = pin.SE3(pin.exp3(np.array(chain.turned)), np.array(chain.palm)).inverse().homogeneous
+    return T
+
+
+def believed_tool(chain: OwnChain) -> pin.Inertia:
+    """What the controller takes to hang on the flange: a point of its mass."""
+    return pin.Inertia(chain.tool.mass, np.array(chain.tool.centre), np.zeros((3, 3)))
+
+
+class StationArm:
+    """State and torques that do not depend on whether the arm leads or follows.
+
+    Attributes:
+        side: "left" or "right".
+        task: palm, inertia, weight, posture; n: joints.
+        force: wrench on the palm in its axes, (6,), as it is measured: ``force.wrench``.
+        avoidance: of its joint limits.
+        stopped: why it stopped itself, "" where it did not.
+        torque: for its motors, (n,) [N m].
+    """
+
+    def __init__(
+        self,
+        side: str,
+        station: Station,
+        robot: Robot,
+        q: Array,
+        qd: Array,
+        measured: Array,
+        dt: float,
+    ) -> None:
+        """Bind to the image.
+
+        Args:
+            side: of the station.
+            station: its section of the configuration.
+            robot: the whole model.
+            q: measured joints, (n,) [rad].
+            qd: their velocities, (n,) [rad/s].
+            measured: wrench of the sensor in its axes, (6,) [N, N m].
+            dt: of a tick [s].
+        """
+        chain: OwnChain = getattr(station.arms, side)
+        self.side, self.chain = side, chain
+        self.robot = own = chain_of(robot, chain, believed_tool(chain))
+        n = self.n = own.nv
+        posture = Posture(np.array(chain.home), station.posture.stiffness, station.posture.damping)
+        self.task = TaskArm(own, PALM, q, qd, posture)
+        tool = chain.tool
+        bias = np.array([*(tool.force_bias or NO_BIAS), *(tool.torque_bias or NO_BIAS)])
+        self.force = HandWrench(
+            Load(bias, tool.mass, np.array(tool.centre)),
+            palm_to_sensor(chain),
+            self.task.palm.rotation,
+            measured,
+        )
+        limits = JointLimits(*(np.array(x, float) for x in (chain.lower, chain.upper, chain.velocity)))
+        self.avoidance = LimitAvoidance(limits, q, qd)
+        hold = station.hold
+        stiffness, damping, deceleration = (
+            np.array(x, float) for x in (hold.stiffness, hold.damping, hold.deceleration)
+        )
+        self._hold = Hold(HoldGains(stiffness, damping, deceleration, own.effort), dt)
+        self._fastest = SPEED_MARGIN * limits.velocity
+        self._most = station.stop.force, station.stop.torque
+        self.stopped = ""
+        self.torque = np.zeros(n)
+        self._effort, self._still = own.effort, np.zeros(n)
+        self._moved = False
+
+    def estimate(self) -> None:
+        """Everything that follows from the measurements of a tick."""
+        self.task.update()
+        self.force.update()
+        self.avoidance.update()
+
+    def engage(self) -> None:
+        """Held where it is."""
+        self.stopped, self._moved = "", False
+        self._hold.reset(self.task.q, self._still)
+
+    def move(self, torque: Array, kept: float) -> None:
+        """The torques of a law beside those that carry the arm, and a share of its hold, 0 to 1.
+
+        Args:
+            torque: of the law, (n,) [N m].
+            kept: of the torques that hold it where it was engaged.
+        """
+        if kept > 0.0:
+            np.multiply(self._hold.update(self.task.q, self.task.qd), kept, out=self.torque)
+            self.torque += torque
+        else:
+            self.torque[:] = torque
+        self._moved = True
+        self._carry()
+
+    def halt(self) -> bool:
+        """Bring it to rest and hold it there; whether it is commanded to stand."""
+        if self._moved:
+            self._hold.reset(self.task.q, self.task.qd)
+            self._moved = False
+        self.torque[:] = self._hold.update(self.task.q, self.task.qd)
+        self._carry()
+        return self._hold.at_rest
+
+    def excess(self) -> str:
+        """What is more than the arm may feel or do, for people; "" where nothing is."""
+        force, torque = (float(np.linalg.norm(half)) for half in np.split(self.force.wrench, 2))
+        if force > self._most[0]:
+            return f"{force:.0f} N at the palm, more than {self._most[0]:g} N"
+        if torque > self._most[1]:
+            return f"{torque:.1f} N m at the palm, more than {self._most[1]:g} N m"
+        fast = np.abs(self.task.qd) - self._fastest
+        worst = int(fast.argmax())
+        if fast[worst] > 0.0:
+            return f"joint {worst + 1} turns at {abs(self.task.qd[worst]):.2f} rad/s"
+        return ""
+
+    def _carry(self) -> None:
+        self.torque += self.task.weight
+        np.clip(self.torque, -self._effort, self._effort, out=self.torque)
+
+
+def quaternion(rotation: Array) -> Sequence[float]:
+    """Of a rotation (3, 3): x, y, z, w, of the two the one with w not below 0."""
+    x, y, z, w = pin.Quaternion(rotation).coeffs().tolist()
+    return (-x, -y, -z, -w) if w < 0.0 else (x, y, z, w)

@@ -1,0 +1,122 @@
+"""`hapticd bimanual`: both stations of a telemanipulation together."""
+
+from __future__ import annotations
+
+import argparse
+from math import inf
+from pathlib import Path
+
+from ...runtime.command_line.arguments import MAX_COUNT, Commands, file, name, number
+from ...runtime.invocation import program
+
+DESCRIPTION = """Run an operator's station and an avatar together, in lockstep: one virtual time for both and
+for the network between them, as fast as it goes. Each station has a log of its own, which replays by itself.
+
+The network is drawn at random from a seed: the same seed gives the same session, bit for bit."""
+
+EPILOG = """examples:
+  {program} bimanual
+      both built-in stations, an ideal network
+  {program} bimanual --delay 0.12 --jitter 0.04 --loss 0.05
+  {program} bimanual my_operator.toml my_avatar.toml --duration 60 --logs log/first
+      writes log/first-operator.mcap and log/first-avatar.mcap
+
+exit status: 0 done, 1 a check failed, 2 bad usage or configuration, 3 stopped by safety
+"""
+
+
+def add_bimanual(commands: Commands) -> None:
+    """Add the command to the command line."""
+    both = commands.add_parser(
+        "bimanual",
+        help="run an operator's station and an avatar together",
+        description=DESCRIPTION,
+        epilog=EPILOG.format(program=program()),
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    both.add_argument("operator", nargs="?", type=name, default="operator", metavar="OPERATOR")
+    both.add_argument("avatar", nargs="?", type=name, default="avatar", metavar="AVATAR")
+    both.add_argument(
+        "--duration", type=number(1e5), metavar="S", help="seconds; default: as the operator's says"
+    )
+    both.add_argument(
+        "--logs", type=file, metavar="PREFIX", help="of both recordings; default: log/bimanual-DATE-TIME"
+    )
+    for option, metavar, what in (
+        ("--delay", "S", "mean delay of each direction [s]"),
+        (
+            "--jitter",
+            "S",
+            "largest deviation from it; each packet's own, so that packets overtake others [s]",
+        ),
+        ("--loss", "SHARE", "share of the packets that are lost"),
+    ):
+        both.add_argument(option, type=least_zero, default=0.0, metavar=metavar, help=f"{what}; default: 0")
+    both.add_argument(
+        "--burst", type=number(1e4), default=1.0, metavar="N", help="packets lost in a row, mean; default: 1"
+    )
+    both.add_argument(
+        "--seed",
+        type=int,
+        default=1,
+        choices=range(MAX_COUNT),
+        metavar="N",
+        help="of the network; default: 1",
+    )
+    both.add_argument("--json", action="store_true", help="print both summaries as one JSON object")
+    both.set_defaults(handler=run)
+
+
+def least_zero(text: str) -> float:
+    """A number of at least zero."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = -1.0
+    if not 0.0 <= value < inf:
+        raise argparse.ArgumentTypeError(f"'{text}' is not a number of at least 0")
+    return value
+
+
+def run(options: argparse.Namespace) -> int:
+    """Run both, and print both summaries; the exit status.
+
+    Raises:
+        PairError: the network cannot be, or the two are no pair.
+        ConfigError: with file and line of everything that is wrong with a configuration.
+    """
+    from ...runtime.configuration import config
+    from ...sim.network_model import Conditions, NetworkModel
+    from .pair import Pair, PairError, declared
+    from .pair_run import pair_run, report
+
+    try:
+        conditions = Conditions(options.delay, options.jitter, options.loss, options.burst)
+    except ValueError as error:
+        raise PairError(f"no network is like that: {error}") from error
+    stations = [config.load(each) for each in (options.operator, options.avatar)]
+    if conditions.longest > 0.0:
+        stations = [declared(loaded, conditions.longest) for loaded in stations]
+    pair = Pair(stations[0], stations[1], NetworkModel(conditions, options.seed))
+    logs = _logs(options.logs)
+    outcomes, speed = pair_run(pair, stations, logs, options.duration, not options.json)
+    print(report(stations, logs, outcomes, speed, options.json))
+    return max(outcome.status for outcome in outcomes)
+
+
+def _logs(prefix: Path | None) -> list[Path]:
+    """Two new files."""
+    from datetime import datetime
+
+    from .pair import PairError
+
+    if prefix is None:
+        Path("log").mkdir(exist_ok=True)
+        prefix = Path("log") / f"bimanual-{datetime.now():%Y%m%d-%H%M%S}"
+    paths = [prefix.with_name(f"{prefix.name}-{station}.mcap") for station in ("operator", "avatar")]
+    for path in paths:
+        if path.exists():
+            raise PairError(f"{path} exists already; name another with --logs PREFIX")
+        if not path.parent.is_dir():
+            raise PairError(f"there is no folder {path.parent} for the logs; make it")
+    return paths

@@ -1,0 +1,84 @@
+"""Both stations in one process and one virtual time, with a network between them."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from dataclasses import replace
+
+from ...runtime.configuration.config import Loaded, parse
+from ...runtime.configuration.session import build
+from ...runtime.errors import HapticdError
+from ...runtime.live.lockstep import Lockstep
+from ...sim.network_model import NetworkModel
+from .plant import StationPlant
+
+
+class PairError(HapticdError):
+    """Two configurations that are not both ends of a telemanipulation.
+
+    Attributes:
+        code: stable name; see docs/errors.md.
+    """
+
+    code = "pair"
+    exit_status = 2
+
+
+def declared(loaded: Loaded, delay: float) -> Loaded:
+    """A station whose configuration declares a longest delay of its link [s]; its text says so, too.
+
+    Raises:
+        ConfigError: no link has such a delay.
+    """
+    station = str(type(loaded.config).__struct_config__.tag)
+    table = re.compile(rf"^\[{station}\.link\][^\[]*", re.MULTILINE)
+    text = table.sub("", loaded.text).rstrip("\n")
+    text += f'\n\n[{station}.link]\ndelay = "{delay:g} s"\n'
+    return replace(loaded, config=parse(text, loaded.source), text=text)
+
+
+class Pair:
+    """Two lockstep sessions whose gateways speak to each other; a tick of one, then a tick of the other.
+
+    Attributes:
+        operator, avatar: the sessions.
+        network: between them.
+    """
+
+    def __init__(self, operator: Loaded, avatar: Loaded, network: NetworkModel) -> None:
+        """Build both.
+
+        Raises:
+            PairError: one of them simulates no station, or their rates or models differ.
+            ConfigError: see ``build``.
+        """
+        self.operator, self.avatar = (Lockstep(build(loaded)) for loaded in (operator, avatar))
+        self.network = network
+        self.dt = 1.0 / operator.config.loop.rate
+        for loaded, lockstep, port in zip(
+            (operator, avatar), (self.operator, self.avatar), network.ports, strict=True
+        ):
+            if not isinstance(lockstep.plant, StationPlant):
+                raise PairError(f"{loaded.source} is no station of a telemanipulation")
+            lockstep.plant.link.port = port
+        if operator.config.loop.rate != avatar.config.loop.rate:
+            raise PairError(f"{operator.source} and {avatar.source} have different rates; give both the same")
+        if operator.model_text != avatar.model_text:
+            raise PairError(
+                f"{operator.source} and {avatar.source} have different models; give both the same"
+            )
+
+    def tick(
+        self, operator: Callable[[], None] | None = None, avatar: Callable[[], None] | None = None
+    ) -> None:
+        """A tick of both, and of the network; each by what is given, or else by its lockstep."""
+        (operator or self.operator.tick)()
+        (avatar or self.avatar.tick)()
+        self.network.advance(self.dt)
+
+    def run(self, seconds: float, watch: Callable[[], None] = lambda: None) -> None:
+        """Several ticks; ``watch`` is called after each."""
+        for _ in range(round(seconds / self.dt)):
+            self.tick()
+            watch()

@@ -1,0 +1,154 @@
+"""The simulated arms of a station behind their simulated devices."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import pinocchio as pin
+
+from ...devices.network import Network
+from ...models import Robot
+from ...sim.delay import Delay
+from ...sim.drive import Drives
+from ...sim.dynamics import DirectArm
+from ...sim.force_torque import SimForceTorque
+from ...sim.gateway import Exchange, SimGateway
+from ...sim.hand import Path
+from ...sim.plant import Energies, Operator, SimPlant
+from ...sim.smoothed import Smoothed
+from ...sim.tool import SensedTool, Tool
+from ...sim.torque_drive import SimTorqueDrive
+from ..rendering.own_plant import own_friction, own_robot
+from .arm import PALM, SIDES, chain_of, palm_to_sensor
+from .sections import OwnChain, Station, StationSimulation
+
+GRAVITY = np.array([0.0, 0.0, -9.81])
+STILL = np.zeros(3)
+"""Acceleration of a base that stands."""
+
+
+class SimArm:
+    """One arm: rigid joints with a rotor each, a tool on its force-torque sensor, something at its palm.
+
+    Attributes:
+        arm: its dynamics; ``arm.hold`` is what acts on the palm.
+    """
+
+    def __init__(
+        self,
+        chain: OwnChain,
+        simulation: StationSimulation,
+        robot: Robot,
+        drives: Sequence[SimTorqueDrive],
+        sensor: SimForceTorque,
+        random: np.random.Generator,
+    ) -> None:
+        own = simulation.arms
+        mass = own.tool_mass * chain.tool.mass
+        tool = pin.Inertia(mass, np.array(chain.tool.centre), np.diag(own.tool_inertia))
+        bare = chain_of(robot, chain)
+        real = own_robot(bare, bare.names, simulation.plant)
+        last = real.model.frames[real.frame(PALM)].parentJoint
+        flange = real.model.frames[real.frame(f"{chain.prefix}flange")].placement
+        real.model.appendBodyToJoint(last, tool, flange)
+        real = Robot(real.model)  # whose workspace is of the whole
+        n = real.nv
+        rotor, brake = np.array(own.rotor_inertia, float), np.array(own.brake, float)
+        friction = own_friction(real, simulation.plant)
+        self.arm = arm = DirectArm(real, PALM, rotor, brake, own.substeps, friction)
+        arm.reset(np.array(chain.home, float))
+        self._drives, self._sensor = Drives(drives), sensor
+        self._encoders = (
+            *((self._drives["position"], arm.q), (self._drives["velocity"], arm.qd)),
+            *((self._drives["link_position"], arm.q), (self._drives["load_torque"], arm.spring)),
+        )
+        T = palm_to_sensor(chain)
+        R = T[:3, :3]
+        body = Tool(mass, chain.tool.centre, own.tool_inertia)
+        self._tool = SensedTool(body, (R.T @ T[:3, 3]).tolist(), arm, arm.hold.wrench, R)
+        self._tool.base[:] = -GRAVITY
+        self._smoothed = Smoothed(6, own.cutoff, own.periods)
+        self._noise, self._random = np.repeat([own.force_noise, own.torque_noise], 3), random
+        self._late = Delay(int(simulation.plant.delay), n)
+
+    def move(self, dt: float) -> None:
+        """Advance by dt under what the drives do."""
+        self._drives.update()
+        torque = self._late(self._drives.command, self._drives.braked)
+        self.arm.step(torque, self._drives.braked, STILL, dt)
+
+    def sense(self, dt: float) -> None:
+        """Give the devices what they would measure dt [s] after the last time."""
+        for measured, value in self._encoders:
+            measured[:] = value
+        self._tool.update()
+        felt = self._tool.felt + self._noise * self._random.standard_normal(6)
+        self._sensor.wrench = self._smoothed.take(felt, dt)
+
+    def energies(self) -> Energies:
+        """Its base stands."""
+        arm = self.arm
+        power = float(arm.hold.wrench @ arm.twist)
+        return Energies(arm.kinetic_energy(), 0.0, arm.potential_energy(), power)
+
+
+class StationPlant(SimPlant):
+    """Two arms, their gateways to the other station, and whatever is at their palms.
+
+    Attributes:
+        arms: left and right.
+        link: with the other station's gateways; nobody is there until it has a port.
+    """
+
+    def __init__(
+        self,
+        station: Station,
+        simulation: StationSimulation,
+        robot: Robot,
+        network: Network,
+        operator: Operator,
+    ) -> None:
+        presses = [(float(press.at), press.pressed) for press in simulation.hand.dead_man]
+        super().__init__(network, operator, presses, simulation.seed)
+        drives, sensors = self.nodes.of(SimTorqueDrive), self.nodes.of(SimForceTorque)
+        self.arms: list[SimArm] = []
+        for side, sensor in zip(SIDES, sensors, strict=True):
+            chain: OwnChain = getattr(station.arms, side)
+            own = [drive for drive in drives if drive.device.name.startswith(f"{side}_")]
+            self.arms.append(SimArm(chain, simulation, robot, own, sensor, self._random))
+        self.link = Exchange(self.nodes.of(SimGateway))
+        self._dt = 0.0
+
+    def step(self, dt: float) -> None:
+        """Advance plant time by dt; packets are sent and taken at its end."""
+        self._dt = dt
+        super().step(dt)
+
+    def energies(self) -> Energies:
+        """Of both arms."""
+        rows = [arm.energies() for arm in self.arms]
+        sums = [sum(getattr(row, key) for row in rows) for key in ("kinetic", "stored", "potential", "hand")]
+        return Energies(*sums)
+
+    def _move(self, dt: float) -> None:
+        for i, arm in enumerate(self.arms):
+            self._touch(i, arm)
+            arm.move(dt)
+
+    def _touch(self, i: int, arm: SimArm) -> None:
+        """Tell the hold of an arm's palm what is there."""
+        raise NotImplementedError
+
+    def _sense(self) -> None:
+        for arm in self.arms:
+            arm.sense(self._dt)
+        self.link.step(self._dt)
+
+
+def hands(simulation: StationSimulation) -> tuple[Path, Path]:
+    """The ways of both palms, left and right: places and rotation vectors."""
+    times = [float(point.at) for point in simulation.hand.path]
+    left = np.array([[*point.left, *point.left_turned] for point in simulation.hand.path])
+    right = np.array([[*point.position, *point.turned] for point in simulation.hand.path])
+    return Path(times, left), Path(times, right)

@@ -1,0 +1,168 @@
+"""Sections of a configuration that both stations have."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from msgspec import Meta, field
+
+from ...configs.quantities import (
+    Angles,
+    Angles3,
+    AngularAccelerations,
+    AngularDamping,
+    AngularDampings,
+    AngularSpeeds,
+    AngularStiffness,
+    AngularStiffnesses,
+    Delay,
+    Force,
+    Forces3,
+    Frequency,
+    HandAngularDamping,
+    HandAngularStiffness,
+    HandTorque,
+    Inertias,
+    Inertias3,
+    Instant,
+    Lengths3,
+    Mass,
+    NoiseForce,
+    NoiseTorque,
+    Torque,
+    Torques,
+    Torques3,
+)
+from ...configs.strict import Strict
+from ...runtime.core.sections import Hand, Name, Place, Simulation, Substeps
+from ..rendering.sections import Plant
+
+
+class Tool(Strict, frozen=True):
+    """What hangs on the force-torque sensor at the flange, as calibrated, and the sensor's bias.
+
+    Mass and centre carry the arm, too. All in the axes of the sensor, which are the flange's.
+    """
+
+    mass: Mass
+    centre: Lengths3
+    force_bias: Forces3 | None = None
+    torque_bias: Torques3 | None = None
+
+
+class Chain(Strict, frozen=True):
+    """An arm of the model: all joints whose names begin with ``prefix``, and its palm seen from its flange.
+
+    ``turned`` is a rotation vector from the flange's axes; a list has an entry for each joint.
+    """
+
+    prefix: Name
+    palm: Lengths3
+    turned: Angles3
+    lower: Angles
+    upper: Angles
+    velocity: AngularSpeeds
+    home: Angles
+
+
+class OwnChain(Chain, frozen=True):
+    """An arm of this station, and what hangs on it."""
+
+    tool: Tool
+
+
+class Posture(Strict, frozen=True):
+    """What draws the elbow home, where the palm leaves it free."""
+
+    stiffness: AngularStiffness
+    damping: AngularDamping
+
+
+class Hold(Strict, frozen=True):
+    """Joints are held, and brought to rest in a stop, by springs and dampers; a number for each joint."""
+
+    stiffness: AngularStiffnesses
+    damping: AngularDampings
+    deceleration: AngularAccelerations
+
+
+class OwnStop(Strict, frozen=True):
+    """An arm whose palm feels more than this, or a joint of which is faster than it may be, stops itself."""
+
+    force: Force
+    torque: Torque
+
+
+class Link(Strict, frozen=True):
+    """To the other station: the longest delay that is no fault."""
+
+    delay: Delay = Delay(0.0)
+
+
+class Sides(Strict, frozen=True):
+    """Both arms of a station."""
+
+    left: OwnChain
+    right: OwnChain
+
+
+class Station(Strict, frozen=True, kw_only=True):
+    """What the controller of either station needs."""
+
+    arms: Sides
+    posture: Posture
+    hold: Hold
+    stop: OwnStop
+    link: Link = field(default_factory=Link)
+
+
+class SimArms(Strict, frozen=True):
+    """The simulated arms and their force-torque sensors; a number for each joint where there are several.
+
+    ``tool_mass`` is a factor to what the controllers believe. The sensors smooth by themselves with
+    ``cutoff`` and sample every ``periods`` of the bus.
+    """
+
+    rotor_inertia: Inertias
+    brake: Torques
+    tool_inertia: Inertias3
+    force_noise: NoiseForce
+    torque_noise: NoiseTorque
+    cutoff: Frequency
+    periods: Annotated[int, Meta(ge=1, le=20, description="slower, and it would seem frozen")]
+    substeps: Substeps
+    tool_mass: Annotated[float, Meta(ge=0.1, le=10.0, description="times what the controller believes")] = 1.0
+
+
+class Poses(Place, frozen=True):
+    """Where both palms are to be: the right one at ``position``; rotation vectors from the station's axes."""
+
+    turned: Angles3
+    left: Lengths3
+    left_turned: Angles3
+
+
+class Hands(Hand, frozen=True, kw_only=True):
+    """The hands of the simulated person."""
+
+    rotational_stiffness: HandAngularStiffness
+    rotational_damping: HandAngularDamping
+    torque: HandTorque
+    path: Annotated[tuple[Poses, ...], Meta(min_length=2, max_length=5000)]
+
+
+class Pushed(Strict, frozen=True):
+    """A button is pressed for a time."""
+
+    at: Instant
+    until: Instant
+    left: bool = False
+    right: bool = False
+
+
+class StationSimulation(Simulation, frozen=True, kw_only=True):
+    """The simulated station."""
+
+    arms: SimArms
+    hand: Hands
+    plant: Plant = field(default_factory=Plant)

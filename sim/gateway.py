@@ -1,0 +1,101 @@
+"""Simulated gateways: what the devices of a station say to those of the other one, and hear from them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import ClassVar, Final
+
+import numpy as np
+
+from ..devices.cia301 import AlState
+from ..devices.remote import AGE_STEP, UNHEARD
+from ..link.port import Port
+from .node import SimNode
+
+NEVER: Final = AGE_STEP * UNHEARD
+"""Age of what was never heard [s]."""
+OPERATOR_SAYS: Final = np.dtype(
+    [("pose", "<f4", 7), ("twist", "<f4", 6), ("flags", "<u2"), ("energy", "<f4")], align=False
+)
+AVATAR_SAYS: Final = np.dtype(
+    [("wrench", "<f4", 6), ("joints", "<f4", 7), ("flags", "<u2"), ("energy", "<f4")], align=False
+)
+"""What a station sends of each arm; a packet holds its arms side by side."""
+OWN: Final = {"flags": "own_flags", "energy": "own_energy"}
+"""Fields of both directions, as a gateway calls those that go out."""
+
+
+class SimGateway(SimNode):
+    """One arm's gateway: what it is told goes to the gateway at the other side, which reports it.
+
+    Attributes:
+        age: of what it reports [s].
+    """
+
+    says_to_peer: ClassVar[np.dtype[np.void]]
+    hears_of_peer: ClassVar[np.dtype[np.void]]
+    age: float = NEVER
+
+    @property
+    def operating(self) -> bool:
+        """Whether what it is told is valid: without its daemon it has nothing to say."""
+        return self.al_state is AlState.OP
+
+    def say(self) -> bytes:
+        """What goes out."""
+        said = np.zeros((), self.says_to_peer)
+        for name in said.dtype.names or ():
+            values = self.fields[OWN.get(name, name)]
+            said[name] = values if values.size > 1 else values[0]
+        return said.tobytes()
+
+    def hear(self, payload: bytes) -> bool:
+        """Report what came in, of the right length; nothing of it, and False, if a number is not finite."""
+        (heard,) = np.frombuffer(payload, self.hears_of_peer)
+        names = heard.dtype.names or ()
+        if not all(np.isfinite(heard[name]).all() for name in names):
+            return False
+        for name in names:
+            self.fields[name][:] = heard[name]
+        return True
+
+
+class Exchange:
+    """Carries what the gateways of a station say and hear, all of them in one packet.
+
+    Attributes:
+        port: to the other station; None: nobody is there.
+        dropped: packets that were no packet of these gateways.
+    """
+
+    def __init__(self, gateways: Sequence[SimGateway]) -> None:
+        self._gateways = gateways
+        self._length = sum(gateway.hears_of_peer.itemsize for gateway in gateways)
+        self.port: Port | None = None
+        self.dropped = 0
+        self._age = NEVER
+
+    def step(self, dt: float) -> None:
+        """A period of dt [s] has passed: send the newest state, and report the newest that came."""
+        self._age = min(NEVER, self._age + dt)
+        port = self.port
+        if port is not None:
+            if all(gateway.operating for gateway in self._gateways):
+                port.send(b"".join(gateway.say() for gateway in self._gateways))
+            received = port.receive()
+            if received is not None and self._take(received.payload):
+                self._age = min(NEVER, received.age)
+        for gateway in self._gateways:
+            gateway.age = self._age
+
+    def _take(self, payload: bytes) -> bool:
+        if len(payload) != self._length:
+            self.dropped += 1
+            return False
+        at, good = 0, True
+        for gateway in self._gateways:
+            size = gateway.hears_of_peer.itemsize
+            good &= gateway.hear(payload[at : at + size])
+            at += size
+        self.dropped += not good
+        return good
