@@ -46,7 +46,9 @@ class AvatarStation(Station):
         super().__init__(config, section, robot, image, mark)
         k = section.impedance
         gains = Gains(k.stiffness, k.rotational_stiffness, k.damping, k.rotational_damping, k.fade)
-        self._laws = [AvatarLaw(arm.task, arm.avoidance, gains, arm.force.wrench, self._dt) for arm in self.arms]
+        self._laws = [
+            AvatarLaw(arm.task, arm.avoidance, gains, arm.force.wrench, self._dt) for arm in self.arms
+        ]
         self._remote = RemoteOperators(image)
         self._wrench, self._joints = image["remote.wrench"], image["remote.joints"]
         self._acts = [0] * len(self.arms)

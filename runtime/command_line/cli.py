@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ...configs import plugins
-from ..configuration.known import built_in
+from ..configuration.known import built_in, example
 from ..errors import ConfigError, HapticdError
 from ..invocation import program
 from ..live.interrupts import held
@@ -93,7 +93,7 @@ def _parser() -> argparse.ArgumentParser:
     parser = Parser(
         prog="hapticd",
         description="Real-time daemon for kinesthetic haptic interfaces.",
-        epilog=EPILOG.format(program=program(), machine=built_in()[0]),
+        epilog=EPILOG.format(program=program(), machine=example()),
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("--version", action="version", version=f"hapticd {metadata.version('hapticd')}")
@@ -344,7 +344,7 @@ def newest_log() -> str:
     """
     logs = sorted(LOGS.glob("*.mcap"), key=lambda path: path.stat().st_mtime)
     if not logs:
-        make = f"{program()} run {built_in()[0]}"
+        make = f"{program()} run {example()}"
         raise LogPathError(f"there is no recording in {LOGS}/; name one, or make one: {make}")
     return str(logs[-1])
 

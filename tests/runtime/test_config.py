@@ -147,7 +147,7 @@ def test_zeros_of_drives_have_either_sign_and_move_no_joint() -> None:
             'system = "giant"',
             'system = "dwarf"',
             "no kind of machine 'dwarf' is installed",
-            "known: arm, giant, rhi",
+            "known: arm, avatar, giant, operator, rhi",
         ),
     ],
 )
@@ -178,7 +178,9 @@ def test_a_real_bus_must_not_arm_by_itself_or_ignore_overruns() -> None:
 
 def test_names_and_paths_that_lead_nowhere_say_what_there_is(tmp_path: Path) -> None:
     for name in ("gaint", "Giant"):
-        with pytest.raises(ConfigError, match=r'did you mean "giant"\? built in: giant, panda, rhi'):
+        with pytest.raises(
+            ConfigError, match=r'did you mean "giant"\? built in: avatar, giant, operator, panda, rhi'
+        ):
             config.load(name)
     with pytest.raises(ConfigError, match="cannot be read"):
         config.load(str(tmp_path / "none.toml"))
