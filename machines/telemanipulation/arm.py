@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 import pinocchio as pin
 
+from ...control.ft_calibration import Tool
 from ...control.hand_wrench import HandWrench, Load
 from ...control.hold import Hold, HoldGains
 from ...control.limit_avoidance import JointLimits, LimitAvoidance
@@ -17,7 +18,6 @@ from .sections import Chain, OwnChain, Station
 
 PALM, FLANGE = "palm", "flange"
 SIDES = ("left", "right")
-NO_BIAS = (0.0, 0.0, 0.0)
 
 
 def chain_of(robot: Robot, chain: Chain, tool: pin.Inertia | None = None) -> Robot:
@@ -48,9 +48,9 @@ def palm_to_sensor(chain: Chain) -> Array:
     return T
 
 
-def believed_tool(chain: OwnChain) -> pin.Inertia:
-    """What the controller takes to hang on the flange: a point of its mass."""
-    return pin.Inertia(chain.tool.mass, np.array(chain.tool.centre), np.zeros((3, 3)))
+def weight(tool: Tool) -> pin.Inertia:
+    """What hangs on the flange, as the controller knows it: a point of its mass."""
+    return pin.Inertia(tool.mass, tool.centre, np.zeros((3, 3)))
 
 
 class StationArm:
@@ -69,6 +69,7 @@ class StationArm:
         self,
         side: str,
         station: Station,
+        tool: Tool,
         robot: Robot,
         q: Array,
         qd: Array,
@@ -80,6 +81,7 @@ class StationArm:
         Args:
             side: of the station.
             station: its section of the configuration.
+            tool: what hangs on its sensor.
             robot: the whole model.
             q: measured joints, (n,) [rad].
             qd: their velocities, (n,) [rad/s].
@@ -88,17 +90,12 @@ class StationArm:
         """
         chain: OwnChain = getattr(station.arms, side)
         self.side, self.chain = side, chain
-        self.robot = own = chain_of(robot, chain, believed_tool(chain))
+        self.robot = own = chain_of(robot, chain, weight(tool))
         n = self.n = own.nv
         posture = Posture(np.array(chain.home), station.posture.stiffness, station.posture.damping)
         self.task = TaskArm(own, PALM, q, qd, posture)
-        tool = chain.tool
-        bias = np.array([*(tool.force_bias or NO_BIAS), *(tool.torque_bias or NO_BIAS)])
         self.force = HandWrench(
-            Load(bias, tool.mass, np.array(tool.centre)),
-            palm_to_sensor(chain),
-            self.task.palm.rotation,
-            measured,
+            Load(tool.bias, tool.mass, tool.centre), palm_to_sensor(chain), self.task.palm.rotation, measured
         )
         limits = JointLimits(*(np.array(x, float) for x in (chain.lower, chain.upper, chain.velocity)))
         self.avoidance = LimitAvoidance(limits, q, qd)

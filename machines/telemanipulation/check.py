@@ -27,7 +27,8 @@ from ..rendering.check import (
     inverse_inertia,
 )
 from ..rendering.own_plant import check_own_plant
-from .arm import FLANGE, SIDES, believed_tool, chain_of
+from ..rendering.tool import tool_of
+from .arm import FLANGE, SIDES, chain_of, weight
 from .sections import Chain, OwnChain, Station, StationSimulation
 from .station import braking, joint_names
 
@@ -99,7 +100,16 @@ def check_station(
     found = check_ramp(braking(station), config.safety.stop_time)
     for side in SIDES:
         chain: OwnChain = getattr(station.arms, side)
-        arm = chain_of(robot, chain, believed_tool(chain))
+        sensor = config.devices[f"{side}_force_torque"]
+        assert isinstance(sensor, ForceTorque)
+        if (chain.tool is None) == (sensor.kept is None):
+            problem = (
+                "says a second time what the calibration of the sensor does" if chain.tool else "is missing"
+            )
+            fix = "say it here, or by the calibration of the sensor: hapticd calibrate ft"
+            found.append((f"{name}.arms.{side}.tool", problem, fix))
+            continue
+        arm = chain_of(robot, chain, weight(tool_of(chain.tool, sensor)))
         for i, effort in enumerate(arm.effort.tolist()):
             drive = config.devices[f"{side}_joint_{i + 1}"]
             assert isinstance(drive, TorqueDrive)

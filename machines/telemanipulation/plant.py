@@ -20,6 +20,7 @@ from ...sim.smoothed import Smoothed
 from ...sim.tool import SensedTool, Tool
 from ...sim.torque_drive import SimTorqueDrive
 from ..rendering.own_plant import own_friction, own_robot
+from ..rendering.tool import tool_of
 from .arm import PALM, SIDES, chain_of, palm_to_sensor
 from .sections import OwnChain, Station, StationSimulation
 
@@ -44,14 +45,15 @@ class SimArm:
         sensor: SimForceTorque,
         random: np.random.Generator,
     ) -> None:
+        tool = tool_of(chain.tool, sensor.device)
         own = simulation.arms
-        mass = own.tool_mass * chain.tool.mass
-        tool = pin.Inertia(mass, np.array(chain.tool.centre), np.diag(own.tool_inertia))
+        mass = own.tool_mass * tool.mass
+        body = pin.Inertia(mass, tool.centre, np.diag(own.tool_inertia))
         bare = chain_of(robot, chain)
         real = own_robot(bare, bare.names, simulation.plant)
         last = real.model.frames[real.frame(PALM)].parentJoint
         flange = real.model.frames[real.frame(f"{chain.prefix}flange")].placement
-        real.model.appendBodyToJoint(last, tool, flange)
+        real.model.appendBodyToJoint(last, body, flange)
         real = Robot(real.model)  # whose workspace is of the whole
         n = real.nv
         rotor, brake = np.array(own.rotor_inertia, float), np.array(own.brake, float)
@@ -65,8 +67,8 @@ class SimArm:
         )
         T = palm_to_sensor(chain)
         R = T[:3, :3]
-        body = Tool(mass, chain.tool.centre, own.tool_inertia)
-        self._tool = SensedTool(body, (R.T @ T[:3, 3]).tolist(), arm, arm.hold.wrench, R)
+        hung = Tool(mass, tool.centre.tolist(), own.tool_inertia)
+        self._tool = SensedTool(hung, (R.T @ T[:3, 3]).tolist(), arm, arm.hold.wrench, R)
         self._tool.base[:] = -GRAVITY
         self._smoothed = Smoothed(6, own.cutoff, own.periods)
         self._noise, self._random = np.repeat([own.force_noise, own.torque_noise], 3), random

@@ -17,7 +17,6 @@ from ...configs.quantities import (
     AngularStiffnesses,
     Delay,
     Force,
-    Forces3,
     Frequency,
     HandAngularDamping,
     HandAngularStiffness,
@@ -26,28 +25,14 @@ from ...configs.quantities import (
     Inertias3,
     Instant,
     Lengths3,
-    Mass,
     NoiseForce,
     NoiseTorque,
     Torque,
     Torques,
-    Torques3,
 )
 from ...configs.strict import Strict
 from ...runtime.core.sections import Hand, Name, Place, Simulation, Substeps
-from ..rendering.sections import Plant
-
-
-class Tool(Strict, frozen=True):
-    """What hangs on the force-torque sensor at the flange, as calibrated, and the sensor's bias.
-
-    Mass and centre carry the arm, too. All in the axes of the sensor, which are the flange's.
-    """
-
-    mass: Mass
-    centre: Lengths3
-    force_bias: Forces3 | None = None
-    torque_bias: Torques3 | None = None
+from ..rendering.sections import Handle, Plant
 
 
 class Chain(Strict, frozen=True):
@@ -66,9 +51,12 @@ class Chain(Strict, frozen=True):
 
 
 class OwnChain(Chain, frozen=True):
-    """An arm of this station, and what hangs on it."""
+    """An arm of this station, and what hangs on its sensor, unless the sensor's calibration says that.
 
-    tool: Tool
+    Both in the axes of the sensor, which are the flange's; what hangs there also weighs on the arm.
+    """
+
+    tool: Handle | None = None
 
 
 class Posture(Strict, frozen=True):

@@ -21,6 +21,7 @@ from ...runtime.core.sections import Config
 from ...runtime.core.stages import Mark, Stage
 from ...runtime.core.torque_axes import TorqueAxes
 from ...safety import Plausibility
+from ..rendering.tool import tool_of
 from .arm import SIDES, StationArm, chain_of
 from .sections import OwnChain
 from .sections import Station as Section
@@ -82,7 +83,8 @@ class Station(ABC):
         for i, side in enumerate(SIDES):
             own = slice(first, first := first + len(getattr(section.arms, side).lower))
             q, qd = self._q[own], self._qd[own]
-            self.arms.append(StationArm(side, section, robot, q, qd, sensors.wrench[i], dt))
+            tool = tool_of(getattr(section.arms, side).tool, config.devices[f"{side}_force_torque"])
+            self.arms.append(StationArm(side, section, tool, robot, q, qd, sensors.wrench[i], dt))
         self.leases = [Lease(section.link.delay) for _ in self.arms]
         self._standing = [lease.standing for lease in self.leases]
         self.axes, self.thresholds = motors.limits(config), motors.thresholds(config, image)
