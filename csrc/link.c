@@ -6,7 +6,7 @@
 #include <sys/socket.h>
 #include <sys/uio.h>
 
-enum { BATCH = 32 };
+enum { FIRST = 2, BATCH = 32 };
 
 static_assert(sizeof(((link_inbox *)0)->counter) == LINK_KEEP * sizeof(uint64_t),
               "room for all that is kept");
@@ -106,7 +106,9 @@ int32_t link_receive(int32_t fd, link_inbox *inbox) {
     inbox->count = 0;
     /* an error counts as a batch: the network's answers must not hold us here either */
     for (int taken = 0; taken < LINK_TAKE;) {
-        const int room = LINK_TAKE - taken < BATCH ? LINK_TAKE - taken : BATCH;
+        /* mostly one waits: the first batch is small */
+        const int asked = taken ? BATCH : FIRST;
+        const int room = LINK_TAKE - taken < asked ? LINK_TAKE - taken : asked;
         const int got = receive_batch(fd, room, messages, datagrams);
         if (got < 0) {
             if (errno == EAGAIN || errno == EWOULDBLOCK) break;

@@ -38,6 +38,7 @@ class End:
         self._events: deque[Event] = deque(maxlen=MOST_EVENTS)
         self._last = Counts()
         self._sessions = 0
+        self._alarm = False
 
     @property
     def sessions(self) -> int:
@@ -60,9 +61,7 @@ class End:
     @property
     def alarm(self) -> bool:
         """Whether the session is under attack: too many packets are dropped that no honest station sent."""
-        with self._lock:
-            channel = self._living()
-            return channel.alarm if channel else False
+        return self._alarm
 
     def send(self, payload: bytes) -> None:
         """As `Port.send`; without a session nothing is sent."""
@@ -82,6 +81,9 @@ class End:
             received = channel.receive()
             if channel.over:
                 self._living()
+            elif channel.alarm != self._alarm:
+                self._alarm = channel.alarm
+                self._say("attack" if self._alarm else "attack_over", f"packets dropped: {channel.counts()}")
             return received
 
     def fileno(self) -> int:
@@ -125,3 +127,4 @@ class End:
         self._channel.close()
         self._say("session_ended", f"session {self._channel.session:016x} with {self._peer}: {why}")
         self._channel = self._peer = None
+        self._alarm = False

@@ -8,13 +8,17 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Final
 
+from ..configs.printable import beginning, printable
+
 OVERHEAD: Final = 56
 """Bytes of a datagram beside its payload: header 20, stamps 20, tag 16."""
 LARGEST: Final = 1232 - OVERHEAD
 """Longest payload: such a datagram passes through any network that IPv6 passes through, in one piece."""
 MOST_IDENTITIES: Final = 64
 LONGEST: Final = 64
-"""Longest name of something that is compared."""
+"""Longest name, and longest checksum, of something that is compared."""
+TOLD: Final = 5
+"""Differences that are named; of more, only how many."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,8 +48,11 @@ class Terms:
         for name, seconds in (("oldest", self.oldest), ("lease", self.lease), ("deaf", self.deaf)):
             if not 1e-3 <= seconds <= 60.0:
                 raise ValueError(f"{name}: {seconds:g} s; it is from 1 ms to 60 s")
-        if len(self.identity) > MOST_IDENTITIES or any(len(name) > LONGEST for name in self.identity):
-            raise ValueError(f"identity: at most {MOST_IDENTITIES} names of {LONGEST} characters")
+        words = [*self.identity, *self.identity.values()]
+        if len(self.identity) > MOST_IDENTITIES or not all(map(_word, words)):
+            raise ValueError(
+                f"identity: at most {MOST_IDENTITIES} names and checksums of {LONGEST} ASCII characters each"
+            )
 
 
 def checksums(files: Mapping[str, Path]) -> dict[str, str]:
@@ -63,9 +70,14 @@ def difference(here: Mapping[str, str], there: Mapping[str, str]) -> str:
     for name in sorted(here.keys() | there.keys()):
         mine, theirs = here.get(name), there.get(name)
         if mine != theirs:
-            found.append(f"{name} ({_short(mine)} here, {_short(theirs)} there)")
-    return ", ".join(found)
+            found.append(f"{beginning(name, LONGEST)} ({_short(mine)} here, {_short(theirs)} there)")
+    more = [f"{len(found) - TOLD} more"] if len(found) > TOLD else []
+    return ", ".join(found[:TOLD] + more)
+
+
+def _word(text: str) -> bool:
+    return len(text) <= LONGEST and text.isascii() and text.isprintable()
 
 
 def _short(checksum: str | None) -> str:
-    return checksum[:12] if checksum else "missing"
+    return printable(checksum[:12]) if checksum else "missing"

@@ -11,7 +11,7 @@ from cryptography.hazmat.primitives.ciphers.aead import AESGCM
 from hapticd.link import ratchet
 from hapticd.link._inbox import lib
 from hapticd.link.channel import HEADER, LAST, STAMPS, TO_AVATAR, TO_OPERATOR, Channel, clock
-from hapticd.link.terms import OVERHEAD, Terms
+from hapticd.link.terms import OVERHEAD, Terms, difference
 
 from .conftest import AVATAR, KEYS, OPERATOR, Pair
 
@@ -370,3 +370,18 @@ def test_a_channel_that_is_closed_says_and_hears_nothing(pair: Pair) -> None:
 def test_terms_that_cannot_be_kept_are_refused(wrong: dict[str, float]) -> None:
     with pytest.raises(ValueError, match=next(iter(wrong))):
         Terms(**{"sends": 40, "receives": 24, "oldest": 0.05, **wrong})  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    "identity", [{"x" * 65: ""}, {"x": "y" * 65}, {"ü": ""}, {"x": "\n"}, {str(n): "" for n in range(65)}]
+)
+def test_what_is_compared_has_short_names_and_checksums(identity: dict[str, str]) -> None:
+    with pytest.raises(ValueError, match="at most 64 names"):
+        Terms(sends=40, receives=24, oldest=0.05, identity=identity)
+
+
+def test_a_difference_names_the_first_few_and_steers_no_terminal() -> None:
+    assert difference({"a": "1"}, {"a": "1"}) == ""
+    there = {f"{n}\x1b[2J": "2" * 100 for n in range(9)}
+    said = difference({}, there)
+    assert said.isprintable() and said.count("there") == 5 and said.endswith("4 more")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import socket
 import ssl
+import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
@@ -30,6 +31,7 @@ from .conftest import OPERATOR as OPERATOR_TERMS
 from .conftest import Ticker
 
 LOOPBACK = "127.0.0.1"
+ALICE = Station("alice", Role.OPERATOR)
 OPERATOR = replace(OPERATOR_TERMS, lease=30.0, oldest=5.0)
 AVATAR = replace(AVATAR_TERMS, lease=30.0, oldest=5.0)
 """Terms that a host keeps which stalls for seconds: what is judged here is no time."""
@@ -102,10 +104,12 @@ def exchange(caller: Caller, host: Host) -> Received | None:
     return caller.receive()
 
 
-@pytest.mark.parametrize("address", [LOOPBACK, "::1"])
-def test_an_operator_of_the_lab_gets_a_session(lab: Path, address: str) -> None:
-    with waiting(lab, address=address) as host:
-        ours = connect(operator(lab), host, address=address)
+@pytest.mark.parametrize(
+    ("here", "called"), [(LOOPBACK, LOOPBACK), ("::1", "::1"), ("0.0.0.0", "127.0.0.2"), ("::", LOOPBACK)]
+)
+def test_an_operator_of_the_lab_gets_a_session(lab: Path, here: str, called: str) -> None:
+    with waiting(lab, address=here) as host:
+        ours = connect(operator(lab), host, address=called)
         assert talk(ours, host)
         assert host.peer == Station("alice", Role.OPERATOR) and host.sessions == 1
         assert [event.code for event in host.events()] == ["session_began"]
@@ -214,6 +218,24 @@ def test_the_operator_judges_the_avatar_too(lab: Path) -> None:
     old.close()
 
 
+def test_an_operator_is_no_avatar(lab: Path) -> None:
+    """With its own certificate it waits as an avatar would: TLS at the other end refuses it."""
+    context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
+    context.load_cert_chain(lab / "bob" / "certificate.pem", lab / "bob" / "key.pem")
+
+    def pretend() -> None:
+        sock, _ = listener.accept()
+        with sock, pytest.raises(ssl.SSLError):
+            context.wrap_socket(sock, server_side=True).recv(1)
+
+    with socket.create_server((LOOPBACK, 0)) as listener:
+        thread = threading.Thread(target=pretend)
+        thread.start()
+        with pytest.raises(RefusedError, match=r"the avatar's certificate is refused: .*purpose"):
+            call(operator(lab).context(), ALICE, OPERATOR, LOOPBACK, listener.getsockname()[1], "robot")
+        thread.join()
+
+
 def test_stations_that_differ_in_a_file_are_refused_by_both_and_the_file_is_named(
     lab: Path, tmp_path: Path
 ) -> None:
@@ -257,6 +279,23 @@ def test_stations_of_other_packet_lengths_or_versions_are_refused(
         ours = operator(lab)
         with pytest.raises(RefusedError, match="protocol"):
             connect(ours, host)
+
+
+def test_an_attack_is_an_event_and_its_end_too(lab: Path) -> None:
+    later = Ticker(0)
+    with waiting(lab, clock=lambda: clock() + later.now) as host:
+        ours = connect(operator(lab), host)
+        assert talk(ours, host)
+        host.events()
+        for wrong in (150, 0, 0):
+            for _ in range(wrong):
+                ours._socket.send(b"x")
+            host.receive()
+            later.wait(1.0)
+        assert not host.alarm
+        attack, over = host.events()
+        assert (attack.code, over.code) == ("attack", "attack_over") and "truncated=150" in attack.text
+        ours.close()
 
 
 def test_two_that_come_at_once_do_not_both_get_the_session(lab: Path) -> None:
