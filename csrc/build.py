@@ -76,7 +76,7 @@ CONTROL = (
     *("bounds", "rotation", "serial", "chain", "drift", "tracking", "ppu"),
     *("spd", "redundant", "guard", "nullspace"),
     *("limit_avoidance", "task_arm", "hand_wrench", "operator_law", "avatar_law", "panda_ik"),
-    "avatar_model",
+    *("avatar_model", "link_passivity"),
 )
 
 DEVICES = ["wire.h", "codec.h", "image.h"]
