@@ -1,19 +1,24 @@
 """The other end of a measurement, a process of its own: sends back what it receives.
 
+Over the link, a payload's last byte asks for so many forged packets after the answer.
+
 ``python -m hapticd.link.echo FOLDER SIZE`` prints two ports, of the link and of plain UDP, and ends with its
 input.
 """
 
 from __future__ import annotations
 
+import os
 import select
 import socket
 import sys
 from pathlib import Path
 
+from ._inbox import lib
+from .channel import HEADER, TO_OPERATOR
 from .credentials import load
 from .host import Host
-from .terms import Terms
+from .terms import OVERHEAD, Terms
 
 LOOPBACK = "127.0.0.1"
 IDLE_MS = 20
@@ -23,6 +28,13 @@ IDLE_MS = 20
 def terms(size: int) -> Terms:
     """Of both ends of a measurement: a delay is measured, not judged."""
     return Terms(sends=size, receives=size, oldest=1.0)
+
+
+def forged(host: Host, size: int) -> bytes:
+    """A packet that nothing but its seal tells from the next one of this session."""
+    counter = host.counts().sent + 1
+    header = HEADER.pack(lib.LINK_MAGIC, lib.LINK_VERSION, TO_OPERATOR, host.session, counter)
+    return header.ljust(size + OVERHEAD, b"\x5a")
 
 
 def main(folder: Path, size: int) -> None:
@@ -46,6 +58,9 @@ def main(folder: Path, size: int) -> None:
                 received = host.receive()
                 answer = received.payload if received else answer
                 host.send(answer)  # also what is not judged yet is answered: so both learn of each other
+                wrong = forged(host, size)
+                for _ in range(answer[-1]):
+                    os.write(link, wrong)
             else:
                 host.close()
                 plain.close()

@@ -46,6 +46,13 @@ class End:
         return self._sessions
 
     @property
+    def session(self) -> int:
+        """Number of the session that lives; 0 without one."""
+        with self._lock:
+            channel = self._living()
+            return channel.session if channel else 0
+
+    @property
     def peer(self) -> Station | None:
         """The other station while a session lives."""
         with self._lock:

@@ -22,6 +22,8 @@ from .errors import LinkError
 from .keygen import keygen
 from .stations import Role, Station
 
+MOST_FORGED = 255
+"""Forged packets that can follow each answer."""
 PATIENCE_MS = 50
 """A packet that has not come back by then is lost."""
 NUMBER = 8
@@ -40,9 +42,15 @@ class Way(Protocol):
     def take(self) -> bytes:
         """One that has come; b"" where there is none."""
 
+    @property
+    def forged(self) -> int:
+        """How many forged packets follow each answer."""
+
 
 class Plain(socket.socket):
     """UDP and nothing else."""
+
+    forged = 0
 
     def take(self) -> bytes:
         """A datagram that has come."""
@@ -52,8 +60,8 @@ class Plain(socket.socket):
 class Sealed:
     """The link."""
 
-    def __init__(self, end: Caller) -> None:
-        self.fileno, self.send, self._end = end.fileno, end.send, end
+    def __init__(self, end: Caller, forged: int = 0) -> None:
+        self.fileno, self.send, self._end, self.forged = end.fileno, end.send, end, forged
 
     def take(self) -> bytes:
         """The newest packet that has come."""
@@ -67,6 +75,7 @@ class Trips(NamedTuple):
     Attributes:
         sent, lost: packets.
         p50, p99, p999, longest: of the round trips [s].
+        late: 99.9th percentile of how much later than it should a packet's turn began [s].
     """
 
     sent: int
@@ -75,26 +84,43 @@ class Trips(NamedTuple):
     p99: float
     p999: float
     longest: float
+    late: float
 
 
 class Comparison(NamedTuple):
-    """Both ways, and how long the handshake took [s]."""
+    """All ways.
+
+    Attributes:
+        plain, link: without an attack.
+        flooded: the link among forged packets, None where none were asked for.
+        refused: how many of those were dropped; accepted: how many packets were not dropped.
+        handshake: how long it took [s].
+    """
 
     plain: Trips
     link: Trips
+    flooded: Trips | None
+    refused: int
+    accepted: int
     handshake: float
 
 
 def compare(
-    size: int, rate: float, packets: int, rounds: int, show: Callable[[int], object] = lambda _: None
+    size: int,
+    rate: float,
+    packets: int,
+    rounds: int,
+    forged: int = 0,
+    show: Callable[[int], object] = lambda _: None,
 ) -> Comparison:
-    """Measure both ways in turns.
+    """Measure all ways in turns.
 
     Args:
-        size: of a payload [bytes], NUMBER at least.
+        size: of a payload [bytes], more than NUMBER.
         rate: of the packets [Hz].
         packets: of a way in a round.
         rounds: how many.
+        forged: packets that follow each answer, on a third way; 0: there is no such way.
         show: is told after each round how many are done.
 
     Raises:
@@ -106,15 +132,19 @@ def compare(
         with closing(Caller(load(folder), terms(size), LOOPBACK, ports[0], "echo")) as caller:
             caller.wait(5.0)
             handshake = (perf_counter_ns() - begin) * 1e-9
-            ways: list[tuple[Way, list[int]]] = [(plain, []), (Sealed(caller), [])]
+            ways: list[tuple[Way, list[tuple[int, int]]]] = [(plain, []), (Sealed(caller), [])]
+            if forged:
+                ways.append((Sealed(caller, forged), []))
             for way, _ in ways:  # what is done once is not part of it
                 _trips(way, size, rate, 20)
             for done in range(rounds):
                 for way, found in ways if done % 2 else reversed(ways):
                     found += _trips(way, size, rate, packets)
                 show(done + 1)
+            counts = caller.counts()
     tables = [_table(found, packets * rounds) for _, found in ways]
-    return Comparison(tables[0], tables[1], handshake)
+    flooded = tables[2] if forged else None
+    return Comparison(tables[0], tables[1], flooded, counts.refused, counts.received, handshake)
 
 
 @contextmanager
@@ -133,28 +163,29 @@ def _echo(size: int) -> Iterator[tuple[Path, tuple[int, int]]]:
             child.stdin.close()
 
 
-def _trips(way: Way, size: int, rate: float, packets: int) -> list[int]:
-    """Round trips of packets that came back [ns]."""
+def _trips(way: Way, size: int, rate: float, packets: int) -> list[tuple[int, int]]:
+    """Round trips of packets that came back, and how late they began [ns]."""
     poll = select.poll()
     poll.register(way.fileno(), select.POLLIN)
     period, found = round(1e9 / rate), []
     due = perf_counter_ns()
     for number in range(packets):
-        payload = number.to_bytes(NUMBER, "little").ljust(size, b"\0")
+        payload = number.to_bytes(NUMBER, "little").ljust(size - 1, b"\0") + bytes([way.forged])
         if (early := due - perf_counter_ns()) > 0:
             sleep(early * 1e-9)
         begin = perf_counter_ns()
         way.send(payload)
         while poll.poll(PATIENCE_MS):
             if way.take() == payload:
-                found.append(perf_counter_ns() - begin)
+                found.append((perf_counter_ns() - begin, begin - due))
                 break
         due = max(due + period, begin)
     return found
 
 
-def _table(found: list[int], sent: int) -> Trips:
+def _table(found: list[tuple[int, int]], sent: int) -> Trips:
     if not found:
         raise LinkError("not one packet came back")
-    p50, p99, p999, longest = (float(q) * 1e-9 for q in np.percentile(found, [50.0, 99.0, 99.9, 100.0]))
-    return Trips(sent, sent - len(found), p50, p99, p999, longest)
+    trips, late = np.array(found).T * 1e-9
+    p50, p99, p999, longest = map(float, np.percentile(trips, [50.0, 99.0, 99.9, 100.0]))
+    return Trips(sent, sent - len(found), p50, p99, p999, longest, float(np.percentile(late, 99.9)))

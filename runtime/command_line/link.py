@@ -15,7 +15,8 @@ if TYPE_CHECKING:
 
 ROLES: Final = ("avatar", "operator", "maintainer", "observer")
 MOST_DAYS: Final = 36500
-LEAST_SIZE, MOST_SIZE = 8, 1176
+LEAST_SIZE, MOST_SIZE = 9, 1176
+MOST_FORGED: Final = 255
 MOST_RATE: Final = 1e4
 
 KEYGEN = """Make a folder of keys for each station, and the lab's own authority that signs them.
@@ -77,7 +78,14 @@ def add_link(commands: Commands) -> None:
         "--rate", type=number(MOST_RATE), default=1000.0, metavar="HZ", help="of packets; default: 1000"
     )
     test.add_argument(
-        "--json", action="store_true", help="print {plain, link, ratio_p50, handshake_ms} as JSON"
+        "--forged",
+        type=forged,
+        default=0,
+        metavar="N",
+        help="a third way, on which N forged packets follow each answer, up to 255; default: 0",
+    )
+    test.add_argument(
+        "--json", action="store_true", help="print {plain, link, flooded, ratio_p50, ...} as JSON"
     )
     test.set_defaults(handler=_test)
 
@@ -97,6 +105,14 @@ def size(text: str) -> int:
         raise argparse.ArgumentTypeError(
             f"'{text}' is not a number of bytes from {LEAST_SIZE} to {MOST_SIZE}"
         )
+    return value
+
+
+def forged(text: str) -> int:
+    """How many forged packets come with each answer."""
+    value = int(text) if text == "0" else count(text)
+    if value > MOST_FORGED:
+        raise argparse.ArgumentTypeError(f"'{text}' is more than {MOST_FORGED}")
     return value
 
 
@@ -134,8 +150,8 @@ def _test(options: argparse.Namespace) -> int:
         sys.stderr.flush()
 
     seen = (progress,) if show else ()
-    found = compare(options.size, options.rate, options.packets, rounds, *seen)
-    print(_as_json(found) if options.json else "\n".join(_lines(found, options.size, options.rate)))
+    found = compare(options.size, options.rate, options.packets, rounds, options.forged, *seen)
+    print(_as_json(found) if options.json else "\n".join(_lines(found, options)))
     return 0
 
 
@@ -157,29 +173,43 @@ def _extra() -> Iterator[None]:
 
 def _microseconds(trips: Trips) -> dict[str, float]:
     names = {"p50_us": trips.p50, "p99_us": trips.p99, "p999_us": trips.p999, "max_us": trips.longest}
-    return {name: round(1e6 * value, 1) for name, value in names.items()}
+    return {name: round(1e6 * value, 1) for name, value in {**names, "late_p999_us": trips.late}.items()}
+
+
+def _ways(found: Comparison) -> dict[str, Trips]:
+    ways = {"plain": found.plain, "link": found.link, "flooded": found.flooded}
+    return {name: trips for name, trips in ways.items() if trips}
 
 
 def _as_json(found: Comparison) -> str:
     import msgspec
 
-    ways = {
+    content: dict[str, object] = {
         name: {"sent": trips.sent, "lost": trips.lost, **_microseconds(trips)}
-        for name, trips in (("plain", found.plain), ("link", found.link))
+        for name, trips in _ways(found).items()
     }
-    ratio = round(found.link.p50 / found.plain.p50, 3)
-    more = {"ratio_p50": ratio, "handshake_ms": round(1e3 * found.handshake, 1)}
-    return msgspec.json.encode({**ways, **more}).decode()
+    content["ratio_p50"] = round(found.link.p50 / found.plain.p50, 3)
+    if found.flooded:
+        content["ratio_late_p999"] = round(found.flooded.late / found.link.late, 3)
+        content["refused"] = found.refused
+    content["handshake_ms"] = round(1e3 * found.handshake, 1)
+    return msgspec.json.encode(content).decode()
 
 
-def _lines(found: Comparison, size: int, rate: float) -> list[str]:
+def _lines(found: Comparison, options: argparse.Namespace) -> list[str]:
     lines = [
-        f"round trip to another process of this host, {size} bytes at {rate:g} Hz, in turns",
-        f"{'':12}{'p50':>9}{'p99':>9}{'p99.9':>9}{'max':>9}  us{'lost':>8}",
+        f"round trip to another process of this host in us: {options.size} bytes, {options.rate:g} Hz, in turns",
+        f"{'':12}{'p50':>9}{'p99':>9}{'p99.9':>9}{'max':>9}{'late p99.9':>12}{'lost':>8}",
     ]
-    for name, trips in (("plain UDP", found.plain), ("link", found.link)):
-        values = "".join(f"{value:9.1f}" for value in _microseconds(trips).values())
-        lines.append(f"{name:12}{values}{trips.lost:8} of {trips.sent}")
-    lines.append(f"{found.link.p50 / found.plain.p50:.2f} times plain UDP (p50)")
+    for name, trips in _ways(found).items():
+        *values, late = _microseconds(trips).values()
+        row = "".join(f"{value:9.1f}" for value in values)
+        lines.append(f"{name:12}{row}{late:12.1f}{trips.lost:8} of {trips.sent}")
+    lines.append(f"link: {found.link.p50 / found.plain.p50:.2f} times plain UDP (p50)")
+    if found.flooded:
+        lines.append(
+            f"flooded: {options.forged} forged packets after each answer, {found.refused} dropped;"
+            f" turns began {found.flooded.late / found.link.late:.2f} times as late as without (p99.9)"
+        )
     lines.append(f"handshake: {1e3 * found.handshake:.0f} ms")
     return lines

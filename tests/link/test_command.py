@@ -45,10 +45,14 @@ def test_a_name_that_is_no_folder_is_refused_before_anything_is_written(
     assert not (tmp_path / "keys").exists()
 
 
-def test_test_measures_both_ways(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["link", "test", "--rounds", "1", "--packets", "20", "--json"]) == 0
+def test_test_measures_plain_udp_the_link_and_a_flood(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    few = ["link", "test", "--rounds", "1", "--packets", "20", "--forged", "30"]
+    assert main([*few, "--json"]) == 0
     found = json.loads(capsys.readouterr().out)
-    for way in ("plain", "link"):
+    assert found["refused"] >= 20 * 30 and found["flooded"]["lost"] == 0
+    for way in ("plain", "link", "flooded"):
         assert found[way]["sent"] == 20
         assert 0.0 < found[way]["p50_us"] <= found[way]["p99_us"] <= found[way]["max_us"]
     assert found["ratio_p50"] == pytest.approx(found["link"]["p50_us"] / found["plain"]["p50_us"], rel=0.02)
