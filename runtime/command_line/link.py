@@ -198,7 +198,7 @@ def _as_json(found: Comparison) -> str:
 
 def _lines(found: Comparison, options: argparse.Namespace) -> list[str]:
     lines = [
-        f"round trip to another process of this host in us: {options.size} bytes, {options.rate:g} Hz, in turns",
+        f"round trip within this host, {options.size} bytes at {options.rate:g} Hz, in turns [us]",
         f"{'':12}{'p50':>9}{'p99':>9}{'p99.9':>9}{'max':>9}{'late p99.9':>12}{'lost':>8}",
     ]
     for name, trips in _ways(found).items():
