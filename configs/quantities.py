@@ -114,7 +114,7 @@ class Fade(Duration):
 
 
 class Horizon(Duration):
-    range = Range(1e-3, 0.2, "s", "a period of the fastest loop; a limit that is felt from afar")
+    range = Range(1e-4, 0.2, "s", "a period of the fastest loop; a limit that is felt from afar")
 
 
 class TimeConstant(Duration):

@@ -35,19 +35,88 @@ static double within(double value, double lower, double upper) {
     return value < lower ? lower : value > upper ? upper : value;
 }
 
-double ppu_command(const ppu_positioning *p, int axis, double error, double ahead) {
-    const double slowest = -largest_speed(p, ahead - p->lower[axis]);
-    const double fastest = largest_speed(p, p->upper[axis] - ahead);
-    const double step = p->acceleration * p->dt, last = p->command[axis];
-    return within(within(p->gain * error, slowest, fastest), last - step, last + step);
+double ppu_wanted(const ppu_positioning *p, int axis, double error, double ahead, double *least,
+                  double *most) {
+    *least = -largest_speed(p, ahead - p->lower[axis]);
+    *most = largest_speed(p, p->upper[axis] - ahead);
+    return within(p->gain * error, *least, *most);
+}
+
+static double dot(const double *a, const double *b) {
+    return a[0] * b[0] + a[1] * b[1];
+}
+
+/* How fast joints 2 and 3 turn per speed of the PPU, with the handle held: its place and yaw stay, so
+ * v + l0 e'(q1) q1' + l1 e'(q1 + q2) (q1' + q2') = 0 and q3' = -(q1' + q2'). */
+static void turning(const ppu_positioning *p, const double *q, double rate[2][2]) {
+    const double first = q[0], second = q[0] + q[1];
+    const double bend = sin(q[1]);
+    const double upper[2] = {cos(second), sin(second)}, fore[2] = {cos(first), sin(first)};
+    for (int axis = 0; axis < 2; axis++) {
+        const double q1 = -upper[axis] / (p->link[0] * bend);
+        const double both = fore[axis] / (p->link[1] * bend);
+        rate[0][axis] = both - q1;
+        rate[1][axis] = -both;
+    }
+}
+
+/* A half-plane of velocities: along . v <= most, along has length 1. */
+typedef struct {
+    double along[2], most;
+} half_plane;
+
+static double beyond(const half_plane *h, const double *v) {
+    return dot(h->along, v) - h->most;
+}
+
+void ppu_yield(const ppu_positioning *p, const double *q, const double *qd_ppu, const double *least,
+               const double *most, double *wanted) {
+    double rate[2][2];
+    half_plane planes[4];
+    turning(p, q, rate);
+    for (int k = 0; k < 4; k++) {
+        const int joint = k / 2, sign = k % 2 ? 1 : -1;
+        const double *const g = rate[joint], length = sqrt(dot(g, g));
+        const double gap =
+            sign > 0 ? p->most_angle[joint] - q[joint + 1] : q[joint + 1] - p->least_angle[joint];
+        const double room = (gap - sign * dot(g, qd_ppu) * p->time_constant) / length;
+        planes[k] = (half_plane){{sign * g[0] / length, sign * g[1] / length}, largest_speed(p, room)};
+    }
+    /* joint 2, then joint 3 along what joint 2 leaves */
+    const half_plane *held = 0;
+    for (int k = 0; k < 4; k++) {
+        const half_plane *const h = &planes[k];
+        const double over = beyond(h, wanted);
+        if (!(over > 0.0)) continue;
+        double way[2] = {h->along[0], h->along[1]};
+        if (held && k >= 2) {
+            const double along = dot(way, held->along);
+            way[0] -= along * held->along[0], way[1] -= along * held->along[1];
+        }
+        const double gain = dot(way, h->along);
+        if (gain < 1e-3) continue; /* parallel: the share below decides */
+        wanted[0] -= over / gain * way[0], wanted[1] -= over / gain * way[1];
+        held = h;
+    }
+    double share = 1.0; /* standstill is always allowed */
+    for (int axis = 0; axis < 2; axis++) wanted[axis] = within(wanted[axis], least[axis], most[axis]);
+    for (int k = 0; k < 4; k++)
+        if (beyond(&planes[k], wanted) > 0.0)
+            share = fmin(share, planes[k].most / dot(planes[k].along, wanted));
+    wanted[0] *= share, wanted[1] *= share;
 }
 
 void ppu_update(const ppu_positioning *p, const double *q, const double *q_ppu, const double *qd_ppu) {
-    double target[2];
+    double target[2], wanted[2], least[2], most[2];
     ppu_reference(p, q, q_ppu, target);
     for (int axis = 0; axis < 2; axis++) {
         const double ahead = q_ppu[axis] + p->time_constant * qd_ppu[axis];
-        p->command[axis] = ppu_command(p, axis, target[axis] - q_ppu[axis], ahead);
+        wanted[axis] = ppu_wanted(p, axis, target[axis] - q_ppu[axis], ahead, &least[axis], &most[axis]);
+    }
+    ppu_yield(p, q, qd_ppu, least, most, wanted);
+    for (int axis = 0; axis < 2; axis++) {
+        const double step = p->acceleration * p->dt, last = p->command[axis];
+        p->command[axis] = within(wanted[axis], last - step, last + step);
     }
 }
 

@@ -19,9 +19,10 @@ typedef struct {
     double link[2];       /* lengths that the elbow and the wrist turn about: joints 2, 3 */
     double best_angle[2]; /* of joints 2 and 3 */
     double lower[2], upper[2];
-    double velocity, acceleration; /* largest */
-    double braking;                /* acceleration that braking in front of a limit counts on */
-    double time_constant;          /* lag of the velocity loop */
+    double least_angle[2], most_angle[2]; /* limits of joints 2 and 3 */
+    double velocity, acceleration;        /* largest */
+    double braking;                       /* acceleration that braking in front of a limit counts on */
+    double time_constant;                 /* lag of the velocity loop */
     double gain, dt;
     double *command SHAPE(2); /* velocities; state and result */
 } ppu_positioning;
@@ -32,9 +33,16 @@ typedef struct {
  * elbow's positions remains. */
 void ppu_reference(const ppu_positioning *p, const double *q, const double *q_ppu, double *target);
 
-/* (27) within (28), (29), a braking curve and a limited slew: next velocity of an axis.
+/* (27) within (28), (29) and a braking curve: wanted velocity of an axis, and its bounds.
  * error: from position to reference; ahead: position with what the lag will still add. */
-double ppu_command(const ppu_positioning *p, int axis, double error, double ahead);
+double ppu_wanted(const ppu_positioning *p, int axis, double error, double ahead, double *least,
+                  double *most);
+
+/* Speeds (2) that move joints 2 and 3 no closer to their limits than the gantry can stop, while the handle is
+ * held where it is: as near to the wanted ones as that allows.
+ * least, most: of the axes; qd_ppu: of the PPU (2). */
+void ppu_yield(const ppu_positioning *p, const double *q, const double *qd_ppu, const double *least,
+               const double *most, double *wanted);
 
 /* One tick from joints (6) and the PPU's position and velocity (2). */
 void ppu_update(const ppu_positioning *p, const double *q, const double *q_ppu, const double *qd_ppu);

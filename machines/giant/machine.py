@@ -92,7 +92,10 @@ class Giant:
             tool.bias,
         )
         self._prepositioning = Prepositioning(
-            giant.ppu.gain, _ppu_limits(config), dt, control.q, self._observer.q, self._observer.qd
+            giant.ppu.gain,
+            _ppu_limits(config),
+            (giant.manipulator.lower[1:3], giant.manipulator.upper[1:3]),
+            *(dt, control.q, self._observer.q, self._observer.qd),
         )
         tracking = giant.tracking
         ratings = _ratings(config, robot)

@@ -36,19 +36,33 @@ class PpuLimits:
 class Prepositioning:
     """P-controller (27) with the bounds (28), (29), a braking curve and a limited slew.
 
+    It leads joints 2 and 3 into none of their limits: where the twin holds the handle, a gantry that goes on
+    would tear it from there.
+
     Attributes:
         velocity: commanded, (2,) [m/s].
     """
 
     def __init__(
-        self, gain: float, limits: PpuLimits, dt: float, q: Array, q_ppu: Array, qd_ppu: Array
+        self,
+        gain: float,
+        limits: PpuLimits,
+        angles: tuple[Sequence[float], Sequence[float]],
+        dt: float,
+        q: Array,
+        q_ppu: Array,
+        qd_ppu: Array,
     ) -> None:
-        """The gain [1/s], and the arrays that are read where they are: joints (6,), PPU's motion (2,)."""
+        """The gain [1/s], and the arrays that are read where they are: joints (6,), PPU's motion (2,).
+
+        ``angles``: lower and upper limits of joints 2 and 3 [rad].
+        """
         self.velocity = np.zeros(2)
         self._core = ffi.new(
             "ppu_positioning *",
             {
                 **{"link": (UPPER, LOWER), "best_angle": (Q2_REFERENCE, Q3_REFERENCE)},
+                **{"least_angle": tuple(angles[0]), "most_angle": tuple(angles[1])},
                 **{"lower": tuple(limits.lower), "upper": tuple(limits.upper), "velocity": limits.velocity},
                 **{"acceleration": limits.acceleration, "braking": BRAKING_SHARE * limits.acceleration},
                 **{"time_constant": limits.time_constant, "gain": gain, "dt": dt},

@@ -4,13 +4,15 @@ from math import atan, inf, isnan, nan, pi, sqrt
 
 import numpy as np
 import pytest
-from hapticd.control._kernels import lib
+from hapticd.control._kernels import ffi, lib
 from hapticd.machines.giant.kinematics import DH, T_BASE_DH, Branch, inverse_kinematics
 from hapticd.machines.giant.prepositioning import PpuLimits, Prepositioning
 from hapticd.models import Array
 from hapticd.models.dh import forward
 
 LIMITS = PpuLimits((-1.6, -1.9), (1.6, 1.9), 1.2, 3.0, 0.05)
+ANGLES = ((0.45, -2.2), (2.4, 1.2))
+"""Lower and upper limits of joints 2 and 3."""
 DT = 1e-3
 POSTURE = np.array([0.0, pi / 2, -0.6, 0.3, 0.9, 0.0])
 
@@ -20,10 +22,13 @@ class Rig(Prepositioning):
 
     def __init__(self, gain: float = 3.0, limits: PpuLimits = LIMITS) -> None:
         self.q, self.q_ppu, self.qd_ppu = POSTURE.copy(), np.zeros(2), np.zeros(2)
-        super().__init__(gain, limits, DT, self.q, self.q_ppu, self.qd_ppu)
+        super().__init__(gain, limits, ANGLES, DT, self.q, self.q_ppu, self.qd_ppu)
 
     def command(self, axis: int, error: float, ahead: float) -> float:
-        return float(lib.ppu_command(self._core, axis, error, ahead))
+        bounds = ffi.new("double[2]")
+        wanted = lib.ppu_wanted(self._core, axis, error, ahead, bounds, bounds + 1)
+        step, last = LIMITS.acceleration * DT, float(self.velocity[axis])
+        return float(wanted if isnan(wanted) else min(max(wanted, last - step), last + step))
 
 
 def test_at_the_reference_joints_2_and_3_take_their_best_angles_and_the_handle_stays() -> None:
@@ -138,3 +143,41 @@ def test_stopping_brakes_at_the_rated_acceleration_to_exact_standstill() -> None
     for _ in range(200):
         rig.stop()
     assert not rig.velocity.any()
+
+
+def lead(rig: Rig, seconds: float) -> Array:
+    """The gantry with its inverters, the handle held where it is: joints 1 to 3 at each tick, (ticks, 3)."""
+    handle = forward(T_BASE_DH, DH, np.concatenate([rig.q_ppu, rig.q]))[-1]
+    ways = []
+    for _ in range(round(seconds / DT)):
+        rig.update()
+        rig.qd_ppu += np.clip((rig.velocity - rig.qd_ppu) / LIMITS.time_constant, -3.0, 3.0) * DT
+        rig.q_ppu += rig.qd_ppu * DT
+        there = inverse_kinematics(handle, rig.q_ppu, Branch(raised=rig.q[3] > 0))
+        rig.q += (there - rig.q + pi) % (2.0 * pi) - pi
+        ways.append(rig.q[:3].copy())
+    return np.array(ways)
+
+
+@pytest.mark.parametrize("seed", range(25))
+def test_a_held_handle_is_never_torn_away_because_a_joint_has_come_to_its_limit(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    rig = Rig()
+    rig.q[:] = rng.uniform([-3, 0.46, -2.1, 0.1, 0.3, -1], [3, 2.39, 1.19, 1.1, 1.0, 1])
+    rig.q_ppu[:] = rng.uniform(LIMITS.lower, LIMITS.upper)
+    before = np.linalg.norm(rig.reference() - rig.q_ppu)
+    turned = lead(rig, 3.0)[:, 1:]
+    assert (turned > np.array(ANGLES[0]) - 2e-3).all() and (turned < np.array(ANGLES[1]) + 2e-3).all()
+    assert np.linalg.norm(rig.reference() - rig.q_ppu) <= before + 1e-3
+
+
+def test_where_the_straight_way_leads_through_a_limit_the_gantry_goes_round() -> None:
+    rig = Rig()
+    rig.q[:] = [2.93, 2.39, 0.81, 0.436, 0.384, 0.927]
+    way = rig.reference() - rig.q_ppu
+    ahead = rig.q_ppu + 0.05 * way
+    handle = forward(T_BASE_DH, DH, np.concatenate([rig.q_ppu, rig.q]))[-1]
+    assert inverse_kinematics(handle, ahead, Branch(raised=True))[1] > ANGLES[1][0]  # as (27) would go
+    turned = lead(rig, 6.0)
+    assert turned[:, 1].max() < ANGLES[1][0] + 1e-3
+    assert turned[-1, 1] == pytest.approx(pi / 2, abs=0.05)
