@@ -1,6 +1,6 @@
 # Everything from a fresh clone: each target sets up what it needs and then does its work.
 .DEFAULT_GOAL := help
-.PHONY: help run test conformance vm-test lint types bench nasty fuzz mutants fidelity hqp-dist install-c format clean
+.PHONY: help run run-bimanual test conformance vm-test lint types bench nasty fuzz mutants fidelity hqp-dist install-c format clean
 export PYTHON CC
 BIN := .venv/bin
 PACKAGES := bench binding configs control devices experiments hqp link machines models runtime safety sim testing view
@@ -9,6 +9,7 @@ C_FLAGS := -std=c11 -D_GNU_SOURCE -Icsrc -O2 -Wall -Wextra -Wconversion -Wshadow
 
 help:
 	@echo "make run      set up, run the simulated giant with a scripted hand for 30 s, print a summary"
+	@echo "make run-bimanual  two daemons and two simulated stations, linked: a minute of telemanipulation"
 	@echo "make test     set up and run the tests; ARGS='-m \"not slow\"' leaves out the long ones"
 	@echo "make conformance  every stop, arming, reset, replay, frame and limit test over each built-in machine"
 	@echo "make vm-test  boot a PREEMPT_RT kernel in QEMU and test SocketCAN, FIFO, mlock and the doctor there"
@@ -25,6 +26,10 @@ help:
 run:
 	@./setup.sh core
 	@$(BIN)/hapticd run giant $(ARGS)
+
+run-bimanual:
+	@./setup.sh link
+	@$(BIN)/hapticd bimanual --live --duration 60 $(ARGS)
 
 test:
 	@./setup.sh test

@@ -10,6 +10,7 @@ from ...sim.hand import Grip
 from ...sim.leading_hands import LeadingHands
 from ...sim.wall import Wall, Walls
 from ..telemanipulation.plant import SimArm, StationPlant, hands
+from ..telemanipulation.wire import arms_alike
 from .config import AvatarConfig, AvatarSimulation
 
 
@@ -19,6 +20,8 @@ class AvatarPlant(StationPlant):
     Attributes:
         walls: that a palm may touch.
     """
+
+    leads = False
 
     def __init__(
         self, config: AvatarConfig, simulation: AvatarSimulation, robot: Robot, network: Network
@@ -36,9 +39,14 @@ class AvatarPlant(StationPlant):
                 for wall in simulation.walls or ()
             ]
         )
+        self._chains = config.avatar.arms
         super().__init__(config.avatar, simulation, robot, network, leading)
         self.link.port = leading
         self._measure()
+
+    def identity(self) -> dict[str, str]:
+        """See ``StationPlant``."""
+        return {"arms": arms_alike(self._chains.left, self._chains.right)}
 
     def _touch(self, i: int, arm: SimArm) -> None:
         held = arm.arm

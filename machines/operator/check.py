@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from ...control.panda_ik import PandaIk
 from ...devices.buttons import Buttons
 from ...devices.remote_avatar import RemoteAvatar
-from ...models import Robot
+from ...models import ModelError, Robot
 from ..rendering.check import Found
-from ..telemanipulation.arm import SIDES
-from ..telemanipulation.check import check_station
+from ..telemanipulation.arm import PALM, SIDES, chain_of
+from ..telemanipulation.check import check_chain, check_station
+from ..telemanipulation.sections import Chain
 from .config import OperatorConfig
 
 
@@ -15,4 +17,23 @@ def check_operator(config: OperatorConfig, robot: Robot) -> Found:
     """What only the model can tell: key, problem, fix."""
     own = config.operator
     others = {**{f"{side}_avatar": RemoteAvatar for side in SIDES}, "buttons": Buttons}
-    return check_station("operator", config, own, config.simulation, robot, others)
+    found = check_station("operator", config, own, config.simulation, robot, others)
+    if own.avatar is None:
+        return found
+    for side in SIDES:
+        key, chain = f"operator.avatar.{side}", getattr(own.avatar, side)
+        wrong = check_chain(key, chain, robot)
+        if not wrong:
+            wrong = _foreseeable(key, chain, robot)
+        found += wrong
+    return found
+
+
+def _foreseeable(key: str, chain: Chain, robot: Robot) -> Found:
+    """An arm whose joints nobody can tell from a pose of its palm."""
+    try:
+        PandaIk(chain_of(robot, chain), PALM)
+    except ModelError as error:
+        fix = "leave operator.avatar out: nothing is foreseen of another arm than a Panda"
+        return [(f"{key}.prefix", error.problem, fix)]
+    return []

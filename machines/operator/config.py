@@ -6,15 +6,26 @@ from typing import Annotated
 
 from msgspec import Meta
 
+from ...configs.quantities import Duration
+from ...configs.strict import Strict
 from ...runtime.core.sections import Config
-from ..telemanipulation.sections import Pushed, Station, StationSimulation
+from ..telemanipulation.sections import Chain, Posture, Pushed, Station, StationSimulation
 
 Gain = Annotated[float, Meta(ge=0.0, le=4.0, description="more than that no arm follows")]
 Scale = Annotated[float, Meta(ge=0.05, le=5.0, description="of the avatar's motion to the hand's")]
 
 
+class Foreseen(Strict, frozen=True):
+    """Both arms of the avatar, as this station foresees them: what draws their elbows home, and their lag."""
+
+    left: Chain
+    right: Chain
+    posture: Posture
+    lag: Duration
+
+
 class Operator(Station, frozen=True, kw_only=True):
-    """What the controller of the operator station needs.
+    """What the controller of the operator station needs; without ``avatar`` it foresees nothing.
 
     ``assist`` is the gain of the hand's wrench, ``feedback`` that of the avatar's, ``scale`` the avatar's way
     for that of the hand.
@@ -23,6 +34,7 @@ class Operator(Station, frozen=True, kw_only=True):
     assist: Gain = 1.0
     feedback: Gain = 1.0
     scale: Scale = 1.0
+    avatar: Foreseen | None = None
 
 
 class OperatorSimulation(StationSimulation, frozen=True, kw_only=True):

@@ -4,19 +4,26 @@ from __future__ import annotations
 
 import numpy as np
 
+from ...control.avatar_model import AvatarModel
 from ...control.clutch import Clutch
 from ...control.lease import Fader
+from ...control.limit_avoidance import LOWER, SPEED, LimitAvoidance
+from ...control.notice import Notice
 from ...control.operator_law import OperatorLaw
+from ...control.task_arm import Posture
 from ...devices.buttons import ButtonRows
 from ...devices.image import ProcessImage
 from ...devices.remote import ACTS, CLUTCHED, ENGAGED, STOPPED, packed, unpacked
 from ...devices.remote_avatar import RemoteAvatars
-from ...models import Robot
+from ...models import Array, Robot
 from ...runtime.core.stages import Mark
-from ..telemanipulation.arm import SIDES, StationArm, quaternion
+from ..telemanipulation.arm import PALM, SIDES, StationArm, chain_of, quaternion
+from ..telemanipulation.sections import Chain
 from ..telemanipulation.station import Station, sane_wrench
-from .config import OperatorConfig
+from .config import Foreseen, OperatorConfig
 
+PUSHES, FADED, QUIET_S = 1.0, 0.3, 0.5
+"""Torque that is worth a word, and when that is over [N m, s]."""
 RISE_S, FALL_S = 3.0, 50e-3
 """In which what the avatar feels fades in and out."""
 
@@ -41,9 +48,31 @@ def state_layout(n: int) -> np.dtype[np.void]:
             ("standing", "u1", arms),  # order of `control.lease.Standing`
             ("stopped", "u1", arms),
             ("clutched", "u1", arms),
+            ("foreseen", "<f8", (arms, 7)),  # joints of the avatar [rad]
             ("near", "u1", (arms, n)),  # bits of `control.limit_avoidance`
         ]
     )
+
+
+def _model(avatar: Foreseen | None, side: str, robot: Robot, dt: float) -> AvatarModel | None:
+    """What this station foresees of an arm of the avatar."""
+    if avatar is None:
+        return None
+    chain: Chain = getattr(avatar, side)
+    arm = chain_of(robot, chain)
+    arm.lower, arm.upper, arm.velocity = (
+        np.array(x, float) for x in (chain.lower, chain.upper, chain.velocity)
+    )
+    posture = Posture(np.array(chain.home), avatar.posture.stiffness, avatar.posture.damping)
+    return AvatarModel(arm, PALM, posture, avatar.lag, dt)
+
+
+def _pushed(whose: str, torques: Array, limits: LimitAvoidance) -> str:
+    """Which joint is pushed away from which limit, and how hard."""
+    joint = int(torques.argmax())
+    near = int(limits.near[joint])
+    what = "largest speed" if near & SPEED else "lower limit" if near & LOWER else "upper limit"
+    return f"{whose}: joint {joint + 1} is pushed away from its {what}"
 
 
 class OperatorStation(Station):
@@ -64,6 +93,9 @@ class OperatorStation(Station):
             for i, arm in enumerate(arms)
         ]
         self._clutches = [Clutch(section.scale) for _ in arms]
+        self._models = [_model(section.avatar, side, robot, self._dt) for side in SIDES]
+        quiet = round(QUIET_S / self._dt)
+        self._notices = [(Notice(PUSHES, FADED, quiet), Notice(PUSHES, FADED, quiet)) for _ in arms]
         self._faders = [Fader(RISE_S, FALL_S, self._dt) for _ in arms]
         self._feedback, self._scale = section.feedback, section.scale
         self._most = section.stop.force, section.stop.torque
@@ -134,9 +166,39 @@ class OperatorStation(Station):
         share = self._faders[i].update(self.leases[i].follows and not clutch.open)
         np.multiply(arm.force.wrench, gain * trust, out=self._hand[i])
         np.multiply(self._last[i], self._feedback * share * gain, out=self._felt_there[i])
+        self._foresee(i, clutch, share * gain)
         law = self._laws[i]
         law.update()
         arm.move(law.torque, 1.0 - gain)
+        self._tell(i, arm, law)
+
+    def _foresee(self, i: int, clutch: Clutch, share: float) -> None:
+        """What keeps the avatar's arm from its limits, as it will be where it is led."""
+        model, limits = self._models[i], self._limits[i]
+        if model is None:
+            return
+        if not self.leases[i].follows:
+            if share == 0.0:
+                model.reset()
+            np.multiply(model.wrench, share, out=limits)
+            return
+        model.position[:], model.rotation[:] = clutch.position, clutch.rotation
+        model.measured[:] = self._remote.joints[i]
+        model.update()
+        np.multiply(model.wrench, share, out=limits)
+
+    def _tell(self, i: int, arm: StationArm, law: OperatorLaw) -> None:
+        """Which limit pushes back, and how hard: a hand that is not obeyed must know why."""
+        own, there = self._notices[i]
+        pushed = np.abs(arm.avoidance.torque)
+        if own.update(float(pushed.max())):
+            self.notes.append(_pushed(f"{arm.side} arm", pushed, arm.avoidance))
+        model = self._models[i]
+        if model is None:
+            return
+        pushed = np.abs(model.limits.torque) * bool(self._limits[i].any())
+        if there.update(float(pushed.max())):
+            self.notes.append(_pushed(f"{arm.side} avatar arm", pushed, model.limits))
 
     def fill(self) -> None:
         """See ``state_layout``."""
@@ -150,4 +212,6 @@ class OperatorStation(Station):
             logged["torque"][i], logged["share"][i] = law.torque, self._faders[i].share
             logged["age"][i], logged["act"][i] = self._remote.age[i], self._acts[i]
             logged["standing"][i], logged["stopped"][i] = lease.number, bool(arm.stopped)
+            if (model := self._models[i]) is not None:
+                logged["foreseen"][i] = model.q
             logged["clutched"][i], logged["near"][i] = clutch.open, arm.avoidance.near

@@ -11,6 +11,7 @@ from ...models import Robot
 from ...sim.buttons import ButtonScript, SimButtons
 from ...sim.hand import Grip, Hand, turned
 from ..telemanipulation.plant import SimArm, StationPlant, hands
+from ..telemanipulation.wire import arms_alike
 from .config import OperatorConfig, OperatorSimulation
 
 LEFT, RIGHT = 1, 2
@@ -41,6 +42,8 @@ class OperatorPlant(StationPlant):
         hands: left and right.
     """
 
+    leads = True
+
     def __init__(
         self, config: OperatorConfig, simulation: OperatorSimulation, robot: Robot, network: Network
     ) -> None:
@@ -52,6 +55,7 @@ class OperatorPlant(StationPlant):
         )
         self.hands = [Hand(way, grip, turned(np.eye(3))) for way in hands(simulation)]
         super().__init__(config.operator, simulation, robot, network, BothHands(self.hands))
+        self._avatar = config.operator.avatar
         (buttons,) = self.nodes.of(SimButtons)
         presses = [
             (LEFT * push.left + RIGHT * push.right, float(push.at), float(push.until))
@@ -59,6 +63,10 @@ class OperatorPlant(StationPlant):
         ]
         self._buttons = ButtonScript(buttons, presses)
         self._measure()
+
+    def identity(self) -> dict[str, str]:
+        """See ``StationPlant``."""
+        return {"arms": arms_alike(self._avatar.left, self._avatar.right)} if self._avatar else {}
 
     def _touch(self, i: int, arm: SimArm) -> None:
         held = arm.arm

@@ -13,11 +13,12 @@ from ...control.hold import Hold, HoldGains
 from ...control.limit_avoidance import JointLimits, LimitAvoidance
 from ...control.task_arm import Posture, TaskArm
 from ...models import Array, Robot
-from ...runtime.core.machine import SPEED_MARGIN
 from .sections import Chain, OwnChain, Station
 
 PALM, FLANGE = "palm", "flange"
 SIDES = ("left", "right")
+TOO_FAST = 1.04
+"""Multiple of its largest speed at which a joint stops its arm; the monitor stops the station at 1.1."""
 
 
 def chain_of(robot: Robot, chain: Chain, tool: pin.Inertia | None = None) -> Robot:
@@ -104,7 +105,7 @@ class StationArm:
             np.array(x, float) for x in (hold.stiffness, hold.damping, hold.deceleration)
         )
         self._hold = Hold(HoldGains(stiffness, damping, deceleration, own.effort), dt)
-        self._fastest = SPEED_MARGIN * limits.velocity
+        self._fastest = TOO_FAST * limits.velocity
         self._most = station.stop.force, station.stop.torque
         self.stopped = ""
         self.torque = np.zeros(n)

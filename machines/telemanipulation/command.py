@@ -9,10 +9,12 @@ from pathlib import Path
 from ...runtime.command_line.arguments import MAX_COUNT, Commands, file, name, number
 from ...runtime.invocation import program
 
-DESCRIPTION = """Run an operator's station and an avatar together, in lockstep: one virtual time for both and
+DESCRIPTION = """Run an operator's station and an avatar together. In lockstep: one virtual time for both and
 for the network between them, as fast as it goes. Each station has a log of its own, which replays by itself.
 
-The network is drawn at random from a seed: the same seed gives the same session, bit for bit."""
+The network is drawn at random from a seed: the same seed gives the same session, bit for bit.
+
+With --live: two daemons and two plants in real time, on this computer, over the sealed link."""
 
 EPILOG = """examples:
   {program} bimanual
@@ -20,6 +22,7 @@ EPILOG = """examples:
   {program} bimanual --delay 0.12 --jitter 0.04 --loss 0.05
   {program} bimanual my_operator.toml my_avatar.toml --duration 60 --logs log/first
       writes log/first-operator.mcap and log/first-avatar.mcap
+  {program} bimanual --live --duration 60
 
 exit status: 0 done, 1 a check failed, 2 bad usage or configuration, 3 stopped by safety
 """
@@ -63,6 +66,7 @@ def add_bimanual(commands: Commands) -> None:
         metavar="N",
         help="of the network; default: 1",
     )
+    both.add_argument("--live", action="store_true", help="in real time, over the sealed link of this host")
     both.add_argument("--json", action="store_true", help="print both summaries as one JSON object")
     both.set_defaults(handler=run)
 
@@ -90,6 +94,12 @@ def run(options: argparse.Namespace) -> int:
     from .pair import Pair, PairError, declared
     from .pair_run import pair_run, report
 
+    if options.live:
+        from .live_pair import live_pair
+
+        return live_pair(
+            options.operator, options.avatar, options.duration, _logs(options.logs), options.json
+        )
     try:
         conditions = Conditions(options.delay, options.jitter, options.loss, options.burst)
     except ValueError as error:

@@ -25,16 +25,21 @@ class PairError(HapticdError):
     exit_status = 2
 
 
-def declared(loaded: Loaded, delay: float) -> Loaded:
+def declared(loaded: Loaded, delay: float, *more: str) -> Loaded:
     """A station whose configuration declares a longest delay of its link [s]; its text says so, too.
 
+    Args:
+        loaded: the station.
+        delay: of its link [s].
+        more: further lines of that table.
+
     Raises:
-        ConfigError: no link has such a delay.
+        ConfigError: no link is like that.
     """
     station = str(type(loaded.config).__struct_config__.tag)
     table = re.compile(rf"^\[{station}\.link\][^\[]*", re.MULTILINE)
     text = table.sub("", loaded.text).rstrip("\n")
-    text += f'\n\n[{station}.link]\ndelay = "{delay:g} s"\n'
+    text += f"\n\n[{station}.link]\n" + "\n".join([f'delay = "{delay:g} s"', *more, ""])
     return replace(loaded, config=parse(text, loaded.source), text=text)
 
 

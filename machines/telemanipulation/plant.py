@@ -23,6 +23,7 @@ from ..rendering.own_plant import own_friction, own_robot
 from ..rendering.tool import tool_of
 from .arm import PALM, SIDES, chain_of, palm_to_sensor
 from .sections import OwnChain, Station, StationSimulation
+from .wire import open_wire
 
 GRAVITY = np.array([0.0, 0.0, -9.81])
 STILL = np.zeros(3)
@@ -100,8 +101,11 @@ class StationPlant(SimPlant):
 
     Attributes:
         arms: left and right.
+        leads: whether it is the operator's.
         link: with the other station's gateways; nobody is there until it has a port.
     """
+
+    leads: bool
 
     def __init__(
         self,
@@ -120,7 +124,16 @@ class StationPlant(SimPlant):
             own = [drive for drive in drives if drive.device.name.startswith(f"{side}_")]
             self.arms.append(SimArm(chain, simulation, robot, own, sensor, self._random))
         self.link = Exchange(self.nodes.of(SimGateway))
-        self._dt = 0.0
+        self._link, self._dt = station.link, 0.0
+
+    def connect(self) -> None:
+        """Open the link, if the configuration says where it is."""
+        if self._link.address is not None:
+            self.link.port = open_wire(self.leads, self._link, self.identity())
+
+    def identity(self) -> dict[str, str]:
+        """What must be the same at the other station, by name."""
+        return {}
 
     def step(self, dt: float) -> None:
         """Advance plant time by dt; packets are sent and taken at its end."""

@@ -82,9 +82,16 @@ class OwnStop(Strict, frozen=True):
 
 
 class Link(Strict, frozen=True):
-    """To the other station: the longest delay that is no fault."""
+    """To the other station: the longest delay that is no fault, and where a simulated station's link is.
+
+    With an address the simulated plant opens the link itself: the avatar's waits there, the operator's calls.
+    """
 
     delay: Delay = Delay(0.0)
+    address: Name | None = None
+    port: Annotated[int, Meta(ge=1, le=65535, description="a port of TCP, and of UDP")] = 4840
+    keys: Name | None = None
+    avatar: Name = "avatar"
 
 
 class Sides(Strict, frozen=True):

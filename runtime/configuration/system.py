@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from random import Random
-from typing import Any, Generic, Protocol, TypeVar
+from typing import Any, Generic, Protocol, TypeVar, runtime_checkable
 
 from ...configs import plugins
 from ...devices.frames import Frames
@@ -45,6 +45,14 @@ class Plant(Protocol):
 
     def spoil(self, sensors: Sensors, seed: int) -> None:
         """From now on its devices measure with errors, which the seed draws."""
+
+
+@runtime_checkable
+class Connecting(Protocol):
+    """A plant that reaches for other machines where it runs in real time."""
+
+    def connect(self) -> None:
+        """Do so; it waits for nobody."""
 
 
 class ScriptError(ValueError):

@@ -33,7 +33,7 @@ from ..configuration import config
 from ..configuration.bus import NamedBus, bus_warnings, open_bus
 from ..configuration.config import Loaded
 from ..configuration.session import Session, build
-from ..configuration.system import Plant
+from ..configuration.system import Connecting, Plant
 from ..errors import HapticdError
 from ..timing.realtime import PLANT_PRIORITY, become_realtime, settle_memory
 from ..timing.starvation import Starvation
@@ -238,10 +238,13 @@ def _server(
     loop = session.config.loop
     period = 1.0 / loop.rate
     clock = BusClock(bus, period) if loop.sync == "bus" else None
+    plant = session.plant()
+    if isinstance(plant, Connecting):
+        plant.connect()
     if daemon:
-        server = PlantServer(session.plant(), bus, period, daemon.now, lambda: daemon.ran_s, clock, person)
+        server = PlantServer(plant, bus, period, daemon.now, lambda: daemon.ran_s, clock, person)
     else:
-        server = PlantServer(session.plant(), bus, period, clock=clock, person=person, understood=understood)
+        server = PlantServer(plant, bus, period, clock=clock, person=person, understood=understood)
     settle_memory()
     return server
 
