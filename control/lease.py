@@ -105,3 +105,26 @@ class Fader:
         share = self.share + self._up if on else self.share - self._down
         self.share = min(1.0, max(0.0, share))
         return self.share
+
+
+class Granted:
+    """Energy that the other side has handed over since this side began to count, whatever it counts from.
+
+    Attributes:
+        total: [J].
+    """
+
+    def __init__(self) -> None:
+        self.total = 0.0
+        self._last: float | None = None
+
+    def begin(self) -> None:
+        """Count anew: what was handed over before is gone."""
+        self.total, self._last = 0.0, None
+
+    def update(self, sent: float) -> float:
+        """Take the newest sum that the other side has sent [J]; the total. It begins anew where it falls."""
+        if self._last is not None and sent > self._last:
+            self.total += sent - self._last
+        self._last = sent
+        return self.total

@@ -7,6 +7,9 @@ import pinocchio as pin
 
 from ...control.avatar_law import AvatarLaw
 from ...control.avatar_law import Impedance as Gains
+from ...control.lease import Granted
+from ...control.link_passivity import AvatarPort
+from ...control.notice import Notice
 from ...devices.image import ProcessImage
 from ...devices.remote import ENGAGED, STOPPED, WAITING, packed, unpacked
 from ...devices.remote_operator import RemoteOperators
@@ -15,6 +18,9 @@ from ...runtime.core.stages import Mark
 from ..telemanipulation.arm import SIDES, StationArm
 from ..telemanipulation.station import Station, sane_pose
 from .config import AvatarConfig
+
+DRIFTS, QUIET_S = 5e-3, 0.5
+"""How far the link may lead a palm from where it is wanted before people are told [m], [s]."""
 
 
 def state_layout(n: int) -> np.dtype[np.void]:
@@ -32,6 +38,9 @@ def state_layout(n: int) -> np.dtype[np.void]:
             ("torque", "<f8", (arms, n)),  # of the laws [N m]
             ("share", "<f8", arms),  # of the way to the commanded pose
             ("age", "<f8", arms),  # of what was heard [s]
+            ("tank", "<f8", arms),  # energy that the link may give out [J]
+            ("taken", "<f8", arms),  # by its passivity, so far [J]
+            ("drift", "<f8", (arms, 6)),  # commanded pose less the reference [m, rad]
             ("standing", "u1", arms),  # order of `control.lease.Standing`
             ("stopped", "u1", arms),
         ]
@@ -49,6 +58,16 @@ class AvatarStation(Station):
         self._laws = [
             AvatarLaw(arm.task, arm.avoidance, gains, arm.force.wrench, self._dt) for arm in self.arms
         ]
+        self._ports = [
+            AvatarPort(arm.task.palm.rotation, arm.task.twist, arm.force.wrench, gains, self._dt)
+            for arm in self.arms
+        ]
+        self._granted = [Granted() for _ in self.arms]
+        self._followed = [False] * len(self.arms)
+        self._passive = section.link.passivity
+        quiet = round(QUIET_S / self._dt)
+        self._damped = [Notice(DRIFTS, 0.5 * DRIFTS, quiet) for _ in self.arms]
+        self._energy = image["remote.own_energy"]
         self._remote = RemoteOperators(image)
         self._wrench, self._joints = image["remote.wrench"], image["remote.joints"]
         self._acts = [0] * len(self.arms)
@@ -65,10 +84,10 @@ class AvatarStation(Station):
                 self._acts[i] = act
                 self.restart(i)
             if lease.follows:
-                law = self._laws[i]
-                law.commanded[:] = poses[i][:3]
+                port = self._ports[i]
+                port.position[:] = poses[i][:3]
                 x, y, z, w = poses[i][3:]
-                law.commanded_rotation[:] = pin.Quaternion(w, x, y, z).normalized().matrix()
+                port.rotation[:] = pin.Quaternion(w, x, y, z).normalized().matrix()
 
     def _say(self) -> None:
         words = self._remote.own_flags
@@ -77,6 +96,7 @@ class AvatarStation(Station):
             flags = STOPPED if arm.stopped else 0
             flags |= ENGAGED if self._engaged and self._laws[i].share > 0.0 else 0
             flags |= 0 if lease.follows else WAITING
+            self._energy[i] = self._ports[i].sent
             words[i] = packed(flags, self._acts[i])
 
     def _begin(self) -> None:
@@ -94,8 +114,26 @@ class AvatarStation(Station):
 
     def _move(self, i: int, arm: StationArm, gain: float, trust: float) -> None:
         law = self._laws[i]
-        law.update(self.leases[i].follows and gain == 1.0)
+        follows = self.leases[i].follows and gain == 1.0
+        if follows:
+            self._lead(i, law)
+        self._followed[i] = follows
+        law.update(follows)
         arm.move(law.torque, 1.0 - gain)
+
+    def _lead(self, i: int, law: AvatarLaw) -> None:
+        """Where the law is to go: the commanded pose, as far as the energy of the link allows."""
+        port, granted = self._ports[i], self._granted[i]
+        if not self._passive:
+            law.commanded[:], law.commanded_rotation[:] = port.position, port.rotation
+            return
+        if not self._followed[i]:
+            port.reset()
+            granted.begin()
+        port.update(granted.update(float(self._remote.energy[i])))
+        law.commanded[:], law.commanded_rotation[:] = port.reference, port.reference_rotation
+        if self._damped[i].update(float(np.abs(port.drift[:3]).max())):
+            self.notes.append(f"{self.arms[i].side} arm: the link's energy is used up; it stays behind")
 
     def fill(self) -> None:
         """See ``state_layout``."""
@@ -106,5 +144,7 @@ class AvatarStation(Station):
             logged["error"][i], logged["wrench"][i] = law.error, arm.force.wrench
             logged["limits"][i], logged["torque"][i] = arm.avoidance.torque, law.torque
             logged["share"][i], logged["age"][i] = law.share, self._remote.age[i]
+            port = self._ports[i]
+            logged["tank"][i], logged["taken"][i], logged["drift"][i] = port.level, port.taken, port.drift
             logged["standing"][i] = lease.number
             logged["stopped"][i] = bool(arm.stopped)

@@ -6,8 +6,9 @@ import numpy as np
 
 from ...control.avatar_model import AvatarModel
 from ...control.clutch import Clutch
-from ...control.lease import Fader
+from ...control.lease import Fader, Granted
 from ...control.limit_avoidance import LOWER, SPEED, LimitAvoidance
+from ...control.link_passivity import EMPTY, OperatorPort
 from ...control.notice import Notice
 from ...control.operator_law import OperatorLaw
 from ...control.task_arm import Posture
@@ -24,6 +25,8 @@ from .config import Foreseen, OperatorConfig
 
 PUSHES, FADED, QUIET_S = 1.0, 0.3, 0.5
 """Torque that is worth a word, and when that is over [N m, s]."""
+DAMPS = 1.0
+"""Damping by the link that is worth a word [N s/m]."""
 RISE_S, FALL_S = 3.0, 50e-3
 """In which what the avatar feels fades in and out."""
 
@@ -44,6 +47,9 @@ def state_layout(n: int) -> np.dtype[np.void]:
             ("torque", "<f8", (arms, n)),  # of the laws [N m]
             ("share", "<f8", arms),  # of what the avatar feels
             ("age", "<f8", arms),  # of what was heard [s]
+            ("tank", "<f8", arms),  # energy that the link may give out [J]
+            ("taken", "<f8", arms),  # by its passivity, so far [J]
+            ("damping", "<f8", arms),  # by it [N s/m]
             ("act", "u1", arms),
             ("standing", "u1", arms),  # order of `control.lease.Standing`
             ("stopped", "u1", arms),
@@ -93,9 +99,14 @@ class OperatorStation(Station):
             for i, arm in enumerate(arms)
         ]
         self._clutches = [Clutch(section.scale) for _ in arms]
+        self._ports = [OperatorPort(arm.task.palm.rotation, arm.task.twist, self._dt) for arm in arms]
+        self._granted = [Granted() for _ in arms]
+        self._passive = section.link.passivity
+        self._energy = image["remote.own_energy"]
         self._models = [_model(section.avatar, side, robot, self._dt) for side in SIDES]
         quiet = round(QUIET_S / self._dt)
         self._notices = [(Notice(PUSHES, FADED, quiet), Notice(PUSHES, FADED, quiet)) for _ in arms]
+        self._damped = [Notice(DAMPS, DAMPS, quiet) for _ in arms]
         self._faders = [Fader(RISE_S, FALL_S, self._dt) for _ in arms]
         self._feedback, self._scale = section.feedback, section.scale
         self._most = section.stop.force, section.stop.torque
@@ -143,6 +154,7 @@ class OperatorStation(Station):
             self._twist[i] = 0.0 if clutch.open else arm.task.twist
             self._twist[i, :3] *= self._scale
             flags = STOPPED if arm.stopped else ENGAGED if self._engaged else 0
+            self._energy[i] = self._ports[i].sent
             words[i] = packed(flags | (CLUTCHED if clutch.open else 0), self._acts[i])
 
     def _begin(self) -> None:
@@ -165,12 +177,28 @@ class OperatorStation(Station):
         clutch.update(palm.position, palm.rotation, bool(self._pressed >> i & 1))
         share = self._faders[i].update(self.leases[i].follows and not clutch.open)
         np.multiply(arm.force.wrench, gain * trust, out=self._hand[i])
-        np.multiply(self._last[i], self._feedback * share * gain, out=self._felt_there[i])
+        self._feel(i, share * gain)
         self._foresee(i, clutch, share * gain)
         law = self._laws[i]
         law.update()
         arm.move(law.torque, 1.0 - gain)
         self._tell(i, arm, law)
+
+    def _feel(self, i: int, share: float) -> None:
+        """A share of what the avatar feels, as far as the energy of the link allows."""
+        port, granted = self._ports[i], self._granted[i]
+        np.multiply(self._last[i], self._feedback * share, out=port.wrench)
+        if not self._passive:
+            self._felt_there[i] = port.wrench
+            return
+        if share == 0.0:  # nothing goes over the link
+            port.reset()
+            granted.begin()
+        else:
+            port.update(granted.update(float(self._remote.energy[i])))
+        self._felt_there[i] = port.felt
+        if self._damped[i].update(port.damping if port.why & EMPTY else 0.0):
+            self.notes.append(f"{self.arms[i].side} arm: the link damps what is felt, its energy is used up")
 
     def _foresee(self, i: int, clutch: Clutch, share: float) -> None:
         """What keeps the avatar's arm from its limits, as it will be where it is led."""
@@ -211,6 +239,8 @@ class OperatorStation(Station):
             logged["own_limits"][i], logged["avatar_limits"][i] = arm.avoidance.torque, law.avatar
             logged["torque"][i], logged["share"][i] = law.torque, self._faders[i].share
             logged["age"][i], logged["act"][i] = self._remote.age[i], self._acts[i]
+            port = self._ports[i]
+            logged["tank"][i], logged["taken"][i], logged["damping"][i] = port.level, port.taken, port.damping
             logged["standing"][i], logged["stopped"][i] = lease.number, bool(arm.stopped)
             if (model := self._models[i]) is not None:
                 logged["foreseen"][i] = model.q

@@ -84,10 +84,12 @@ class OwnStop(Strict, frozen=True):
 class Link(Strict, frozen=True):
     """To the other station: the longest delay that is no fault, and where a simulated station's link is.
 
-    With an address the simulated plant opens the link itself: the avatar's waits there, the operator's calls.
+    ``passivity`` bounds the energy that the link may give out. With an address the simulated plant opens the
+    link itself: the avatar's waits there, the operator's calls.
     """
 
     delay: Delay = Delay(0.0)
+    passivity: bool = True
     address: Name | None = None
     port: Annotated[int, Meta(ge=1, le=65535, description="a port of TCP, and of UDP")] = 4840
     keys: Name | None = None

@@ -115,7 +115,9 @@ def test_a_drive_that_does_not_switch_off_loses_its_torque_by_the_safety_control
     stopped(engaging)
     engaging.run(after)
     engaging.run(engaging.ticks(0.25))
-    assert (engaging.reason, engaging.cycle.stops.latch.reaction) == ("drive_state", Reaction.OFF)
+    # an axis that hangs falls before the drive's time is up
+    assert engaging.reason in ("drive_state", "moved")
+    assert engaging.cycle.stops.latch.reaction is Reaction.OFF
     assert engaging.plc.sto and engaging.safe
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import nan
 
 import pytest
-from hapticd.control.lease import ENDS_S, FRESH_S, TOLD_S, Fader, Lease, Standing
+from hapticd.control.lease import ENDS_S, FRESH_S, TOLD_S, Fader, Granted, Lease, Standing
 
 NEVER = 6.5
 
@@ -76,3 +76,12 @@ def test_a_share_falls_in_its_time_whatever_it_rose_to() -> None:
     assert fader.share == pytest.approx(1.0)
     shares = [fader.update(False) for _ in range(51)]
     assert shares[-1] == 0.0 and shares[24] == pytest.approx(0.5)
+
+
+def test_energy_counts_from_the_first_word_and_goes_on_where_the_other_side_begins_anew() -> None:
+    granted = Granted()
+    assert [granted.update(sent) for sent in (5.0, 5.5, 5.5, 0.2, 0.3)] == pytest.approx(
+        [0.0, 0.5, 0.5, 0.5, 0.6]
+    )
+    granted.begin()
+    assert granted.update(7.0) == 0.0

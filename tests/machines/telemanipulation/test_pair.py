@@ -122,6 +122,30 @@ def test_in_steady_contact_the_operator_feels_at_least_half_of_the_avatars_force
 
 
 @in_a_copy
+@pytest.mark.parametrize("stiffness", [1000.0, 10000.0])
+def test_walls_are_felt_and_stable_over_a_bad_network(pair: Both, stiffness: float) -> None:
+    network = Conditions(0.12, 0.04, 0.05, 2.0)
+    pair.network.there._conditions = pair.network.back._conditions = network
+    for machine in pair.machines:
+        for lease in machine.leases:
+            lease._delay = network.longest
+    pair.go(0.4)
+    pair.wall_ahead(stiffness)
+    for i in range(2):
+        pair.reach(i, [0.07, 0.0, 0.0])
+    pair.go(2.0)
+    places, forces = [], []
+    for _ in range(20):
+        pair.go(0.02)
+        places.append([pair.palms(i)[0][0] for i in range(2)])
+        forces.append([pair.forces(i) for i in range(2)])
+    assert standings(pair) == [Standing.FOLLOWS] * 4
+    assert np.ptp(places, axis=0).max() < 3e-3
+    hand, wall = np.mean(forces, axis=0).T
+    assert (wall > 2.0).all() and (hand > 0.5 * wall).all() and np.max(forces) < 30.0
+
+
+@in_a_copy
 def test_a_blow_stops_one_arm_the_operator_is_told_and_an_act_there_starts_it_again(pair: Both) -> None:
     avatar = pair.machines[1]
     avatar.arms[0]._most = 5.0, 1.0  # a light touch is too much
