@@ -94,6 +94,7 @@ class Tracking:
             rate=np.zeros(n),
             spring=np.zeros(n),
             yielding=np.zeros(n),
+            shown=np.zeros(n),
             most_torque=admitted.torque,
             most_power=admitted.power,
             lower=admitted.lower,
@@ -112,6 +113,15 @@ class Tracking:
         )
         self._inertia = chain.inertia_arguments(q, ability.inertia)
         self._fresh, self._planned, self._ticks = True, False, 0
+
+    def doubt(self, doubted: bool) -> None:
+        """Whether no more of the wrench is believed than what the springs show that they carry of it."""
+        self._core.doubted = doubted
+
+    @property
+    def contradicted(self) -> bool:
+        """Whether a spring shows less of the wrench than it should."""
+        return bool(lib.tracking_contradicted(self._core))
 
     def reset(self) -> None:
         """Forget the reference of the last tick."""

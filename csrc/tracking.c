@@ -7,11 +7,38 @@ static const double PLANNED = 0.99, NOTHING = 1e-6, SPARED = 0.15;
 /* Time constant against the noise of the force-torque sensor [s]. */
 static const double SMOOTH = 4e-3;
 
+/* Stiffness and load of the springs are not known better than that, the latter as a share of a drive's
+ * torque. */
+static const double MISJUDGED = 1.4, UNSEEN = 0.02;
+
+static double without_wrench(const tracking *t, int i) {
+    return t->rigid[i] + t->friction[i] * t->qd[i];
+}
+
+/* Of J^T w what the spring shows. */
+static double confirmed(const tracking *t, int i, double pull) {
+    const double shown = pull < 0.0 ? -t->shown[i] : t->shown[i];
+    const double most = fmax(0.0, MISJUDGED * shown + UNSEEN * t->most_torque[i]);
+    return fmin(fmax(pull, -most), most);
+}
+
+/* J^T w. */
+static double pulled(const tracking *t, int i) {
+    double pull = 0.0;
+    for (int k = 0; k < 6; k++) pull += t->J[t->n * k + i] * t->wrench[k];
+    return pull;
+}
+
+int tracking_contradicted(const tracking *t) {
+    for (int i = 0; i < t->n; i++)
+        if (confirmed(t, i, pulled(t, i)) != pulled(t, i)) return 1;
+    return 0;
+}
+
 /* Spring torque that the link side needs: rigid body + friction - J^T w. */
 static double through_spring(const tracking *t, int i) {
-    double spring = t->rigid[i] + t->friction[i] * t->qd[i];
-    for (int k = 0; k < 6; k++) spring -= t->J[t->n * k + i] * t->wrench[k];
-    return spring;
+    const double pull = pulled(t, i);
+    return without_wrench(t, i) - (t->doubted ? confirmed(t, i, pull) : pull);
 }
 
 /* What the deviation of the measured motor from the reference of the last tick adds. */
@@ -62,6 +89,7 @@ void tracking_update(const tracking *t, int fresh, int planned) {
         const double torque = t->rotor[i] * t->qdd[i] + spring + fed_back(t, i);
         t->torque[i] = torque + (planned ? for_yielding(t, i, torque) : 0.0);
         refer(t, i, spring, 0);
+        t->shown[i] = without_wrench(t, i) - t->stiffness[i] * (t->motor[i] - t->link[i]);
     }
 }
 

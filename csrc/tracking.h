@@ -20,6 +20,9 @@ typedef struct {
     double *spring SHAPE(n),
         *yielding SHAPE(n);  /* its torque in the last tick, and its smoothed rate of yielding */
     double *torque SHAPE(n); /* result */
+    /* torque of the wrench that each spring showed in the last tick, and whether no more of it is believed */
+    double *shown SHAPE(n);
+    int doubted;
 
     /* what the drives are admitted: torque, its product with the measured speed, and the measured positions
      * of the links beyond which no torque leads further out */
@@ -32,6 +35,9 @@ typedef struct {
 
 /* Before qdd is known: `rigid` is that of qdd = 0 and `inertia` that of the links alone. */
 void tracking_forecast(const tracking *t, int fresh);
+
+/* Whether a spring shows less of the wrench than there should be. */
+int tracking_contradicted(const tracking *t);
 
 /* `fresh`: there was no last tick; `planned`: there was a forecast of this one. */
 void tracking_update(const tracking *t, int fresh, int planned);

@@ -150,7 +150,8 @@ class SerialArm:
 
     def brake(self, dropped: Sequence[bool]) -> bool:
         """Arm to rest within its limits; then hold."""
-        self._rendering.slow_down(STILL, together=not any(dropped))
+        wrench = None if self.raw_wrench is None else self._estimator.wrench
+        self._rendering.slow_down(STILL, wrench, together=not any(dropped))
         self.astray = self._rendering.astray
         self.overload = self._rendering.overload
         self._command()

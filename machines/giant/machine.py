@@ -206,7 +206,8 @@ class Giant:
         """Arm to rest within its limits while the PPU comes to rest at its own acceleration; then hold."""
         self._feed_base(dropped[len(JOINTS) :])
         carried = max(map(abs, self._observer.qd.tolist())) > PPU_STILL
-        self._rendering.slow_down(self._base, carried, self.inertial and not any(dropped))
+        wrench = None if self.raw_wrench is None else self._estimator.wrench
+        self._rendering.slow_down(self._base, wrench, carried, self.inertial and not any(dropped))
         self.astray = self._rendering.astray + self._gantry_follows
         self.overload = self._rendering.overload
         self._prepositioning.velocity[:] = self._axes.target_velocity

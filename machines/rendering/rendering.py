@@ -32,6 +32,8 @@ ADMITTED = ("command", "power", "lower", "upper")
 """What the gate admits to an axis, as the tracking plans with it."""
 SETTLED = 0.01
 """Commanded speeds below this end a stop within a tick [rad/s or m/s]."""
+CONTRADICTED_S = 0.2
+"""A stop believes no wrench that the springs have contradicted for so long, less the time they did not."""
 STOP_FADE_S = 5e-3
 """Time constant with which the operator's wrench leaves the feedforward of a stop."""
 FEEDFORWARD_GAIN = 10.0
@@ -75,6 +77,9 @@ class Rendering:
         self.overload, self._since = "", 0
         self.doubtful = False
         self._lately = round(OVERLOAD_S / dt)
+        self._believed = 0.0
+        self._contradicted, self._longest_contradiction = 0, round(CONTRADICTED_S / dt)
+        self._sprung = bool(np.isfinite(elasticity.stiffness).all())
         self._settled = self.coordinated = False
         self._names = [axis.name for axis in axes]
         self._rated = np.array([axis.command for axis in axes], float)
@@ -129,6 +134,9 @@ class Rendering:
         held = trust * min(1.0, FEEDFORWARD_GAIN * gain)
         np.multiply(wrench, trust * gain, out=self.felt)
         np.multiply(wrench, held, out=self.wrench)
+        self._believed = held
+        self._tracking.doubt(False)
+        self._contradicted = 0
         self._judge(wrench, 1.0 - held)
         control.prepare(self.felt)
         if control.ability:
@@ -194,18 +202,22 @@ class Rendering:
         if self.overload:
             self.doubtful, self.overload = True, ""
 
-    def slow_down(self, base: Array, carried: bool = False, together: bool = True) -> None:
-        """Arm to rest within its limits, as fast as joints are rated for or motors can; the wrench fades out.
+    def slow_down(
+        self, base: Array, wrench: Array | None, carried: bool = False, together: bool = True
+    ) -> None:
+        """Arm to rest within its limits, as fast as joints are rated for or motors can.
 
-        Once everything is slow the joints stand, and what carries them may tremble.
+        The operator is held against as far as the springs show the wrench; the rest fades out. Once
+        everything is slow the joints stand, and what carries them may tremble.
 
         Args:
             base: acceleration of what carries the arm, (2,) [m/s^2].
+            wrench: measured, at the handle in B, (6,) [N, N m]; None where nothing valid is.
             carried: whether that still moves.
             together: whether all that the limits depend on is measured; if not, each joint stops for itself.
         """
         self._let_go()
-        np.multiply(self.wrench, self.fade, out=self.wrench)
+        self._doubt(wrench)
         control = self.control
         control.arm.update()
         if control.ability:
@@ -214,6 +226,16 @@ class Rendering:
         self.coordinated = together and not self._settled and control.stop()
         if not self.coordinated:
             control.brake()
+
+    def _doubt(self, wrench: Array | None) -> None:
+        """Hold against a wrench (6,) as far as the springs show it, or let the last one fade."""
+        self._tracking.doubt(self._sprung)
+        if wrench is None or not self._sprung or self._contradicted > self._longest_contradiction:
+            self._believed *= self.fade
+            np.multiply(self.wrench, self.fade, out=self.wrench)
+            return
+        np.multiply(wrench, self._believed, out=self.wrench)
+        self._contradicted = max(0, self._contradicted + (1 if self._tracking.contradicted else -1))
 
     def torque(self, base: Array) -> list[float]:
         """Motor torques, (m,) [N m or N], on a base with an acceleration (2,) [m/s^2]."""

@@ -18,6 +18,7 @@ from hapticd.machines.giant.names import PPU_JOINTS
 from hapticd.models import Array, Robot
 from hapticd.runtime.configuration import config
 from hapticd.runtime.core.modes import Mode
+from hapticd.safety import Reaction, Verdict
 from hapticd.testing.bench import Bench
 from hapticd.testing.copies import in_a_copy
 
@@ -191,3 +192,54 @@ def test_a_stop_that_cannot_know_where_the_gantry_goes_lets_each_axis_brake(
     rendering.coordinated = True
     assert passed(rushing) > 0.03
     assert not rendering.coordinated
+
+
+TILTED = 17300
+"""Tick of the default walk at which the hand turns the handle against its tilt."""
+
+
+@in_a_copy
+def test_who_presses_against_a_limit_is_held_there_by_a_stop(rushing: Bench) -> None:
+    """Without what the hand pulls with, motors yield by torque / gain: 34 mrad here."""
+    bench = rushing
+    bench.run(TILTED - bench.tick_index)
+    bench.press(False)
+    worst = -np.inf
+    for _ in range(600):
+        bench.run(1)
+        q = bench.plant.arm.q
+        worst = max(worst, 0.6 - (q[3] + q[4]))
+    assert bench.mode is Mode.STOPPED
+    assert worst < 5e-3
+
+
+def lies(bench: Bench, force: float) -> float:
+    """From now on the force sensor shows this much more along x; how far joints yield in a hold [rad]."""
+    sense, felt = bench.plant._sense, bench.nodes["force_torque"].fields["wrench"]
+
+    def lying() -> None:
+        sense()
+        felt[0] += force
+
+    bench.plant._sense = lying
+    bench.cycle.stops.take(Verdict(Reaction.HOLD, "test", "a controlled stop"), bench.tick_index)
+    control, yields = bench.cycle.machine.force_control, 0.0  # type: ignore[attr-defined]
+    for _ in range(700):
+        bench.run(1)
+        yields = max(yields, np.abs(bench.plant.arm.q - control.q).max())
+    assert bench.mode is Mode.HOLDING
+    return yields
+
+
+@pytest.mark.parametrize(("force", "believed"), [(0.0, True), (60.0, False), (400.0, False)])
+@in_a_copy
+def test_a_stop_believes_of_the_wrench_what_the_springs_show(
+    rushing: Bench, force: float, believed: bool
+) -> None:
+    """A sensor that lies pushes no harder than the hand, and is soon not heard any more."""
+    yields = lies(rushing, force)
+    held = np.linalg.norm(rushing.cycle.machine._rendering.wrench[:3])  # type: ignore[attr-defined]
+    if believed:
+        assert yields < 0.005 and held > 50.0
+    else:
+        assert yields < 0.04 and held < 1e-3  # as without any sensor
