@@ -6,7 +6,7 @@
 #include <sys/socket.h>
 #include <sys/uio.h>
 
-enum { FIRST = 2, BATCH = 32 };
+enum { FIRST = 2, BATCH = 8 };
 
 static_assert(sizeof(((link_inbox *)0)->counter) == LINK_KEEP * sizeof(uint64_t),
               "room for all that is kept");

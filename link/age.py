@@ -51,5 +51,5 @@ class Ages:
             else:
                 self.jumps += 1
         self._least, self._most, self._at = least, most, now
-        likely = now - sent + (least + most) // 2
-        return Age(min(max(likely, 0), round_trip), round_trip, held)
+        # the bounds are no looser than this packet's own: 0 <= likely <= round_trip
+        return Age(now - sent + (least + most) // 2, round_trip, held)

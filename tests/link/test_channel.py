@@ -142,6 +142,18 @@ def test_no_delay_of_the_network_makes_a_packet_older_than_twice_the_declared_on
     theirs.close()
 
 
+def test_a_packet_that_comes_fast_but_answers_an_old_one_moves_nothing(pair: Pair) -> None:
+    """Its age is likely small, by what was heard before; that it is, nobody can prove any more."""
+    pair.exchange(50)
+    for delay, moves in ((0.08, True), (0.12, False)):
+        pair.avatar.send(bytes(24))
+        pair.time.wait(delay)
+        pair.operator.receive()
+        pair.operator.send(bytes(40))
+        assert (pair.avatar.receive() is not None) == moves
+    assert pair.avatar.counts().stale == 1
+
+
 def test_a_packet_whose_sender_has_heard_nothing_of_us_moves_nothing() -> None:
     left, right = socket.socketpair(socket.AF_UNIX, socket.SOCK_DGRAM)
     ours, theirs = Channel(left, KEYS, TO_AVATAR, OPERATOR), Channel(right, KEYS, 1, AVATAR)
@@ -183,6 +195,18 @@ def test_the_lease_ends_after_two_seconds_of_silence_and_no_packet_renews_it(pai
     pair.operator.send(bytes(40))
     assert pair.operator.counts().unsent == 1
     assert pair.avatar.expired
+
+
+def test_no_packet_however_fresh_revives_a_lease_that_is_over(pair: Pair) -> None:
+    for _ in range(199):
+        pair.avatar.send(bytes(24))
+        pair.operator.receive()
+        pair.operator.send(bytes(40))
+        pair.avatar._socket.recv(2000)  # is lost
+        pair.time.wait(0.01)
+    pair.time.wait(0.02)
+    pair.operator.send(bytes(40))
+    assert pair.avatar.receive() is None and pair.avatar.over
 
 
 def test_packets_that_come_too_late_do_not_hold_the_lease(pair: Pair) -> None:
