@@ -27,6 +27,9 @@ NAMES = (
     "giant_redundancy",
     "giant_fig8",
     "giant_fig9",
+    "bimanual_fig6",
+    "bimanual_fig7",
+    "bimanual_table1",
 )
 
 

@@ -10,7 +10,19 @@ from typing import Any
 import numpy as np
 import pytest
 from hapticd.bench import growth, jitter
-from hapticd.experiments import giant_fig8, giant_fig9, palpation, rhi_fig9, rhi_fig10, rhi_fig11, rhi_table1
+from hapticd.experiments import (
+    bimanual_fig6,
+    bimanual_fig7,
+    bimanual_table1,
+    giant_fig8,
+    giant_fig9,
+    mounting,
+    palpation,
+    rhi_fig9,
+    rhi_fig10,
+    rhi_fig11,
+    rhi_table1,
+)
 from hapticd.experiments.command import NAMES
 from hapticd.experiments.outcome import Outcome, write_plot
 
@@ -51,6 +63,17 @@ def little_work(monkeypatch: pytest.MonkeyPatch) -> None:
     for module in (giant_fig8, giant_fig9):
         monkeypatch.setattr(module, "SECONDS", 0.5)
     monkeypatch.setattr(rhi_table1, "identify", lambda device, stiff: (1.0, 2.0))
+    monkeypatch.setattr(bimanual_fig6, "SPEEDS", ())
+    monkeypatch.setattr(bimanual_fig6, "SECONDS", 3.0)
+    monkeypatch.setattr(bimanual_fig7, "SECONDS", 1.0)
+    for module, name, value in (
+        (bimanual_table1, "COUNT", 150),
+        (bimanual_table1, "WORKERS", 1),
+        (mounting, "FIRST", 10),
+        (mounting, "ROUNDS", 1),
+        (mounting, "PER_ROUND", 4),
+    ):
+        monkeypatch.setattr(module, name, value)
 
 
 @pytest.mark.usefixtures("little_work")
