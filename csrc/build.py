@@ -92,7 +92,13 @@ hqp = partial(
 )
 link = partial(module, "hapticd.link._inbox", ["link.h"], ["link.c"])
 runtime = partial(module, "hapticd.runtime._rt", ["rt.h", "ring.h"], ["rt.c", "ring.c"])
-safety = partial(module, "hapticd.safety._plausibility", ["plausibility.h"], ["plausibility.c"])
+CHECKS = ("balance", "springs", "plausibility")
+safety = partial(
+    module,
+    "hapticd.safety._plausibility",
+    [f"{part}.h" for part in CHECKS],
+    [f"{part}.c" for part in CHECKS],
+)
 MECHANICS = ("links", "dry", "held", "elastic", "direct", "tool", "path")
 PEERS = ("codec", "peer", "peer_drive", "peer_safety", "peers", "wire")
 plant = partial(

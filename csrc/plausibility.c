@@ -111,11 +111,14 @@ int plausible_agree(const plausible_pairs *p) {
             p->load_stood[i] = p->load[i];
             p->deflection_stood[i] = deflection;
         }
-        const double apart = deflection - p->compliance[i] * p->load[i];
-        const double lag = p->compliance[i] > 0.0 ? p->relaxing * fabs(deflection - p->deflection[i]) : 0.0;
+        const int yields = p->compliance[i] > 0.0;
+        const double fit = fmax(p->least[i], fmin(p->most[i], deflection / p->load[i]));
+        const double apart = deflection - fit * p->load[i];
+        const double tolerance = p->tolerance[i] * (yields ? fmin(1.0, fit / p->compliance[i]) : 1.0);
+        const double lag = yields ? p->relaxing * fabs(deflection - p->deflection[i]) : 0.0;
         p->deflection[i] = deflection;
         const int stuck = !(fabs(deflection - p->deflection_stood[i]) <= p->reach[i]);
-        p->mismatched[i] = stuck || !(fabs(apart) <= p->tolerance[i] + lag);
+        p->mismatched[i] = stuck || !(fabs(apart) <= tolerance + lag);
         mismatched += p->mismatched[i];
     }
     return mismatched;
@@ -124,7 +127,9 @@ int plausible_agree(const plausible_pairs *p) {
 int plausible_tick(const plausible_values *const *values, int count, int sensors,
                    const plausible_motion *const *motions, int motion_count,
                    const plausible_course *const *courses, int course_count,
-                   const plausible_pairs *const *pairs, int pairs_count, int elapsed, int free_to_move) {
+                   const torque_balance *const *balances, int balance_count,
+                   const spring_bounds *const *springs, int spring_count, const plausible_pairs *const *pairs,
+                   int pairs_count, int elapsed, int free_to_move) {
     int found = 0;
     for (int i = 0; i < count; i++) {
         const int old = plausible_accept(values[i], elapsed);
@@ -132,6 +137,8 @@ int plausible_tick(const plausible_values *const *values, int count, int sensors
     }
     for (int i = 0; i < motion_count; i++) found += plausible_move(motions[i], free_to_move);
     for (int i = 0; i < course_count; i++) found += plausible_travel(courses[i], elapsed);
+    for (int i = 0; i < balance_count; i++) found += balance_torques(balances[i], elapsed, free_to_move);
+    for (int i = 0; i < spring_count; i++) springs_learn(springs[i], free_to_move);
     for (int i = 0; i < pairs_count; i++) found += plausible_agree(pairs[i]);
     return found;
 }

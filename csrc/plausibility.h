@@ -7,7 +7,9 @@
 #define HAPTICD_PLAUSIBILITY_H
 
 #include <stdint.h>
+#include "balance.h"
 #include "shape.h"
+#include "springs.h"
 
 enum { PLAUSIBILITY_NEVER = 1 << 30, PLAUSIBILITY_EXTRAPOLATED = 3 };
 
@@ -96,11 +98,12 @@ typedef struct {
     int n;
     const double *motor SHAPE(n), *link SHAPE(n); /* positions */
     const double *load SHAPE(n);                  /* measured torque through the spring */
-    const double *compliance SHAPE(n);            /* of the spring, 0 where there is none */
-    const double *tolerance SHAPE(n);             /* largest contradiction */
-    double relaxing;                /* ticks that the deflection may lag behind the torque: springs damp */
-    double *deflection SHAPE(n);    /* motor less link in the last tick */
-    const double *quantum SHAPE(n); /* change of the load torque that is less is none */
+    const double *compliance SHAPE(n);            /* believed of the spring, 0 where there is none */
+    const double *least SHAPE(n), *most SHAPE(n); /* what it may be instead: the nearest fit counts */
+    const double *tolerance SHAPE(n); /* largest contradiction; of a stiffer spring less in proportion */
+    double relaxing;                  /* ticks that the deflection may lag behind the torque: springs damp */
+    double *deflection SHAPE(n);      /* motor less link in the last tick */
+    const double *quantum SHAPE(n);   /* change of the load torque that is less is none */
     const double *reach SHAPE(n); /* change of motor less link that does not come without the load torque's */
     double *load_stood SHAPE(n);  /* where the load torque stands */
     double *deflection_stood SHAPE(n); /* motor less link when it got there */
@@ -111,10 +114,13 @@ typedef struct {
 int plausible_agree(const plausible_pairs *p);
 
 /* Takes a tick of all that is measured: values, of which the first `sensors` are not of axes, then what is
-   compared of them. Returns how much was found of axes: values that are old, encoders, axes and pairs. */
+   compared of them. Returns how much was found of axes: values that are old, encoders, axes, motors and
+   pairs. */
 int plausible_tick(const plausible_values *const *values, int count, int sensors,
                    const plausible_motion *const *motions, int motion_count,
                    const plausible_course *const *courses, int course_count,
-                   const plausible_pairs *const *pairs, int pairs_count, int elapsed, int free_to_move);
+                   const torque_balance *const *balances, int balance_count,
+                   const spring_bounds *const *springs, int spring_count, const plausible_pairs *const *pairs,
+                   int pairs_count, int elapsed, int free_to_move);
 
 #endif

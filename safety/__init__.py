@@ -7,6 +7,7 @@ from .latch import TRIP_WORDS, StopLatch, Trip, describe, refusal
 from .monitor import Monitor
 from .observation import Observation, Thresholds
 from .plausibility import Axes, Course, Findings, Motion, Pairs, Plausibility, Values
+from .springs import Balance, Springs
 from .standstill import Standstill, strayed
 from .verdict import PASS, Reaction, Verdict, strongest
 
@@ -15,6 +16,7 @@ __all__ = [
     "TRIP_WORDS",
     "Axes",
     "AxisLimits",
+    "Balance",
     "Course",
     "DeadMan",
     "Findings",
@@ -26,6 +28,7 @@ __all__ = [
     "Permission",
     "Plausibility",
     "Reaction",
+    "Springs",
     "Standstill",
     "StopLatch",
     "Thresholds",

@@ -33,7 +33,8 @@ LIMIT_TICKS = 3
 JUMPS = 2
 """Measurements of an axis within a window that are not plausible and stop the machine (row 10)."""
 MISMATCHES = 10
-"""Ticks within a window in which two encoders contradict each other before the machine stops (row 11)."""
+"""Ticks within a window in which two encoders, or motor and torque sensor, contradict each other before the
+machine stops (row 11)."""
 
 ASTRAY_S = 5e-3
 """For so long an axis may not follow its controller before the machine stops (row 44)."""
@@ -189,6 +190,21 @@ def _mismatches(t: Thresholds, trust: Trust) -> Check:
     return check
 
 
+def _unbalanced(t: Thresholds, trust: Trust) -> Check:
+    tallies = Tallies(t.axes, Rule(Reaction.RECORD, 1, 1), Rule(Reaction.RAMP, MISMATCHES, WINDOW))
+
+    def check(seen: Observation) -> Verdict:
+        strong, worst, detail = tallies.push(seen.unbalanced)
+        if not worst:
+            return PASS
+        if strong is Reaction.RAMP:
+            _distrust(trust, worst)
+        detail = f"{detail} in which its torque sensor does not show what its motor gives"
+        return Verdict(strong, "torque_mismatch", detail) if strong else PASS
+
+    return check
+
+
 def _overloaded(seen: Observation, verdict: Verdict) -> Verdict:
     """The same, called by its cause where a hand is stronger than the machine."""
     if not seen.overload:
@@ -325,6 +341,7 @@ CHECKS: dict[str, Maker] = {
     "9, velocity": _contradicted,
     "10": _jumps,
     "11": _mismatches,
+    "11, torques": _unbalanced,
     "25": _limits,
     "44": _following,
     "12": _wrench,

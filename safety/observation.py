@@ -47,6 +47,7 @@ class Observation:
         lost: per device, whether it restarted or left OP while it should run.
         rejected: per axis, whether a measurement of this tick was not plausible.
         mismatched: per axis, whether its two encoders contradict each other.
+        unbalanced: per axis, whether its torque sensor contradicts what its motor gives.
         frozen: per axis, whether an encoder stands still although the axis must move.
         contradicted: per axis, whether its position and its velocity contradict each other.
         stale: per axis, whether its last accepted measurement is too old to brake on.
@@ -73,6 +74,7 @@ class Observation:
     lost: Sequence[bool] = ()
     rejected: Sequence[bool] = ()
     mismatched: Sequence[bool] = ()
+    unbalanced: Sequence[bool] = ()
     frozen: Sequence[bool] = ()
     contradicted: Sequence[bool] = ()
     stale: Sequence[bool] = ()

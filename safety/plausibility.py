@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from ..binding import bind, pointer
 from ._plausibility import ffi, lib
+from .springs import Balance, Bounds, Springs
 
 FRESH_TICKS = 3
 """A stop steers by measurements that are at most so old."""
@@ -231,6 +232,7 @@ class Pairs:
         tolerance: Sequence[float],
         frozen: tuple[Sequence[float], Sequence[float]] | None = None,
         relaxing: float = 0.0,
+        bounds: Bounds | None = None,
     ) -> None:
         """Bind to the arrays of others that are read where they are, (n,) each.
 
@@ -239,12 +241,16 @@ class Pairs:
             link: by those behind the springs.
             load: measured torques in the springs.
             compliance: of the springs, 0 where nothing yields.
-            tolerance: largest difference that is no contradiction.
+            tolerance: largest difference that is no contradiction; of a spring that is stiffer than believed,
+                less in proportion.
             frozen: changes of the torque that are none, and of the difference that do not come without;
                 None where the torque does not act on it.
             relaxing: ticks by which a deflection may lag behind its torque.
+            bounds: compliances that the springs may have instead; None for none.
         """
         n = motor.size
+        believed = np.array(compliance, float)
+        least, most = bounds or (believed, believed)
         self.mismatched = np.zeros(n, np.bool_)
         quantum, reach = frozen or ([np.inf] * n, [np.inf] * n)
         self._core = ffi.new("plausible_pairs *", {"n": n, "relaxing": relaxing})
@@ -254,7 +260,9 @@ class Pairs:
             motor=motor,
             link=link,
             load=load,
-            compliance=np.array(compliance, float),
+            compliance=believed,
+            least=least,
+            most=most,
             tolerance=np.array(tolerance, float),
             quantum=np.array(quantum, float),
             reach=np.array(reach, float),
@@ -278,12 +286,16 @@ class Axes:
         motions: its encoders.
         courses: of them; the last tells how fast the axes are.
         pairs: of them.
+        balances: of their motors and torque sensors.
+        springs: behind them.
     """
 
     values: Sequence[Values]
     motions: Sequence[Motion]
     courses: Sequence[Course]
     pairs: Sequence[Pairs] = ()
+    balances: Sequence[Balance] = ()
+    springs: Sequence[Springs] = ()
 
 
 @dataclass(slots=True)
@@ -292,6 +304,7 @@ class Findings:
 
     rejected: list[bool] = field(default_factory=list)
     mismatched: list[bool] = field(default_factory=list)
+    unbalanced: list[bool] = field(default_factory=list)
     frozen: list[bool] = field(default_factory=list)
     contradicted: list[bool] = field(default_factory=list)
     stale: list[bool] = field(default_factory=list)
@@ -311,15 +324,20 @@ class Plausibility:
         motions = [motion for group in groups for motion in group.motions]
         courses = [course for group in groups for course in group.courses]
         pairs = [pair for group in groups for pair in group.pairs]
-        self._checks = values, motions, courses, pairs  # they own what C is pointed to
+        balances = [balance for group in groups for balance in group.balances]
+        springs = [spring for group in groups for spring in group.springs]
+        # they own what C is pointed to
+        self._checks = values, motions, courses, pairs, balances, springs
         self._all = (
             *(ffi.new("plausible_values *[]", [each._core for each in values]), len(values), len(sensors)),
             *(ffi.new("plausible_motion *[]", [each._core for each in motions]), len(motions)),
             *(ffi.new("plausible_course *[]", [each._core for each in courses]), len(courses)),
+            *(ffi.new("torque_balance *[]", [each.core for each in balances]), len(balances)),
+            *(ffi.new("spring_bounds *[]", [each.core for each in springs]), len(springs)),
             *(ffi.new("plausible_pairs *[]", [each._core for each in pairs]), len(pairs)),
         )
         none = [False] * sum(group.values[0].age.size for group in groups)
-        self._calm = self.findings = Findings(none, none, none, none, none)
+        self._calm = self.findings = Findings(none, none, none, none, none, none)
 
     @property
     def speed(self) -> list[float]:
@@ -350,6 +368,7 @@ class Plausibility:
             found.contradicted += _any([course.wrong for course in group.courses])
             nothing = [np.zeros(group.values[0].age.size, np.bool_)]
             found.mismatched += _any([pair.mismatched for pair in group.pairs] or nothing)
+            found.unbalanced += _any([balance.unbalanced for balance in group.balances] or nothing)
         return found
 
 

@@ -80,6 +80,8 @@ def _joints(config: ArmConfig, robot: Robot) -> Found:
         name = list(joints)[yields.index(False)]
         fix = "give all joints a stiffness, or none"
         found.append((f"arm.joints.{name}.stiffness", "is missing, but others have one", fix))
+    if config.arm.stiffness_tolerance is not None and not any(yields):
+        found.append(("arm.stiffness_tolerance", "is of no spring", "remove it, or give stiffnesses"))
     return found
 
 

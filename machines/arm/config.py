@@ -37,7 +37,7 @@ from ...configs.quantities import (
 )
 from ...configs.strict import Strict
 from ...runtime.core.sections import Config, Hand, Name, Place, Safety, Simulation, Substeps
-from ..rendering.sections import Away, ForceControl, Handle, Plant, Twin
+from ..rendering.sections import Away, ForceControl, Handle, Plant, StiffnessTolerance, Twin
 
 DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
 """Along and about the axes of the base."""
@@ -124,6 +124,7 @@ class Arm(Strict, frozen=True):
     force_control: ForceControl
     twin: Twin
     handle: Handle | None = None
+    stiffness_tolerance: StiffnessTolerance | None = None
     posture: Posture | None = None
     sums: tuple[RevoluteSum | PrismaticSum, ...] | None = None
     boxes: tuple[ArmBox, ...] | None = None

@@ -24,10 +24,10 @@ from ...runtime.core.measured import alive, sensor
 from ...runtime.core.stages import Mark
 from ...runtime.core.torque_axes import TorqueAxes
 from ...safety import Plausibility
-from ..rendering.logged import StateLog, felt, motion, solved, twin_fields
+from ..rendering.logged import Field, StateLog, felt, motion, solved, twin_fields
 from ..rendering.ratings import Ratings
 from ..rendering.rendering import JOINTS_AT_REST, Rendering, pulled, sensor_pose
-from ..rendering.sections import Twin
+from ..rendering.sections import SPRINGS_DIFFER, Twin
 from ..rendering.tool import carrying, tool_of
 from ..rendering.twin import degrees_of_freedom, joint_names, twin_of
 from .config import DIRECTIONS, ArmConfig, RevoluteJoint
@@ -36,12 +36,15 @@ STILL = np.zeros(2)
 """Acceleration of a base that stands."""
 
 
-def state_layout(m: int, sums: int, points: int, twin: Twin, coupled: tuple[int, ...]) -> np.dtype[np.void]:
+def state_layout(
+    m: int, sums: int, points: int, twin: Twin, coupled: tuple[int, ...], springs: int = 0
+) -> np.dtype[np.void]:
     """What the log keeps of a tick: numbers first, then flags and the solver."""
     active = degrees_of_freedom(twin, coupled) + m + sums + 3 * points
     joints = joint_names(twin)
     measured = [("link", "<f8", m), ("points", "<f8", (points, 3))]  # link side [rad or m]; boxed frames [m]
-    return np.dtype([*measured, *motion(m), *twin_fields(joints), *solved(m, active, joints)])
+    known: list[Field] = [("stiffness", "<f8", springs)] if springs else []  # of the springs, by now
+    return np.dtype([*measured, *motion(m), *known, *twin_fields(joints), *solved(m, active, joints)])
 
 
 class SerialArm:
@@ -61,19 +64,23 @@ class SerialArm:
             np.array([getattr(joint, key) for joint in joints], float)
             for key in ("rotor_inertia", "p_gain", "d_gain")
         )
-        elasticity = SeriesElasticity(rotor, np.array(ratings.stiffness, float))
+        stiffness = ratings.axes.believed  # of which the checks of the encoders learn more
+        self._known = stiffness if np.isfinite(stiffness).all() else stiffness[:0]
+        elasticity = SeriesElasticity(rotor, stiffness)
         self.axes = ratings.axes.limits(config)
         self._rendering = Rendering(
             robot, control, self._joints, elasticity, (p_gain, d_gain), self.axes, mark, dt
         )
         self._measure(config, robot, dt)
         sums, boxes = len(arm.sums or ()), len(arm.boxes or ())
-        self.state = state_layout(robot.nv, sums, boxes, arm.twin, directions(config))
+        self.state = state_layout(robot.nv, sums, boxes, arm.twin, directions(config), len(self._known))
         self.play, self.braking = ratings.play, ratings.braking
         self.thresholds = ratings.axes.thresholds(config, image)
         scales = self._force_torque.scales[0]
         self._force = sensor(image, "force_torque", 0, self._force_torque.wrench[0], scales, dt)
-        self.plausibility = Plausibility((ratings.axes.checks(config, image),), (self._force,))
+        self.plausibility = Plausibility(
+            (ratings.axes.checks(config, image, stiffness=stiffness),), (self._force,)
+        )
         self._standstill = Standstill((JOINTS_AT_REST,) * robot.nv, round(REST_S * config.loop.rate))
         self.position: list[float] = [0.0] * robot.nv
         self.velocity: list[float] = [0.0] * robot.nv
@@ -166,7 +173,7 @@ class SerialArm:
         """See ``state_layout``: its numbers come first and are copied in one go."""
         control = self.force_control
         measured = (self._joints.link_position, *self._points)
-        numbers = (*measured, control.q, control.qd, control.qdd, *felt(self._rendering))
+        numbers = (*measured, control.q, control.qd, control.qdd, self._known, *felt(self._rendering))
         self._log = StateLog(state, numbers, control)
 
     def fill(self) -> None:
@@ -191,6 +198,8 @@ def joint_ratings(config: ArmConfig, robot: Robot) -> Ratings:
         velocity=[joint.velocity for joint in joints],
         torque=robot.effort.tolist(),
         stiffness=stiffness,
+        rotor=[joint.rotor_inertia for joint in joints],
+        doubt=SPRINGS_DIFFER if config.arm.stiffness_tolerance is None else config.arm.stiffness_tolerance,
         margin=[safety.position_margin if isinstance(joint, RevoluteJoint) else slides for joint in joints],
     )
     return Ratings(

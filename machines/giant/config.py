@@ -34,7 +34,7 @@ from ...configs.quantities import (
 )
 from ...configs.strict import Strict
 from ...runtime.core.sections import Config, Hand, Place, Safety, Simulation, Substeps
-from ..rendering.sections import Away, ForceControl, Handle, Plant, Twin
+from ..rendering.sections import SPRINGS_DIFFER, Away, ForceControl, Handle, Plant, StiffnessTolerance, Twin
 
 
 class GiantSafety(Safety, frozen=True):
@@ -78,6 +78,7 @@ class Tracking(Strict, frozen=True):
     stiffness: AngularStiffnesses6
     p_gain: AngularStiffnesses6
     d_gain: AngularDampings6
+    stiffness_tolerance: StiffnessTolerance = SPRINGS_DIFFER
 
 
 class Giant(Strict, frozen=True):

@@ -58,6 +58,7 @@ def state_layout(twin: Twin) -> np.dtype[np.void]:
             ("link", "<f8", 6),  # measured, link side [rad]
             ("axis", "<f8", 2),  # measured [m]
             *motion(6),
+            ("stiffness", "<f8", 6),  # of the springs, as far as they are known by now [N m/rad]
             ("ppu", "<f8", (3, 2)),  # estimated position, velocity, acceleration [m, s]
             *twin_fields(joints),
             *solved(6, degrees_of_freedom(twin) + MACHINE_LIMITS, joints),
@@ -99,17 +100,19 @@ class Giant:
         )
         tracking = giant.tracking
         ratings = _ratings(config, robot)
+        stiffness = ratings.axes.believed  # of which the checks of the encoders learn more
         joints = ratings.axes.limits(config)
         self._rendering = Rendering(
             manipulator,
             control,
             self._joints,
-            SeriesElasticity(np.array(tracking.rotor_inertia), np.array(tracking.stiffness)),
+            SeriesElasticity(np.array(tracking.rotor_inertia), stiffness),
             (np.array(tracking.p_gain), np.array(tracking.d_gain)),
             joints,
             mark,
             dt,
         )
+        self._stiffness = stiffness
         self.axes = (*joints, *_gantry_limits(config, dt))
         self.thresholds = _thresholds(config, image, ratings.axes.swing)
         # the gantry yields as far as it may
@@ -122,7 +125,7 @@ class Giant:
             for i in (CARRIAGE, HANDLE)
         )
         sensors = (self._force, self._carried, self._held)
-        self.plausibility = _plausibility(config, image, ratings, sensors)
+        self.plausibility = _plausibility(config, image, ratings, stiffness, sensors)
         self.state = state_layout(giant.twin)
         self.position: list[float] = [0.0] * len(self.axes)
         self.velocity: list[float] = [0.0] * len(self.axes)
@@ -229,7 +232,7 @@ class Giant:
         control, ppu = self.force_control, self._observer
         numbers = (
             *(self._joints.link_position, self._axes.position, control.q, control.qd, control.qdd),
-            *(ppu.q, ppu.qd, ppu.qdd, *felt(self._rendering)),
+            *(self._stiffness, ppu.q, ppu.qd, ppu.qdd, *felt(self._rendering)),
         )
         self._log = StateLog(state, numbers, control)
 
@@ -253,7 +256,11 @@ def _ratings(config: GiantConfig, robot: Robot) -> Ratings:
     m, tracking = config.giant.manipulator, config.giant.tracking
     effort = dict(zip(robot.names, robot.effort.tolist(), strict=True))
     torque = [effort[name] for name in JOINTS]
-    axes = TorqueAxes(JOINTS, m.lower, m.upper, m.velocity, torque, tracking.stiffness)
+    axes = TorqueAxes(
+        *(JOINTS, m.lower, m.upper, m.velocity, torque, tracking.stiffness),
+        rotor=tracking.rotor_inertia,
+        doubt=tracking.stiffness_tolerance,
+    )
     return Ratings(axes, tracking.stiffness, m.acceleration, tracking.p_gain)
 
 
@@ -296,12 +303,12 @@ def _gantry_limits(config: GiantConfig, dt: float) -> tuple[AxisLimits, ...]:
 
 
 def _plausibility(
-    config: GiantConfig, image: ProcessImage, ratings: Ratings, sensors: Sequence[Values]
+    config: GiantConfig, image: ProcessImage, ratings: Ratings, stiffness: Array, sensors: Sequence[Values]
 ) -> Plausibility:
     speed, dt = [config.giant.ppu.velocity] * len(PPU_JOINTS), 1.0 / config.loop.rate
     told = AxisDrives(image).target_velocity
     gantry = axes(image, "axes", speed, {"position": [0.0] * len(PPU_JOINTS)}, (told, speed, None), dt)
-    return Plausibility((ratings.axes.checks(config, image), gantry), sensors)
+    return Plausibility((ratings.axes.checks(config, image, stiffness=stiffness), gantry), sensors)
 
 
 def _thresholds(config: GiantConfig, image: ProcessImage, swing: Sequence[float]) -> Thresholds:

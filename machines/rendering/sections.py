@@ -47,6 +47,11 @@ from ...runtime.core.sections import Name
 
 Factor = Annotated[float, Meta(ge=0.1, le=10.0, description="times what the controller believes")]
 Share = Annotated[float, Meta(ge=0.0, le=1.0, description="of the torque of a joint")]
+StiffnessTolerance = Annotated[
+    float, Meta(ge=0.0, le=0.6, description="a share; who knows less of a spring must measure it first")
+]
+SPRINGS_DIFFER = 0.4
+"""Share by which springs may be stiffer or softer than a controller believes, unless it is told another."""
 Factors = Factor | Annotated[tuple[Factor, ...], Meta(min_length=1, max_length=16)]
 Shares = Share | Annotated[tuple[Share, ...], Meta(min_length=1, max_length=16)]
 Ticks = Annotated[int, Meta(ge=0, le=20, description="longer, and every watchdog would have acted")]

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...devices.image import ProcessImage
-from ...safety import Axes, Course, Motion, Pairs, Thresholds, Values
+from ...safety import Axes, Course, Motion, Thresholds, Values
 
 Array = NDArray[np.float64]
 
@@ -51,7 +51,6 @@ def axes(
     encoders: Mapping[str, Sequence[float]],
     command: tuple[Array, Sequence[float], Array | None],
     dt: float,
-    pairs: Sequence[Pairs] = (),
     spring: tuple[str, Array, Sequence[float]] | None = None,
 ) -> Axes:
     """The checks of a group of drives, n axes.
@@ -63,7 +62,6 @@ def axes(
         encoders: names of the positions, each with how far they may lag behind the axis' way, (n,).
         command: what the drives are told, its largest magnitudes, and what balances it, if measured; (n,).
         dt: of a tick [s].
-        pairs: of its encoders.
         spring: the encoder behind it, torque in it (n,), and compliance (n,).
     """
     fresh, devices, velocity = image.fresh, image.network.groups[group], image[f"{group}.velocity"]
@@ -90,7 +88,7 @@ def axes(
                 spring[1:] if spring and spring[0] == name else None,
             )
         )
-    return Axes(values, motions, courses, pairs)
+    return Axes(values, motions, courses)
 
 
 def alive(sensor: Values, velocity: Sequence[float], limits: Thresholds) -> bool:

@@ -113,6 +113,7 @@ class Senses:
         found = machine.plausibility.findings
         seen.rejected, seen.mismatched, seen.frozen = found.rejected, found.mismatched, found.frozen
         seen.contradicted, seen.stale = found.contradicted, found.stale
+        seen.unbalanced = found.unbalanced
         seen.astray = machine.astray if mode in RENDERING else ()
         seen.overload = machine.overload
         seen.position, seen.velocity = machine.position, machine.velocity

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from math import inf, isinf
+from dataclasses import dataclass, replace
+from math import inf
+
+import numpy as np
+from numpy.typing import NDArray
 
 from ...devices.image import ProcessImage
 from ...devices.torque_drive import JointDrives
-from ...safety import Axes, AxisLimits, Pairs, Thresholds
+from ...safety import Axes, AxisLimits, Balance, Pairs, Springs, Thresholds
 from .machine import GATE_SHARE, SPEED_MARGIN
 from .measured import Array, axes
 from .sections import Config
@@ -16,6 +19,15 @@ from .sections import Config
 CONTRADICTION = 0.1
 """Part of a spring's deflection under the axis' largest torque by which its encoders and its torque sensor
 may contradict each other (row 11): what such torque sensors are good for."""
+RUB = 0.1
+"""Part of the torque that a gear carries which its friction may take besides a contradiction."""
+ROTOR_DOUBT = 0.3
+"""Share by which a rotor's inertia may be another than the controller believes."""
+LEARNT = 0.5
+"""Part of a contradiction by which a deflection, and within a block of ticks its torque, may be off where
+something is learnt of its spring."""
+EASING = 0.5
+"""Share of the believed stiffness by which its estimate may change in a second."""
 FROZEN_LOAD = 0.01
 """Part of an axis' largest torque within which its torque sensor stands still; its spring must not give by
 half a contradiction meanwhile."""
@@ -37,6 +49,8 @@ class TorqueAxes:
         velocity, torque: largest magnitudes.
         stiffness: of the spring behind each motor, infinite where nothing yields; None where none does.
         margin: behind the limits, where the monitor stops the machine; None: the configuration's for all.
+        rotor: inertias before the springs, as the joints see them; None where nothing yields.
+        doubt: share by which the stiffness may be another.
     """
 
     names: Sequence[str]
@@ -46,6 +60,8 @@ class TorqueAxes:
     torque: Sequence[float]
     stiffness: Sequence[float] | None = None
     margin: Sequence[float] | None = None
+    rotor: Sequence[float] | None = None
+    doubt: float = 0.0
 
     def margins(self, config: Config) -> Sequence[float]:
         """One a motor."""
@@ -76,39 +92,79 @@ class TorqueAxes:
         stiffness = self.stiffness or [inf] * len(self.names)
         return tuple(torque / k / SWING_S for torque, k in zip(self.torque, stiffness, strict=True))
 
-    def checks(self, config: Config, image: ProcessImage, balance: Array | None = None) -> Axes:
+    @property
+    def believed(self) -> Array:
+        """Stiffness of the springs, infinite where nothing yields, (n,)."""
+        return np.array(self.stiffness or [inf] * len(self.names), float)
+
+    def checks(
+        self,
+        config: Config,
+        image: ProcessImage,
+        balance: Array | None = None,
+        stiffness: Array | None = None,
+    ) -> Axes:
         """For the plausibility of what they measure.
 
         Args:
             config: of the machine.
             image: its devices.
             balance: torques that balance what the motors are told, (n,); None: the measured loads.
+            stiffness: where estimates of the springs' are written, (n,); None: nowhere.
         """
-        drives, n = JointDrives(image), len(self.names)
-        stiffness = self.stiffness or [inf] * n
-        compliance = [1.0 / k for k in stiffness]
+        drives, n, dt = JointDrives(image), len(self.names), 1.0 / config.loop.rate
+        stiff = self.believed if stiffness is None else stiffness
+        compliance = (1.0 / stiff).tolist()
         yields = [CONTRADICTION * most * c for most, c in zip(self.torque, compliance, strict=True)]
-        # where nothing yields: beyond this the gate would judge positions that are none
-        apart = [
-            GATE_SHARE * margin if isinf(k) else most
-            for k, most, margin in zip(stiffness, yields, self.margins(config), strict=True)
-        ]
-        stuck = [FROZEN_LOAD * most for most in self.torque], [0.5 * way or inf for way in yields]
-        frozen = None if all(map(isinf, stiffness)) else stuck
-        pairs = Pairs(
-            *(drives.position, drives.link_position, drives.load_torque, compliance, apart, frozen),
-            RELAXING_S * config.loop.rate,
-        )
-        return axes(
+        frozen = [FROZEN_LOAD * most for most in self.torque], [0.5 * way or inf for way in yields]
+        elastic = max(compliance) > 0.0
+        found = axes(
             image,
             "joints",
             self.velocity,
             {"position": [0.0] * n, "link_position": yields},
             (drives.target_torque, self.torque, drives.load_torque if balance is None else balance),
-            1.0 / config.loop.rate,
-            [pairs],
-            ("link_position", drives.load_torque, compliance) if frozen else None,
+            dt,
+            ("link_position", drives.load_torque, compliance) if elastic else None,
         )
+        # where nothing yields: beyond this the gate would judge positions that are none
+        apart = [
+            most or GATE_SHARE * margin for most, margin in zip(yields, self.margins(config), strict=True)
+        ]
+        torques = self._torques(drives, found.values[0].age, stiff, yields, dt) if elastic else None
+        pairs = Pairs(
+            *(drives.position, drives.link_position, drives.load_torque, compliance, apart),
+            frozen if elastic else None,
+            RELAXING_S / dt,
+            torques[1].bounds if torques else None,
+        )
+        if torques is None:
+            return replace(found, pairs=[pairs])
+        return replace(found, pairs=[pairs], balances=[torques[0]], springs=[torques[1]])
+
+    def _torques(
+        self,
+        drives: JointDrives,
+        age: NDArray[np.int32],
+        stiffness: Array,
+        yields: Sequence[float],
+        dt: float,
+    ) -> tuple[Balance, Springs]:
+        """What motors give beside what their springs carry, and what both say of these."""
+        assert self.rotor is not None
+        contradiction = [CONTRADICTION * most for most in self.torque]
+        balance = Balance(
+            *(drives.target_torque, drives.load_torque, drives.velocity, age, self.rotor, contradiction),
+            *(ROTOR_DOUBT, RUB, dt),
+        )
+        springs = Springs(
+            *(drives.position, drives.link_position, drives.load_torque, balance, stiffness, self.doubt),
+            [LEARNT * way for way in yields],
+            [LEARNT * torque for torque in contradiction],
+            RELAXING_S / dt,
+            EASING * dt,
+        )
+        return balance, springs
 
 
 def thresholds(

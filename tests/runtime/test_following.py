@@ -38,7 +38,7 @@ def test_a_joint_whose_brake_sticks_stops_the_machine(joint: int) -> None:
     bench = active(1500)
     stick(bench, joint)
     bench.until(Mode.STOPPING, Mode.STOPPED, limit=1000)
-    assert bench.reason in ("not_following", "encoder_frozen")
+    assert bench.reason in ("torque_mismatch", "encoder_frozen")
     bench.until(Mode.STOPPED, limit=500)
     assert bench.safe
 
@@ -52,7 +52,7 @@ def test_the_base_joint_is_pulled_at_with_no_more_than_its_motor_before_it_is_fo
         bench.run(1)
         ticks += 1
         peak = max(peak, abs(bench.torques[0]))
-    assert bench.reason == "not_following"
+    assert bench.reason == "torque_mismatch"
     assert ticks < 150
     assert peak <= 260.0
 
