@@ -37,7 +37,7 @@ test:
 
 conformance:
 	@./setup.sh test
-	@$(BIN)/python -m pytest -n auto --dist loadgroup --hapticd-machine giant --hapticd-machine rhi --hapticd-machine panda $(ARGS)
+	@$(BIN)/python -m pytest -n auto --dist loadgroup --hapticd-machine giant --hapticd-machine rhi --hapticd-machine panda --hapticd-machine operator --hapticd-machine avatar $(ARGS)
 
 vm-test:
 	@./setup.sh test

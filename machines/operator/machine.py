@@ -25,6 +25,9 @@ from .config import Foreseen, OperatorConfig
 
 PUSHES, FADED, QUIET_S = 1.0, 0.3, 0.5
 """Torque that is worth a word, and when that is over [N m, s]."""
+MOST_PUSH = 25.0, 1.5
+"""Of what keeps the avatar from its limits [N, N m]. Without a bound a limit of speed that is foreseen throws
+a wrist to and fro faster than its own limit (experiments/strange_pair.py, seed 3)."""
 DAMPS = 1.0
 """Damping by the link that is worth a word [N s/m]."""
 RISE_S, FALL_S = 3.0, 50e-3
@@ -71,6 +74,13 @@ def _model(avatar: Foreseen | None, side: str, robot: Robot, dt: float) -> Avata
     )
     posture = Posture(np.array(chain.home), avatar.posture.stiffness, avatar.posture.damping)
     return AvatarModel(arm, PALM, posture, avatar.lag, dt)
+
+
+def _push(wrench: Array, share: float, out: Array) -> None:
+    """A share of a wrench (6,), of which force and torque are no more than MOST_PUSH."""
+    for half, most in zip((slice(0, 3), slice(3, 6)), MOST_PUSH, strict=True):
+        size = float(np.linalg.norm(wrench[half]))
+        np.multiply(wrench[half], share * min(1.0, most / max(size, most)), out=out[half])
 
 
 def _pushed(whose: str, torques: Array, limits: LimitAvoidance) -> str:
@@ -208,12 +218,12 @@ class OperatorStation(Station):
         if not self.leases[i].follows:
             if share == 0.0:
                 model.reset()
-            np.multiply(model.wrench, share, out=limits)
+            _push(model.wrench, share, limits)
             return
         model.position[:], model.rotation[:] = clutch.position, clutch.rotation
         model.measured[:] = self._remote.joints[i]
         model.update()
-        np.multiply(model.wrench, share, out=limits)
+        _push(model.wrench, share, limits)
 
     def _tell(self, i: int, arm: StationArm, law: OperatorLaw) -> None:
         """Which limit pushes back, and how hard: a hand that is not obeyed must know why."""

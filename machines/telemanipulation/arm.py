@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import radians
 
 import numpy as np
 import pinocchio as pin
@@ -10,13 +11,16 @@ import pinocchio as pin
 from ...control.ft_calibration import Tool
 from ...control.hand_wrench import HandWrench, Load
 from ...control.hold import Hold, HoldGains
-from ...control.limit_avoidance import JointLimits, LimitAvoidance
+from ...control.limit_avoidance import Avoidance, JointLimits, LimitAvoidance
 from ...control.task_arm import Posture, TaskArm
 from ...models import Array, Robot
 from .sections import Chain, OwnChain, Station
 
 PALM, FLANGE = "palm", "flange"
 SIDES = ("left", "right")
+SLOWS = Avoidance(0.7, radians(40.0), radians(2.0))
+"""Against the largest speeds; stronger than the law's own default: hands that turn a wrist as fast as they
+can stopped the station (experiments/strange_pair.py)."""
 TOO_FAST = 1.04
 """Multiple of its largest speed at which a joint stops its arm; the monitor stops the station at 1.1."""
 
@@ -99,7 +103,7 @@ class StationArm:
             Load(tool.bias, tool.mass, tool.centre), palm_to_sensor(chain), self.task.palm.rotation, measured
         )
         limits = JointLimits(*(np.array(x, float) for x in (chain.lower, chain.upper, chain.velocity)))
-        self.avoidance = LimitAvoidance(limits, q, qd)
+        self.avoidance = LimitAvoidance(limits, q, qd, velocity=SLOWS)
         hold = station.hold
         stiffness, damping, deceleration = (
             np.array(x, float) for x in (hold.stiffness, hold.damping, hold.deceleration)
