@@ -110,6 +110,17 @@ def test_each_fault_of_a_datagram_has_its_count(wire: tuple[socket.socket, socke
     assert inbox.failures == 0
 
 
+def test_a_datagram_cut_to_the_largest_size_is_none(wire: tuple[socket.socket, socket.socket]) -> None:
+    ours, theirs = wire
+    inbox = new_inbox()
+    inbox.size = lib.LINK_LARGEST
+    whole = datagram(1).ljust(lib.LINK_LARGEST, b"x")
+    theirs.send(whole + b"x")
+    assert lib.link_receive(ours.fileno(), inbox) == 0 and inbox.oversize == 1
+    theirs.send(whole)
+    assert lib.link_receive(ours.fileno(), inbox) == 1
+
+
 def test_a_flood_costs_a_call_no_more_than_its_cap() -> None:
     """Whatever waits, a call takes LINK_TAKE datagrams and keeps the LINK_KEEP newest of them."""
     inbox, tap = new_inbox(), Tap(lib.LINK_TAKE + 100)
