@@ -1,6 +1,6 @@
 # Everything from a fresh clone: each target sets up what it needs and then does its work.
 .DEFAULT_GOAL := help
-.PHONY: help run run-bimanual test conformance vm-test lint types bench nasty fuzz mutants fidelity hqp-dist install-c format clean
+.PHONY: help run demo pictures run-bimanual test conformance vm-test lint types bench nasty fuzz mutants fidelity hqp-dist install-c format clean
 export PYTHON CC
 BIN := .venv/bin
 PACKAGES := bench binding configs control devices experiments hqp link machines models runtime safety sim testing view
@@ -10,7 +10,9 @@ C_FLAGS := -std=c11 -D_GNU_SOURCE -Icsrc -O2 -Wall -Wextra -Wconversion -Wshadow
 help:
 	@echo "make run      set up, run the simulated giant with a scripted hand for 30 s, print a summary"
 	@echo "make run-bimanual  two daemons and two simulated stations, linked: a minute of telemanipulation"
+	@echo "make demo     set up, and play with the simulated giant in the browser; ARGS=panda plays with another"
 	@echo "make test     set up and run the tests; ARGS='-m \"not slow\"' leaves out the long ones"
+	@echo "make pictures draw the dashboard and a report for the documents (needs Chromium)"
 	@echo "make conformance  every stop, arming, reset, replay, frame and limit test over each built-in machine"
 	@echo "make vm-test  boot a PREEMPT_RT kernel in QEMU and test SocketCAN, FIFO, mlock and the doctor there"
 	@echo "make lint     ruff, mypy, import-linter, C warnings as errors, clang-format"
@@ -30,6 +32,14 @@ run:
 run-bimanual:
 	@./setup.sh link
 	@$(BIN)/hapticd bimanual --live --duration 60 $(ARGS)
+
+demo:
+	@./setup.sh view
+	@$(BIN)/hapticd demo $(ARGS)
+
+pictures:
+	@./setup.sh pictures
+	@$(BIN)/python docs/draw_view.py
 
 test:
 	@./setup.sh test

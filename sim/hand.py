@@ -113,6 +113,11 @@ class Hand:
         self._handle, self._rotation = list(first[:3]), orientation(first[3:], [0.0] * 3)[0]
         self._own: tuple[list[float], Array] | None = None
 
+    @property
+    def handle(self) -> list[float]:
+        """Where the handle is (3,) [m]."""
+        return list(self._handle)
+
     def take(self) -> None:
         """A person leads it from now on: it wants to stay where the handle is."""
         if self._own is None:
@@ -122,6 +127,11 @@ class Hand:
         """Once taken, pull the handle gently in a direction (3,)."""
         if self._own:
             _pushed(self._own[0], self._handle, direction, self._grip.stiffness[0])
+
+    def lead(self, place: Sequence[float]) -> None:
+        """Once taken, want the handle at a place (3,) [m], with what the grip has."""
+        if self._own:
+            self._own[0][:] = place
 
     def aim(
         self,
@@ -190,6 +200,11 @@ class PointHand:
         """Once taken, pull the handle gently in a direction (c,)."""
         if self._own:
             _pushed(self._own, self._handle, direction, self._stiffness)
+
+    def lead(self, place: Sequence[float]) -> None:
+        """Once taken, want the handle at a place [m], of which it takes the first c coordinates."""
+        if self._own:
+            self._own[:] = place[: len(self._own)]
 
     def aim(self, hold: Hold, t: float, position: Sequence[float]) -> None:
         """Tell its hold, of three rows, where it wants a handle at a position (3,) from time t on."""

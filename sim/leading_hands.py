@@ -39,6 +39,11 @@ class LeadingHands:
             step = min(PUSH_N, MOST_PUSH_N) / self._grip.stiffness[0]
             self._own[:, :3] += step * np.array(direction)
 
+    def lead(self, place: Sequence[float]) -> None:
+        """Once taken, both palms go so far that the middle between them is at a place (3,) [m]."""
+        if self._own is not None:
+            self._own[:, :3] += np.array(place) - self._own[:, :3].mean(axis=0)
+
     def send(self, payload: bytes) -> None:
         """What the avatar's palms feel."""
         self._felt = np.frombuffer(payload, AVATAR_SAYS)

@@ -14,7 +14,7 @@ from ..devices.network import Network
 from .dead_man import DeadManScript
 from .drive import SimDrive
 from .nodes import SimNodes
-from .person import DIRECTIONS, SWITCHES, Deed, Switch
+from .person import DIRECTIONS, SWITCHES, Deed, Lead, Switch
 from .safety_plc import SimSafetyPlc
 from .sensor_errors import SensorErrors
 from .sensors import Sensors
@@ -28,6 +28,9 @@ class Operator(Protocol):
 
     def push(self, direction: Sequence[float]) -> None:
         """A person, who has taken it, pushes in a direction (3,)."""
+
+    def lead(self, place: Sequence[float]) -> None:
+        """A person, who has taken it, wants it at a place (3,) [m]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,12 +94,14 @@ class SimPlant(ABC):
         self.nodes.advance(dt)
         self._measure(dt)
 
-    def obey(self, deed: Deed) -> None:
+    def obey(self, deed: Deed | Lead) -> None:
         """A person acts instead of the script, which lets go of switches and hand for good."""
         for script in self._scripts:
             script.let_go()
         self._operator.take()
-        if deed in DIRECTIONS:
+        if isinstance(deed, Lead):
+            self._operator.lead(deed.place)
+        elif deed in DIRECTIONS:
             self._operator.push(DIRECTIONS[deed])
         elif deed in SWITCHES:
             switch, pressed = SWITCHES[deed]

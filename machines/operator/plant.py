@@ -34,6 +34,12 @@ class BothHands:
         for hand in self._hands:
             hand.push(direction)
 
+    def lead(self, place: Sequence[float]) -> None:
+        """See ``hapticd.sim.plant.Operator``; the middle between the handles is to be there."""
+        handles = np.array([hand.handle for hand in self._hands])
+        for hand, where in zip(self._hands, handles - handles.mean(axis=0) + place, strict=True):
+            hand.lead(where.tolist())
+
 
 class OperatorPlant(StationPlant):
     """Two arms whose palms are in hands.

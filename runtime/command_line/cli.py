@@ -10,6 +10,7 @@ import os
 import shlex
 import sys
 from datetime import datetime
+from functools import partial
 from importlib import import_module, metadata
 from io import TextIOWrapper
 from pathlib import Path
@@ -99,7 +100,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--version", action="version", version=f"hapticd {metadata.version('hapticd')}")
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
 
-    for add in (_add_run, _add_replay, _add_check, _add_doctor, _add_plant):
+    for add in (_add_run, _add_demo, _add_replay, _add_check, _add_doctor, _add_plant):
         add(commands)
     for command in plugins.names(plugins.COMMANDS):
         plugins.plugin(plugins.COMMANDS, command)(commands)
@@ -130,8 +131,27 @@ def _add_run(commands: Commands) -> None:
     run.add_argument(
         "--lockstep", action="store_true", help="virtual time, as fast as it goes, plant in-process"
     )
+    run.add_argument(
+        "--view", action="store_true", help="show it in the browser, too: prints the address of a dashboard"
+    )
     run.add_argument("--json", action="store_true", help="print the summary as one JSON object")
-    run.set_defaults(handler=_run)
+    run.set_defaults(handler=_run, demo=False)
+
+
+def _add_demo(commands: Commands) -> None:
+    demo = commands.add_parser(
+        "demo",
+        help="a machine to play with in the browser",
+        description="Run a simulated machine with its dashboard, and open that in this desktop's browser."
+        " It goes on until Ctrl-C: lead the hand, press the emergency stop, reset, engage again.",
+    )
+    known = ", ".join(built_in())
+    demo.add_argument(
+        "config", type=name, metavar="NAME", nargs="?", default="giant", help=f"{known}; default: giant"
+    )
+    add_twin(demo)
+    demo.add_argument("--log", type=file, metavar="FILE", help="recording; default: log/NAME-DATE-TIME.mcap")
+    demo.set_defaults(handler=_run, demo=True, view=True, json=False, lockstep=False, duration=None)
 
 
 def _add_replay(commands: Commands) -> None:
@@ -250,12 +270,15 @@ def _run(options: argparse.Namespace) -> int:
     from ..live.promise import verdict
     from ..live.recorder import STDERR
     from ..live.screen import steerable
+    from ..live.watching import watching
     from ..recording.summary import as_json, table
 
     loaded = config.load(chosen(options))
+    if options.demo or (options.view and options.lockstep):
+        _require_playable(options, loaded)
     live = steerable(STDERR) and not options.json
-    run = lockstep_run.run if options.lockstep else daemon.run
-    with held():
+    run = partial(daemon.run, endless=options.demo) if not options.lockstep else lockstep_run.run
+    with held(), watching(options.view, options.demo):
         log = _log_path(options.log, loaded)
         try:
             outcome = run(loaded, log, options.duration, live)
@@ -283,6 +306,24 @@ def _run(options: argparse.Namespace) -> int:
     if outcome.message:
         print(f"hapticd: {outcome.message}", file=sys.stderr)
     return status
+
+
+def _require_playable(options: argparse.Namespace, loaded: Loaded) -> None:
+    """A demonstration is of a simulated machine, and virtual time passes too fast to be watched."""
+    from ..core.sections import SimulatedBus
+
+    if options.lockstep:
+        raise ViewedError("virtual time is over before it is seen; leave out --view, and view the log")
+    if not isinstance(loaded.config.bus, SimulatedBus):
+        why = f"{loaded.source} is on a real bus, and a demonstration would move it"
+        raise ViewedError(f"{why}; type: {program()} run {shlex.quote(options.config)} --view")
+
+
+class ViewedError(HapticdError):
+    """A session that cannot be watched as asked."""
+
+    code = "view"
+    exit_status = 2
 
 
 def _log_path(given: Path | None, loaded: Loaded) -> Path:

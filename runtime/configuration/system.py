@@ -12,7 +12,7 @@ from ...devices.frames import Frames
 from ...devices.image import ProcessImage
 from ...devices.network import Network
 from ...models import Array, Robot
-from ...sim.person import Deed
+from ...sim.person import Deed, Lead
 from ...sim.sensors import Sensors
 from ..core.machine import Machine, MachineFigures, MachineLimits
 from ..core.scene import MachineScene
@@ -37,7 +37,7 @@ class Plant(Protocol):
     def step(self, dt: float) -> None:
         """Advance plant time by dt."""
 
-    def obey(self, deed: Deed) -> None:
+    def obey(self, deed: Deed | Lead) -> None:
         """A person acts instead of the script."""
 
     def supervise(self, changes: Sequence[tuple[float, bool]]) -> None:

@@ -7,7 +7,7 @@ import os
 import signal
 from typing import Protocol
 
-from ...sim.person import Deed
+from ...sim.person import DIRECTIONS, Deed, Lead
 from ..core.cycle import Cycle
 from ..core.events import Event, EventKind
 from ..core.modes import Command
@@ -42,7 +42,7 @@ class Steered(Protocol):
     def lead(self) -> bool:
         """A person takes over from the script; whether the session goes on until that person ends it."""
 
-    def act(self, deed: Deed) -> None:
+    def act(self, deed: Deed | Lead) -> None:
         """At the simulated machine's side.
 
         Raises:
@@ -138,33 +138,34 @@ class Console:
             self._breath = loop.call_later(BREATH_S, loop.add_reader, self._keyboard.fd, self._typed, loop)
         heard = self._ear.hear(data)
         for order in heard.orders:
-            self._obey(order)
+            self.obey(order)
         if heard.unknown:
             self._say(self._ear.answer(heard.unknown))
 
-    def _obey(self, order: Order) -> None:
+    def obey(self, order: Order) -> None:
+        """What a person asks for, at the keyboard or from a view."""
         match order.means:
             case Command() as command:
                 self._session.ask(command)
                 why = remark(command, self._cycle.mode)
                 self._note(EventKind.TYPED(what=[order.word, why] if why else [order.word]))
             case Deed() as deed:
-                self._act(order, deed)
+                self.act(deed)
+                if deed not in DIRECTIONS:
+                    self._note(EventKind.TYPED(what=[order.word]))
             case Request.HELP:
                 self._say(legend(self._orders, self._ear.single_keys))
             case Request.QUIT:
                 self._note(EventKind.TYPED(what=[order.word]))
                 self._session.quit()
 
-    def _act(self, order: Order, deed: Deed) -> None:
+    def act(self, deed: Deed | Lead) -> None:
         """The person at the simulated machine; only what its devices then measure comes back."""
         if not self._led:
             self._led = True
             endless = self._session.lead()
             taken = EventKind.TAKEN_OVER_ENDLESS() if endless else EventKind.TAKEN_OVER()
             self._recorder.event(self._session.now, taken)
-        if deed in (Deed.PRESS, Deed.RELEASE):
-            self._note(EventKind.TYPED(what=[order.word]))
         try:
             self._session.act(deed)
         except OSError as error:

@@ -14,7 +14,7 @@ from typing import Any
 from ...devices.adapter import Adapter
 from ...devices.frames import Frames
 from ...devices.socket_adapter import SocketAdapter
-from ...sim.person import Deed
+from ...sim.person import Deed, Lead
 from ..configuration.bus import bus_warnings, open_bus
 from ..configuration.config import Loaded
 from ..configuration.session import Session, build
@@ -24,6 +24,7 @@ from ..core.sections import SimulatedBus
 from ..core.stages import Stage, Stages
 from ..core.tick import Inputs
 from ..errors import HapticdError
+from ..recording.published import ORDERS, SessionError, run_folder
 from ..recording.record import RecordWriter
 from ..timing.forensics import Forensics
 from ..timing.loop import FixedRate
@@ -45,13 +46,14 @@ from .children import CHILD_LIMIT_S, Child, end, reap, until_ready
 from .console import Console, typed_at
 from .interrupts import asking, leave_terminal, let_through, say
 from .notify import ServiceManager, Supervision
-from .orders import possible
+from .orders import possible, viewed
 from .outcome import END_LIMIT_S, Ending, Outcome, called_off, outcome
 from .outlet import Outlet
 from .plant_link import FROZEN_S, PlantLink
 from .recorder import STDERR, Shown
 from .recorder_link import RecorderLink
 from .screen import CLEAR_BELOW
+from .visitor import Visitor
 from .warm_up import warm_up
 
 START_DELAY_NS = 20_000_000
@@ -70,12 +72,14 @@ class InternalError(HapticdError):
 class Daemon:
     """One live session."""
 
-    def __init__(self, loaded: Loaded, log: Path, duration: float | None, live: bool) -> None:
+    def __init__(
+        self, loaded: Loaded, log: Path, duration: float | None, live: bool, endless: bool = False
+    ) -> None:
         self._stages = Stages()
         self._session: Session = build(loaded, self._stages.mark)
         self._rate = loaded.config.loop.rate
         self._duration = duration
-        seconds = duration or loaded.config.loop.duration
+        seconds = None if endless else duration or loaded.config.loop.duration
         self._duration_ticks = round(seconds * self._rate) if seconds is not None else None
         simulated = isinstance(loaded.config.bus, SimulatedBus)
         self._plant_time = simulated and loaded.config.loop.on_overrun == "record"
@@ -101,6 +105,7 @@ class Daemon:
         self._console = Console(
             self, cycle, self._recorder, possible(loaded.config), self._shown is Shown.KEYS, self._rate
         )
+        self._visitor = Visitor(self._console, viewed(loaded.config))
         # the counter of the last SYNC proves a completed tick
         self._supervision = Supervision(
             ServiceManager(os.environ), lambda: cycle.counter, lambda: cycle.mode.name
@@ -125,6 +130,13 @@ class Daemon:
                 raise
             await self._run_ticks(loop)
             return await self._conclude()
+
+    def _receive_visitors(self, loop: WatchedLoop) -> None:
+        """Views may ask for something; a session that they cannot reach runs all the same."""
+        try:
+            self._visitor.attend(loop, run_folder() / f"{os.getpid()}{ORDERS}")
+        except (OSError, SessionError) as error:
+            self._tell(f"hapticd: no view can steer this session: {error}\n")
 
     @contextmanager
     def _cancellable(self) -> Iterator[None]:
@@ -153,6 +165,7 @@ class Daemon:
         """The ticks."""
         try:
             self._console.attend(loop)
+            self._receive_visitors(loop)
             slack = self._rhythm.slack
             slack.add(self._recorder.watch(self._unrecorded))
             slack.add(watch_bus(self._bus, self._session.cycle.image, self._event))
@@ -164,6 +177,7 @@ class Daemon:
             self._supervision.start(loop)
             await self._done.wait()
         finally:
+            self._visitor.leave(loop)
             self._console.leave(loop)
             self._rhythm.stop(loop.remove_reader)
             self._rhythm.slack.close()
@@ -291,7 +305,7 @@ class Daemon:
         self._recorder.led(endless)
         return endless
 
-    def act(self, deed: Deed) -> None:
+    def act(self, deed: Deed | Lead) -> None:
         """At the simulated machine's side, see ``PlantLink.act``."""
         assert self._plant
         self._plant.act(deed)
@@ -388,8 +402,15 @@ class Daemon:
         return HASTE_S if self._ending.failed or len(self._ending.signals) > 1 else CHILD_LIMIT_S
 
 
-def run(loaded: Loaded, log: Path, duration: float | None, live: bool) -> Outcome:
+def run(loaded: Loaded, log: Path, duration: float | None, live: bool, endless: bool = False) -> Outcome:
     """A live session from start to summary.
+
+    Args:
+        loaded: the machine.
+        log: an empty file.
+        duration: [s]; None: as the configuration says.
+        live: whether a terminal shows it.
+        endless: whether it goes on until a person ends it, whatever the configuration says.
 
     Raises:
         HapticdError, DeviceError: the session could not begin.
@@ -397,7 +418,7 @@ def run(loaded: Loaded, log: Path, duration: float | None, live: bool) -> Outcom
     handlers = {number: signal.getsignal(number) for number in asking()}
     try:
         with asyncio.Runner(loop_factory=WatchedLoop) as runner:
-            return runner.run(Daemon(loaded, log, duration, live).run())
+            return runner.run(Daemon(loaded, log, duration, live, endless).run())
     finally:
         for number, handler in handlers.items():
             signal.signal(number, handler)

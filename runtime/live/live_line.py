@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from ...devices.network import Network
 from ...devices.safety_plc import DEAD_MAN
 from ..configuration.session import Session
 from ..core.modes import Mode
 from ..core.sections import Config
+from ..recording.frames import safety_inputs
 from ..recording.summary import Summary
 from .orders import ARM, PRESS, RELEASE, RESET, Order
 
@@ -28,7 +28,7 @@ class LiveLine:
         """Orders that keys can give, none where nobody can type them; duration in s, 0 without an end."""
         self._summary, self._duration = summary, duration
         self._keys = frozenset(orders)
-        self._dead_man_bytes = dead_man_bytes(session.network)
+        self._dead_man_bytes = safety_inputs(session.network)
         self._config: Config = session.config
 
     def words(self, endless: bool = False) -> list[str]:
@@ -74,12 +74,3 @@ class LiveLine:
         if summary.lateness.count:
             yield f"late {summary.lateness.quantile(0.99):.0f} us (p99)"
             yield f"tick takes {summary.compute.quantile(0.5):.0f} us"
-
-
-def dead_man_bytes(network: Network) -> list[int]:
-    """Where the raw process image has the inputs of the safety PLCs."""
-    return [
-        place.raw
-        for place in network.inputs
-        if network.devices[place.device].group == "safety" and place.field and place.field.field == "inputs"
-    ]

@@ -96,6 +96,17 @@ PUSHES = tuple(
 )
 
 
+STRIKE = Order("e-stop", (), "", "e-stop", Deed.STRIKE, "press the simulated emergency stop")
+PULL_OUT = Order("pull out", (), "", "pull out", Deed.PULL_OUT, "pull the simulated emergency stop out again")
+
+
+def viewed(config: Config) -> tuple[Order, ...]:
+    """What a view may ask for: a real machine is only stopped from there."""
+    if not isinstance(config.bus, SimulatedBus):
+        return (STOP,)
+    return (*(order for order in possible(config) if order not in (QUIT, HELP)), STRIKE, PULL_OUT)
+
+
 def possible(config: Config) -> tuple[Order, ...]:
     """What can be typed at this machine, the important first; only a simulated one has a hand to lead."""
     arm = (ARM,) if config.arming.by == "command" else ()

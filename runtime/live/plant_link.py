@@ -8,7 +8,7 @@ import subprocess
 
 from ...devices.frames import CAPACITY, Frames
 from ...devices.socket_adapter import SocketAdapter
-from ...sim.person import Deed
+from ...sim.person import Deed, Lead
 from .children import spawn
 
 FROZEN_S = 2.0
@@ -37,14 +37,14 @@ class PlantLink:
         os.set_blocking(self.child.stdin.fileno(), False)
         self.bus = SocketAdapter(here)
 
-    def act(self, deed: Deed) -> None:
+    def act(self, deed: Deed | Lead) -> None:
         """A person acts at the machine's side; only what its devices then measure comes back.
 
         Raises:
             OSError: the plant takes no more.
         """
         assert self.child.stdin
-        os.write(self.child.stdin.fileno(), bytes([deed.value]))
+        os.write(self.child.stdin.fileno(), deed.encode() if isinstance(deed, Lead) else bytes([deed.value]))
 
     def owes(self, frames: Frames, up: bool, skipped: int) -> bool:
         """Whether the last tick is not answered yet; asked at every tick.

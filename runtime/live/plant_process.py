@@ -28,7 +28,7 @@ from ...devices.adapter import Adapter
 from ...devices.cia301 import SYNC
 from ...devices.frames import Frames
 from ...devices.socket_adapter import SocketAdapter
-from ...sim.person import Deed, deeds
+from ...sim.person import Deed, Hearing, Lead
 from ..configuration import config
 from ..configuration.bus import NamedBus, bus_warnings, open_bus
 from ..configuration.config import Loaded
@@ -66,7 +66,7 @@ class PlantServer:
         ran_s: Callable[[], float] = lambda: inf,
         clock: BusClock | None = None,
         person: int | None = None,
-        understood: Callable[[bytes], Iterable[Deed]] = deeds,
+        understood: Callable[[bytes], Iterable[Deed | Lead]] | None = None,
     ) -> None:
         """Take over the plant's end of the bus.
 
@@ -78,9 +78,9 @@ class PlantServer:
             ran_s: how long the daemon had the processor since it was last asked about [s].
             clock: of the bus, where it has one of its own.
             person: descriptor from which a person's deeds come.
-            understood: what they are, of the bytes that came.
+            understood: what they are, of the bytes that came; default: as the daemon sends them.
         """
-        self._understood = understood
+        self._understood = understood or Hearing().take
         self._plant, self._bus, self._period = plant, bus, period
         self._starved, self._ran_s, self._clock = starved, ran_s, clock
         self._waitable = bus.fileno() >= 0
@@ -233,7 +233,7 @@ def _server(
     bus: Adapter,
     daemon: Starvation | None = None,
     person: int | None = None,
-    understood: Callable[[bytes], Iterable[Deed]] = deeds,
+    understood: Callable[[bytes], Iterable[Deed | Lead]] | None = None,
 ) -> PlantServer:
     loop = session.config.loop
     period = 1.0 / loop.rate

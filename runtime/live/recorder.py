@@ -2,7 +2,8 @@
 
     python -m hapticd.runtime.live.recorder CONFIG LOG RING_FD CONTROL_FD START_NS SHOWN DURATION
 
-SHOWN is a name of ``Shown``, DURATION in seconds or 0. The daemon tells it to finish with a byte on the
+SHOWN is a name of ``Shown``, DURATION in seconds or 0. What it takes it also publishes, in frames that
+viewers may read or not: it never learns of them. The daemon tells it to finish with a byte on the
 control pipe; where the pipe closes without one, the daemon is dead, and the recorder completes the log and
 gives the terminal back by itself. The summary goes to standard output as JSON. The log never waits for the
 terminal.
@@ -26,8 +27,10 @@ from ..configuration import config
 from ..configuration.session import Session, build, fingerprint
 from ..core.events import Event, EventKind
 from ..errors import HapticdError
+from ..recording.frames import FrameMaker
 from ..recording.log import LogWriter
 from ..recording.log_file import LogFile, cut_short
+from ..recording.published import SUFFIX, About, Publisher, SessionError, run_folder
 from ..recording.record import layout
 from ..recording.ring import Ring
 from ..recording.summary import Report, Summary, as_json
@@ -37,12 +40,14 @@ from ..timing.watch import Overstay
 from .children import ignore_job_control, report_ready
 from .keyboard import in_front, restore, saved
 from .live_line import LiveLine
-from .orders import key_line, possible
+from .orders import key_line, possible, viewed
 from .outlet import Outlet
 from .screen import Screen, terminal_size
 
 POLL_S = 0.02
 LIVE_S = 0.2
+HISTOGRAM_FRAMES = 25
+"""Frames between two that carry histograms."""
 FINISH = b"q"
 TICK, EVENT, LATE, OVERSTAY, VITALS, LED = b"T", b"E", b"L", b"O", b"V", b"P"
 """First byte of a record in the ring; LED: a person took over from the script, and whether without an end."""
@@ -85,11 +90,18 @@ class Recorder:
     """
 
     def __init__(
-        self, session: Session, ring: Ring, log: LogWriter, dtype: np.dtype[np.void], screen: Screen
+        self,
+        session: Session,
+        ring: Ring,
+        log: LogWriter,
+        dtype: np.dtype[np.void],
+        screen: Screen,
+        publisher: Publisher | None = None,
     ) -> None:
         self._ring, self._log, self._dtype, self.screen = ring, log, dtype, screen
         self.hidden = self.endless = False
         self.summary = Summary.of(session)
+        self._frames, self._publisher = FrameMaker(session), publisher
 
     def drain(self) -> None:
         """Everything that is in the ring, while the disk takes it."""
@@ -98,6 +110,8 @@ class Recorder:
                 fixed = np.frombuffer(data, self._dtype, 1, 1)[0]
                 self._log.tick(int(fixed["tick"]), data[1:])
                 self.summary.add(fixed)
+                if self._publisher:
+                    self._frames.tick(fixed)
             elif data[:1] == SAY:
                 self.screen.message(data[1:].decode())
             elif data[:1] in (HIDE, SHOW):
@@ -112,9 +126,13 @@ class Recorder:
                 recorded, shown = self._note(data[:1], tick, rest)
                 if recorded:
                     self._log.event(tick, recorded)
+                if recorded and self._publisher:
+                    self._frames.event(tick, recorded.severity, str(recorded))
                 if shown:
                     self.screen.message(f"{tick / self.summary.rate:9.3f} s  {shown}")
         self._log.flush()
+        if self._publisher:
+            self._publish(self._publisher)
 
     def report(self) -> Report:
         """The summary so far."""
@@ -123,6 +141,21 @@ class Recorder:
     def finish(self) -> None:
         """Complete the log."""
         self._log.finish(as_json(self.report()))
+
+    def _publish(self, publisher: Publisher) -> None:
+        summary = self.summary
+        counts = {
+            "ticks skipped": summary.skipped,
+            "answers missing": summary.missing,
+            "commands put right": summary.put_right,
+            "ticks late": summary.late,
+            "records lost": self._ring.dropped,
+            "frames left out": publisher.unfit,
+        }
+        due = publisher.count % HISTOGRAM_FRAMES == 0
+        frame = self._frames.take(counts, (summary.lateness, summary.compute) if due else None)
+        if frame:
+            publisher.publish(frame)
 
     def _note(self, kind: bytes, tick: int, rest: bytes) -> tuple[Event | None, Event | None]:
         """Take what happened at a tick; what the log and the screen say of it, None where nothing is due.
@@ -158,18 +191,37 @@ def main(arguments: list[str]) -> int:
     screen = Screen(Outlet(STDERR), view is not Shown.PLAIN, partial(terminal_size, STDERR))
     with LogFile(path) as stream:
         log = LogWriter(stream, session.loaded, fingerprint(session), dtype, int(start_ns))
-        recorder = Recorder(session, Ring.attach(int(ring_fd)), log, dtype, screen)
+        publisher = _publisher(session, path, screen)
+        recorder = Recorder(session, Ring.attach(int(ring_fd)), log, dtype, screen, publisher)
         keys = possible(session.config) if view is Shown.KEYS else ()
         line = LiveLine(session, recorder.summary, keys, float(duration))
         if not report_ready():
             os.unlink(path)  # nothing has begun
+            if publisher:
+                publisher.close()
             return 0
         serve = partial(_serve, recorder, stream, int(control_fd), line, key_line(keys))
         end, status = _record(recorder, stream, path, serve)
+    if publisher:
+        publisher.close()
     if before and end is End.SILENT:
         restore(STDERR, before)
     screen.close()
     return status
+
+
+def _publisher(session: Session, log: str, screen: Screen) -> Publisher | None:
+    """Where viewers look; a session that cannot be looked at runs all the same."""
+    words = [order.word for order in viewed(session.config)]
+    loaded = session.loaded
+    texts = (loaded.text, loaded.source, loaded.model_text, loaded.model_source)
+    rate = float(session.config.loop.rate)
+    about = About(os.path.abspath(log), loaded.name, *texts, rate, os.getppid(), words)
+    try:
+        return Publisher(run_folder() / f"{about.pid}{SUFFIX}", about)
+    except (OSError, SessionError) as error:
+        screen.message(f"hapticd: nobody can watch this session: {error}")
+        return None
 
 
 def _record(

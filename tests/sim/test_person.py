@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hapticd.sim.hand import MOST_PUSH_N, PUSH_N, Grip, Hand, Path, PointHand, hanging
 from hapticd.sim.hold import Hold
-from hapticd.sim.person import DIRECTIONS, SWITCHES, Deed, deeds
+from hapticd.sim.person import DIRECTIONS, SWITCHES, Deed, Hearing, Lead
 
 GRIP = Grip((900.0, 30.0), (40.0, 1.2), (150.0, 12.0))
 UPRIGHT = hanging([0.0, 1.0, 0.0], [0.0] * 3)[0]
@@ -28,7 +28,7 @@ def pull(hand: Hand, t: float, position: list[float]) -> np.ndarray:
 
 
 def test_bytes_that_are_no_deed_are_skipped() -> None:
-    assert deeds(bytes([1, 0, 255, 8, 99, 2])) == [Deed.PRESS, Deed.PUSH_DOWN, Deed.RELEASE]
+    assert Hearing().take(bytes([1, 0, 255, 8, 99, 2])) == [Deed.PRESS, Deed.PUSH_DOWN, Deed.RELEASE]
     assert set(DIRECTIONS) | set(SWITCHES) == set(Deed) - {Deed.ENTER_FIELD, Deed.LEAVE_FIELD}
 
 
@@ -65,3 +65,24 @@ def test_a_point_hand_does_the_same() -> None:
     for _ in range(10):
         hand.push(DIRECTIONS[Deed.PUSH_BACK])
     assert hand.force(5.0, [0.0, 0.0, 0.0], [0.0] * 3) == pytest.approx([0.0, -MOST_PUSH_N, 0.0])
+
+
+def test_a_hand_that_is_led_pulls_to_the_place_with_what_its_grip_has(hand: Hand) -> None:
+    hand.lead([9.0, 9.0, 9.0])  # nothing before it is taken
+    hand.take()
+    hand.lead([1.05, 2.0, -1.0])
+    np.testing.assert_allclose(pull(hand, 6.0, [1.0, 2.0, -1.0]), [45.0, 0.0, 0.0], atol=1e-9)
+    planar = PointHand(Path([0.0, 1.0], np.array([[0.0, 0.0], [1.0, 0.0]])), 3000.0, 25.0, 40.0)
+    planar.take()
+    planar.lead([0.0, 9.0, 5.0])
+    assert planar.force(5.0, [0.0, 0.0], [0.0] * 2) == pytest.approx([0.0, 40.0])
+
+
+def test_deeds_and_places_arrive_in_pieces_of_any_size() -> None:
+    sent = [Deed.PRESS, Lead((0.5, -1.25, 2.0)), Deed.STRIKE, Lead((0.0, 0.0, 0.25)), Deed.PULL_OUT]
+    data = b"".join(each.encode() if isinstance(each, Lead) else bytes([each.value]) for each in sent)
+    for size in range(1, len(data) + 1):
+        hearing = Hearing()
+        heard = [d for at in range(0, len(data), size) for d in hearing.take(data[at : at + size])]
+        assert heard == sent
+    assert Hearing().take(Lead((float("nan"), 0.0, 0.0)).encode()) == []

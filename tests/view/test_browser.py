@@ -1,0 +1,130 @@
+"""The dashboard in a real browser: it is seen to move, a person plays, and the session replays."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hapticd.runtime.configuration.known import built_in
+from hapticd.testing.browser import browser, missing
+
+pytestmark = [
+    pytest.mark.live,
+    pytest.mark.slow,
+    pytest.mark.skipif(bool(missing()), reason=f"NO TEST OF THE DASHBOARD: {missing()}"),
+]
+PROGRAM = (sys.executable, "-m", "hapticd.runtime")
+PATIENCE_S = 90.0
+
+
+@pytest.fixture(scope="module")
+def chromium() -> Iterator[Any]:
+    with browser() as found:
+        yield found
+
+
+@contextmanager
+def running(*arguments: str) -> Iterator[tuple[subprocess.Popen[str], str]]:
+    """A command, and the address of the dashboard that it prints."""
+    child = subprocess.Popen(
+        [*PROGRAM, *arguments],
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+    )
+    assert child.stdout
+    try:
+        url = next((found[1] for line in child.stdout if (found := re.search(r"view: (http\S+)", line))), "")
+        assert url, "it ended without an address"
+        yield child, url
+    finally:
+        child.terminate()
+        child.communicate(timeout=60)
+
+
+@contextmanager
+def opened(chromium: Any, url: str, **options: Any) -> Iterator[Any]:
+    """A page of the dashboard that has its first frames, and of which no script fails."""
+    context = chromium.new_context(**{"viewport": {"width": 700, "height": 600}, **options})
+    page = context.new_page()
+    page.set_default_timeout(1e3 * PATIENCE_S)
+    failures: list[str] = []
+    page.on("pageerror", lambda error: failures.append(str(error)))
+    page.goto(url)
+    until(page, "frames.length > 3 && !!now")
+    yield page
+    assert failures == []
+    context.close()
+
+
+def until(page: Any, condition: str) -> None:
+    """Wait until an expression of the page's script is true; its policy forbids Playwright's own way."""
+    end = time.monotonic() + PATIENCE_S
+    while not page.evaluate(condition):
+        state = page.evaluate(
+            "now && [now.mode, now.pressed, now.e_stop_closed, now.stop, $('next').textContent]"
+        )
+        assert time.monotonic() < end, f"{condition}: {state}"
+        time.sleep(0.1)
+
+
+@pytest.mark.parametrize("machine", built_in())
+def test_a_recording_is_scrubbed_and_fits_phone_and_screen(
+    machine: str, recorded: Callable[[str], Path], chromium: Any
+) -> None:
+    with running("view", str(recorded(machine)), "--port", "0") as (_, url):
+        for width, scheme in ((390, "dark"), (1440, "light")):
+            options = {"viewport": {"width": width, "height": 700}, "color_scheme": scheme}
+            with opened(chromium, url, **options) as page:
+                assert page.evaluate("document.documentElement.scrollWidth") == width
+                pictures = []
+                for index in (40, page.evaluate("frames.length - 5")):
+                    page.evaluate(f"seek({index})")
+                    page.evaluate(
+                        "new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))"
+                    )
+                    # drawn and read in one turn: the browser keeps no picture of it
+                    pictures.append(page.evaluate("(scene.draw(), $('scene').toDataURL())"))
+                if page.evaluate("hello.shapes.length"):  # else the machine has no scene
+                    assert pictures[0] != pictures[1]
+                assert "s" in page.locator("#clock").text_content()
+                assert page.locator("#limits .name").count() == page.evaluate(
+                    "hello.channels.filter(c => c.group === 'limits').length"
+                )
+
+
+def test_a_person_plays_and_the_session_replays(chromium: Any, tmp_path: Path) -> None:
+    log = tmp_path / "played.mcap"
+    with running("demo", "panda", "--log", str(log)) as (child, url):
+        with opened(chromium, url) as page:
+            until(page, "now.mode === 'ACTIVE'")
+            before = page.evaluate("now.handle")
+            page.evaluate("lead([now.handle[0] + .04, now.handle[1] + .08, now.handle[2]])")
+            until(page, f"Math.hypot(...V.sub(now.handle, {before})) > .01 && Math.hypot(...now.wrench) > 1")
+            page.get_by_role("button", name="e-stop").click()
+            until(page, "now.stop === 'e_stop' && now.e_stop_closed === false")
+            assert "emergency stop" in page.locator("#stop").text_content()
+            page.get_by_role("button", name="pull e-stop out").click()
+            until(page, "now.e_stop_closed")
+            page.evaluate("say('release')")
+            until(page, "now.pressed === false")
+            page.get_by_role("button", name="reset").click()
+            until(page, "now.mode === 'READY'")
+            page.locator("#kept").check()
+            page.locator("#hold").click()
+            until(page, "now.mode === 'ENGAGING' || now.mode === 'ACTIVE'")
+            # a page that falls silent has let go
+            page.evaluate("(window.WebSocket = null, held = false)")
+            until(page, "!now.pressed && !['ENGAGING', 'ACTIVE'].includes(now.mode)")
+        child.terminate()
+        child.communicate(timeout=60)
+    again = subprocess.run([*PROGRAM, "replay", str(log), "--verify"], capture_output=True, text=True)
+    assert again.returncode == 0 and ", 0 differ" in again.stdout, again.stdout + again.stderr

@@ -1,0 +1,200 @@
+"use strict";
+const $ = id => document.getElementById(id);
+const LAMPS = {BRINGUP: "--soft", READY: "--c5", ENABLING: "--c1", ENGAGING: "--c1", ACTIVE: "--good", STOPPING: "--bad", HOLDING: "--c2", STOPPED: "--bad", FAILED: "--bad"};
+const SPAN_S = 20, HOLD_MS = 30, KEPT = 3000;
+let hello = null, frames = [], now = null, scene = new Scene($("scene")), plots = [], socket, open = false, held = false, way = 0, age = 0, dropped = 0;
+let at = 0, playing = false, playedAt = 0, changed = false, last = {lateness: [], compute: []}, limitRows = [], events = [];
+const can = word => hello && hello.words.includes(word);
+const say = word => { if (open) socket.send("say " + word); };
+const shelf = { // the layout is kept over a restart
+  read: () => { try { return JSON.parse(localStorage.getItem("hapticd plots " + hello.name)); } catch { return null; } },
+  write: names => { try { localStorage.setItem("hapticd plots " + hello.name, JSON.stringify(names)); } catch { /* private window */ } },
+};
+
+function connect() {
+  socket = new WebSocket(location.origin.replace(/^http/, "ws") + "/session" + location.search);
+  socket.onopen = () => { open = true; };
+  socket.onmessage = event => hear(JSON.parse(event.data));
+  socket.onclose = () => { open = false; letGo(); lamp("not connected", "--bad"); setTimeout(connect, 1000); };
+}
+function hear(said) {
+  if (said.type === "hello") begin(said);
+  else if (said.type === "frames") { age = said.age_ms; dropped = said.dropped; said.frames.forEach(take); }
+  else if (said.type === "whole") { at = 0; playing = false; seek(0); }
+  else if (said.type === "pong") way = (performance.now() - +said.of) / 2;
+  else if (said.type === "unsaid") $("hint").textContent = `the session does not take "${said.word}"`;
+}
+function begin(said) {
+  hello = said; frames = []; now = null; at = 0; events = []; last = {lateness: [], compute: []};
+  document.title = `${hello.name} – hapticd`; $("name").textContent = hello.name;
+  scene.begin(hello); $("events").replaceChildren(); $("stop").textContent = $("intervention").textContent = "none";
+  $("controls").hidden = !hello.live; $("player").hidden = hello.live;
+  $("hold").hidden = $("keep").hidden = !can("hold"); $("estop").hidden = !can("e-stop");
+  scene.onlead = can("lead") ? lead : null;
+  $("hint").textContent = !hello.live ? "" : can("lead") ? "drag the blue ball to lead the hand; drag elsewhere to turn, wheel to zoom" : "this machine is real: from here it can only be stopped";
+  $("orders").replaceChildren(...hello.words.filter(w => !["hold", "lead", "press", "release", "e-stop", "pull out"].includes(w) && !w.startsWith("push")).map(word => {
+    const button = document.createElement("button"); button.textContent = word; button.onclick = () => say(word); return button;
+  }));
+  buildLimits(); buildPlots(); changed = true;
+}
+function take(frame) {
+  if (frame.type === "over") { lamp("session over", "--soft"); letGo(); return; }
+  if (frame.lateness.length) last = frame;
+  frame.events.forEach(([tick, severity, text]) => {
+    events.push({tick, severity, text});
+    if (hello.live) tell(events.at(-1));
+  });
+  frames.push(frame);
+  if (hello.live) { while (frames.length > KEPT) frames.shift(); now = frame; changed = true; }
+}
+function tell({tick, severity, text}) {
+  const line = document.createElement("li"), time = document.createElement("time"), words = document.createElement("span");
+  time.textContent = (tick / hello.rate).toFixed(3) + " s"; words.textContent = text; words.className = severity;
+  line.append(time, words); $("events").prepend(line);
+  while ($("events").children.length > 200) $("events").lastChild.remove();
+  if (severity === "stop") $("stop").textContent = text;
+  if (["stop", "refusal", "warning", "failure"].includes(severity)) $("intervention").textContent = text;
+}
+const lamp = (text, color) => { $("mode").textContent = text; $("lamp").style.setProperty("--lamp", `var(${color})`); };
+
+function show() {
+  if (!now) return;
+  scene.show(now); scene.draw();
+  lamp(now.mode, LAMPS[now.mode]);
+  $("time").textContent = (now.tick / hello.rate).toFixed(1) + " s";
+  $("next").textContent = hello.live ? nextStep() : "";
+  const force = Math.hypot(...now.wrench.slice(0, 3));
+  $("force").textContent = now.wrench.length ? `hand ${force.toFixed(force < 10 ? 1 : 0)} N` : "";
+  $("held").textContent = showLimits() || "no limit";
+  if (now.stop) $("stop").textContent = events.findLast(e => e.severity === "stop" && e.tick <= now.tick)?.text ?? now.stop;
+  $("estop").classList.toggle("on", now.e_stop_closed === false);
+  $("estop").textContent = now.e_stop_closed === false ? "pull e-stop out" : "e-stop";
+  const pressed = now.pressed === null ? "" : now.pressed ? "pressed" : "open";
+  $("hold").classList.toggle("on", now.pressed === true);
+  $("hold").textContent = held ? `holding: ${pressed}` : `hold dead-man${pressed ? ` (${pressed})` : ""}`;
+}
+function nextStep() {
+  if (now.e_stop_closed === false) return "next: pull the emergency stop out";
+  if (now.mode === "READY") return now.pressed ? "next: let go of the dead-man" : "next: hold the dead-man";
+  if (["HOLDING", "STOPPED"].includes(now.mode)) return now.pressed ? "next: let go of the dead-man" : "next: reset";
+  return "";
+}
+function buildLimits() {
+  limitRows = [];
+  $("limits").replaceChildren(...hello.channels.flatMap((spec, k) => {
+    if (spec.group !== "limits") return [];
+    const [name, track, value] = ["span", "div", "span"].map(tag => document.createElement(tag)), mark = document.createElement("i");
+    name.className = "name"; name.textContent = spec.name; value.className = "value"; track.className = "track"; track.append(mark);
+    if (spec.lower === null || spec.upper === null) track.classList.add("none");
+    limitRows.push({spec, k, track, mark, value}); return [name, track, value];
+  }));
+}
+function showLimits() {
+  const touched = [];
+  for (const {spec, k, track, mark, value} of limitRows) {
+    const v = now.mean[k]; mark.hidden = v === undefined || spec.lower === null || spec.upper === null;
+    if (v === undefined) { value.textContent = ""; continue; }
+    const near = spec.lower !== null && now.low[k] <= spec.lower + hello.near ? "lower" : spec.upper !== null && now.high[k] >= spec.upper - hello.near ? "upper" : "";
+    if (near) touched.push(`${spec.name} (${near})`);
+    track.classList.toggle("at", !!near); value.classList.toggle("at", !!near);
+    value.textContent = `${v.toFixed(Math.abs(v) < 10 ? 3 : 1)} ${spec.unit}`;
+    mark.style.left = Math.max(0, Math.min(100, 100 * (v - spec.lower) / (spec.upper - spec.lower))) + "%";
+  }
+  return touched.join(", ");
+}
+function buildPlots() {
+  const groups = {}, specs = hello.channels;
+  specs.forEach((spec, k) => { groups[spec.name] = [k]; });
+  for (const kind of ["force", "torque"]) {
+    const three = specs.flatMap((spec, k) => spec.group === "hand" && spec.name.startsWith(kind) ? [k] : []);
+    if (three.length) groups[`${kind} of the hand`] = three;
+  }
+  const firstLimit = specs.find(spec => spec.group === "limits" && spec.lower !== null);
+  const usual = ["force of the hand", firstLimit?.name, "lateness", "compute"].filter(name => groups[name]);
+  let names = (shelf.read() || usual).filter(name => groups[name]);
+  const options = chosen => Object.keys(groups).map(name => { const o = document.createElement("option"); o.textContent = name; o.selected = name === chosen; return o; });
+  const build = () => {
+    shelf.write(names); plots = [];
+    const cards = names.map((name, i) => {
+      const card = document.createElement("div"), head = document.createElement("div"), pick = document.createElement("select"), unit = document.createElement("span"), said = document.createElement("output"), close = document.createElement("button"), canvas = document.createElement("canvas");
+      card.className = "card"; head.className = "head"; pick.append(...options(name)); pick.setAttribute("aria-label", "channel");
+      pick.onchange = () => { names[i] = pick.value; build(); };
+      unit.textContent = specs[groups[name][0]].unit && `[${specs[groups[name][0]].unit}]`;
+      close.textContent = "×"; close.setAttribute("aria-label", `close ${name}`); close.onclick = () => { names.splice(i, 1); build(); };
+      head.append(pick, unit, said, close); card.append(head, canvas); plots.push(new Plot(canvas, said, groups[name], specs)); return card;
+    });
+    const add = document.createElement("div"), pick = document.createElement("select"), prompt = document.createElement("option");
+    add.className = "card add"; prompt.textContent = "add a plot"; prompt.selected = true; pick.append(prompt, ...options()); pick.setAttribute("aria-label", "add a plot");
+    pick.onchange = () => { names.push(pick.value); build(); };
+    add.append(pick); $("plots").replaceChildren(...cards, add); changed = true;
+  };
+  build();
+}
+
+// what a person does
+let leading = null;
+function lead(place) { leading = place; }
+function letGo() { if (held) { held = false; say("release"); changed = true; } }
+function hold() { if (can("hold") && !held) { held = true; say("hold"); changed = true; } }
+setInterval(() => { // the session lets go by itself when this falls silent
+  if (held) say("hold");
+  if (leading) { say("lead " + leading.map(v => v.toFixed(4)).join(" ")); leading = null; }
+}, HOLD_MS);
+$("hold").addEventListener("pointerdown", () => { if ($("kept").checked && held) letGo(); else hold(); });
+for (const name of ["pointerup", "pointercancel", "pointerleave"]) $("hold").addEventListener(name, () => { if (!$("kept").checked) letGo(); });
+addEventListener("keydown", event => {
+  if (event.target.matches("input, select, button") && event.code === "Space" && event.target !== $("hold")) return;
+  if (event.code === "Space") { event.preventDefault(); if (!event.repeat) hold(); }
+});
+addEventListener("keyup", event => { if (event.code === "Space" && !$("kept").checked) letGo(); });
+addEventListener("blur", () => { if (!$("kept").checked) letGo(); });
+$("kept").addEventListener("change", () => { if (!$("kept").checked) letGo(); });
+document.addEventListener("visibilitychange", () => { if (document.hidden) letGo(); });
+$("estop").onclick = () => say(now?.e_stop_closed === false ? "pull out" : "e-stop");
+
+// a recording
+function seek(index) {
+  if (!frames.length) return;
+  at = Math.max(0, Math.min(frames.length - 1, index)); now = frames[at];
+  $("slider").max = frames.length - 1; $("slider").value = at;
+  $("clock").textContent = `${(now.tick / hello.rate).toFixed(2)} of ${(frames.at(-1).tick / hello.rate).toFixed(1)} s`;
+  $("events").replaceChildren(); $("stop").textContent = $("intervention").textContent = "none";
+  events.filter(e => e.tick <= now.tick).forEach(tell); changed = true;
+}
+$("slider").oninput = () => { playing = false; seek(+$("slider").value); };
+$("play").onclick = () => { playing = !playing; if (playing && at >= frames.length - 1) seek(0); playedAt = performance.now() - (now ? now.tick / hello.rate * 1000 : 0); };
+
+function turn(time) {
+  requestAnimationFrame(turn);
+  if (!hello) return;
+  if (playing) {
+    let next = at;
+    while (next < frames.length - 1 && frames[next + 1].tick / hello.rate * 1000 <= time - playedAt) next++;
+    if (next !== at) seek(next);
+    if (at >= frames.length - 1) playing = false;
+  }
+  $("play").textContent = playing ? "❚❚" : "▶";
+  if (changed) show();
+  const end = hello.live ? (now ? now.tick / hello.rate : 0) : frames.length ? frames.at(-1).tick / hello.rate : 1;
+  const from = hello.live ? Math.max(0, end - SPAN_S) : 0;
+  if (changed || plots.some(p => p.dirty)) if (hello.live ? time - drawn > 60 : true) {
+    drawn = time;
+    for (const plot of plots) { plot.dirty = false; plot.draw(frames, from, Math.max(end, from + 1), hello.rate, hello.live || !now ? null : now.tick / hello.rate); }
+  }
+  if (changed) { changed = false; }
+}
+let drawn = 0;
+setInterval(() => { // what need not be drawn at every frame
+  if (!hello) return;
+  if (open) socket.send("ping " + performance.now().toFixed(1));
+  if (hello.live) $("latency").textContent = `view ${(age + way).toFixed(0)} ms behind, ${dropped} frames dropped`;
+  else $("latency").textContent = "a recording";
+  const counts = now ? now.counts : {};
+  $("counts").replaceChildren(...Object.entries(counts).flatMap(([name, n]) => {
+    const dt = document.createElement("dt"), dd = document.createElement("dd"); dt.textContent = name; dd.textContent = n; dd.className = n ? "some" : ""; return [dt, dd];
+  }));
+  histogram($("late"), last.lateness, hello.bars, "--c1"); histogram($("took"), last.compute, hello.bars, "--c3");
+}, 500);
+addEventListener("resize", () => { scene.framed && scene.fit(); changed = true; });
+matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { changed = true; });
+connect(); requestAnimationFrame(turn);
