@@ -101,7 +101,7 @@ class Scene {
     }
     for (const b of this.boxes) this.wire(b, [...edge, .75]);
     if (this.handle) {
-      const size = this.extent * .018;
+      const size = this.extent * .022;
       if (this.twin) this.body("sphere", ballAt(this.twin, size * 1.25), [...colour("--c3"), .38]);
       this.body("sphere", ballAt(this.handle, size * (this.grabbed || this.hover ? 1.5 : 1)), [...accent, 1]);
       this.arrow();
