@@ -16,10 +16,11 @@ from ..models import Array, Robot
 from ..runtime.configuration.config import Loaded
 from ..runtime.configuration.session import build
 from ..runtime.configuration.system import find_system
-from ..runtime.core.modes import Command, Mode
+from ..runtime.core.modes import RENDERING, Command, Mode
 from ..runtime.errors import HapticdError
 from ..runtime.live.lockstep import Lockstep, unswept
 from ..safety import Reaction
+from ..sim.plant import SimPlant
 from .own_plant import Doubt
 from .random_hand import stranger
 from .random_twin import with_random_chain
@@ -56,6 +57,7 @@ class Session:
         seconds: until the stop, or the end.
         excess: how far beyond each limit, or beyond where it began outside, the machine went; negative
             inside.
+        returned: energy that the hand got back beyond what it had put in until then [J].
     """
 
     seed: int
@@ -64,6 +66,7 @@ class Session:
     reaction: int
     seconds: float
     excess: dict[str, float] = field(default_factory=dict)
+    returned: float = 0.0
 
 
 def sessions(
@@ -123,7 +126,7 @@ def session(
 
 
 def _session(lockstep: Lockstep, seed: int, seconds: float, watch: Callable[[Lockstep], None]) -> Session:
-    limits, rate = Kept(lockstep), lockstep.session.config.loop.rate
+    limits, work, rate = Kept(lockstep), Work(lockstep), lockstep.session.config.loop.rate
     cycle, ticks = lockstep.session.cycle, round(seconds * rate)
     moved, said = False, "nobody pressed the dead-man switch"
 
@@ -134,6 +137,7 @@ def _session(lockstep: Lockstep, seed: int, seconds: float, watch: Callable[[Loc
         if lockstep.outputs.events and not command:
             said = str(lockstep.outputs.events[-1])
         limits.add()
+        work.add()
         watch(lockstep)
 
     while lockstep.inputs.tick + 1 < ticks and not (cycle.stops.last or cycle.mode is Mode.FAILED):
@@ -147,10 +151,10 @@ def _session(lockstep: Lockstep, seed: int, seconds: float, watch: Callable[[Loc
     excess = limits.excess
     if cycle.stops.last:
         stop = cycle.stops.last.verdict
-        return Session(seed, stop.reason, stop.detail, int(stop.reaction), at, excess)
+        return Session(seed, stop.reason, stop.detail, int(stop.reaction), at, excess, work.returned)
     if not moved:
         return Session(seed, NOT_STARTED, said, int(Reaction.RAMP), at, excess)
-    return Session(seed, "", "", 0, at, excess)
+    return Session(seed, "", "", 0, at, excess, work.returned)
 
 
 class Kept:
@@ -197,6 +201,32 @@ class Kept:
         self._worst = np.fmax(self._worst, np.fmax.reduce(beyond))
 
 
+class Work:
+    """What a hand does at the handle of a simulated machine while the machine renders.
+
+    Attributes:
+        returned: most that the hand ever had got back beyond what it had put in [J].
+    """
+
+    def __init__(self, lockstep: Lockstep) -> None:
+        plant = lockstep.plant
+        assert isinstance(plant, SimPlant), "let the simulated machine extend SimPlant"
+        self._plant, self._cycle = plant, lockstep.session.cycle
+        self._half = 0.5 / lockstep.session.config.loop.rate
+        self.returned = self._put_in = 0.0
+        self._power: float | None = None
+
+    def add(self) -> None:
+        """Take a tick."""
+        if self._cycle.mode not in RENDERING:
+            return
+        power = self._plant.hand_power
+        if self._power is not None:
+            self._put_in += self._half * (self._power + power)
+            self.returned = max(self.returned, -self._put_in)
+        self._power = power
+
+
 @dataclass(slots=True)
 class Tally:
     """What became of many sessions.
@@ -205,6 +235,7 @@ class Tally:
         sessions: how many; finished: of them.
         stops: by reason; details: one example each.
         worst_excess: of each limit, over all sessions.
+        returned: most energy that a hand got back beyond what it had put in [J].
         worst: of all sessions: the strongest stop, of these the earliest, or else the largest excess.
     """
 
@@ -213,6 +244,7 @@ class Tally:
     stops: Counter[str] = field(default_factory=Counter)
     examples: dict[str, Session] = field(default_factory=dict)
     worst_excess: dict[str, float] = field(default_factory=dict)
+    returned: float = 0.0
     worst: Session | None = None
 
     def add(self, session: Session) -> None:
@@ -222,6 +254,7 @@ class Tally:
         if session.stop:
             self.stops[session.stop] += 1
             self.examples.setdefault(session.stop, session)
+        self.returned = max(self.returned, session.returned)
         for name, excess in session.excess.items():
             self.worst_excess[name] = max(excess, self.worst_excess.get(name, excess))
         if self.worst is None or _badness(session) > _badness(self.worst):

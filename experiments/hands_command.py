@@ -79,7 +79,9 @@ def add_hands(commands: Commands) -> None:
         "--errors", action="store_true", help="sensors that err as is typical, and joints that rub (not rhi)"
     )
     hands.add_argument(
-        "--json", action="store_true", help="print {sessions, finished, stops, worst_excess, worst} as JSON"
+        "--json",
+        action="store_true",
+        help="print {sessions, finished, stops, worst_excess, worst, returned} as JSON",
     )
     hands.set_defaults(handler=run)
 
@@ -161,12 +163,12 @@ def repeat(options: argparse.Namespace, tally: Tally) -> str:
 
 
 def as_json(tally: Tally, worst: str) -> str:
-    """The tally as one JSON object; excesses in rad, m or N m."""
+    """The tally as one JSON object; excesses in rad, m or N m, what hands got back in J."""
     import msgspec
 
     found = {
         **{"sessions": tally.sessions, "finished": tally.finished, "stops": dict(tally.stops)},
-        **{"worst_excess": tally.worst_excess, "worst": worst},
+        **{"worst_excess": tally.worst_excess, "worst": worst, "returned": tally.returned},
     }
     return msgspec.json.encode(found).decode()
 
@@ -181,5 +183,6 @@ def table(tally: Tally, worst: str) -> list[str]:
     if tally.worst_excess:
         lines.append("worst excess of each limit, in thousandths of its unit (negative: not reached):")
     lines += [f"  {name:20}{1e3 * excess:10.2f}" for name, excess in tally.worst_excess.items()]
+    lines.append(f"most energy that a hand got back beyond what it had put in: {tally.returned:.3f} J")
     lines.append(f"the worst again: {worst}")
     return lines

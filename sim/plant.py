@@ -121,6 +121,11 @@ class SimPlant(ABC):
         for script in self._scripts:
             script.advance(self.time)
 
+    @property
+    def hand_power(self) -> float:
+        """What the hand gives the handle now [W]; machines whose energies take long have a shorter way."""
+        return self.energies().hand
+
     @abstractmethod
     def energies(self) -> Energies:
         """What moves in it now: tests judge stops by that."""

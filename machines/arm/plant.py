@@ -60,8 +60,12 @@ class ArmPlant(SimPlant):
     def energies(self) -> Energies:
         """The base stands."""
         arm = self.arm
-        power = float(self.wrench @ arm.twist)
-        return Energies(arm.kinetic_energy(), arm.spring_energy(), arm.potential_energy(), power)
+        return Energies(arm.kinetic_energy(), arm.spring_energy(), arm.potential_energy(), self.hand_power)
+
+    @property
+    def hand_power(self) -> float:
+        """See ``SimPlant``."""
+        return float(self.wrench @ self.arm.twist)
 
     def _move(self, dt: float) -> None:
         arm, joints = self.arm, self._joints

@@ -82,17 +82,21 @@ class GiantPlant(SimPlant):
         self.tool = SensedTool(tool, place, arm, self._wrench, unit=unit)
         self._measure()
 
+    @property
+    def hand_power(self) -> float:
+        """See ``SimPlant``."""
+        x, y = self.ppu.velocity
+        return float(self._wrench @ self.arm.twist + self._wrench[0] * x + self._wrench[1] * y)
+
     def energies(self) -> Energies:
         """The gantry's own mass is not modelled; what it carries is."""
         arm, ppu, robot = self.arm, self.ppu, self._robot
         q, qd = self._whole(ppu.position, arm.q), self._whole(ppu.velocity, arm.qd)
         links = pin.computeKineticEnergy(robot.model, robot.data, robot.configuration(q), qd)
         potential = pin.computePotentialEnergy(robot.model, robot.data, robot.configuration(q))
-        twist = arm.twist.copy()
-        twist[:2] += ppu.velocity
         rotors, springs = arm.rotor_energy(), arm.spring_energy()
         base = float(np.dot(self.ppu_force, ppu.velocity))
-        return Energies(links + rotors, springs, potential, float(self._wrench @ twist), base)
+        return Energies(links + rotors, springs, potential, self.hand_power, base)
 
     @property
     def ppu_force(self) -> Array:

@@ -5,11 +5,12 @@ from dataclasses import replace
 from itertools import pairwise
 from math import dist
 from random import Random
+from typing import Any
 
 import msgspec
 import numpy as np
 import pytest
-from hapticd.experiments.hands import BLOCK, NOT_STARTED, Kept, Session, Tally, session, sessions
+from hapticd.experiments.hands import BLOCK, NOT_STARTED, Kept, Session, Tally, Work, session, sessions
 from hapticd.experiments.own_plant import TYPICAL, Doubt
 from hapticd.experiments.random_hand import stranger
 from hapticd.experiments.temper import Temper
@@ -192,6 +193,32 @@ def test_the_worst_session_is_the_earliest_of_the_strongest_stops_or_passes_a_li
     assert tally.worst_excess == {"a": 0.2, "b": 0.1}
 
 
+def test_what_a_hand_got_back_is_the_most_it_ever_had_beyond_what_it_put_in(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    lockstep = Lockstep(build(load("rhi")))
+    powers = iter([2.0, 2.0, -6.0, -6.0, 4.0, 30.0])
+    monkeypatch.setattr(type(lockstep.plant), "hand_power", property(lambda plant: next(powers)))
+    lockstep.session.cycle.phase.mode = Mode.ACTIVE
+    work = Work(lockstep)
+    for _ in range(6):
+        work.add()
+    # between the ticks, in turn: 2, -2, -6, -1 and 17 W
+    assert work.returned == pytest.approx(7.0 / lockstep.session.config.loop.rate)
+
+
+def test_a_hand_s_power_is_what_the_plant_s_steps_count_as_its_work() -> None:
+    lockstep = Lockstep(build(load("panda")))
+    plant: Any = lockstep.plant
+    summed = counted = 0.0
+    for _ in range(5000):
+        before, power = plant.arm.work.hand, plant.hand_power
+        lockstep.tick()
+        summed += 0.5e-3 * (power + plant.hand_power)
+        counted += plant.arm.work.hand - before
+    assert summed == pytest.approx(counted, rel=0.02) and abs(counted) > 0.2
+
+
 def test_processes_share_the_work_and_change_nothing() -> None:
     loaded, seeds = load("rhi"), (7, 8, 9)
     alone = list(sessions(loaded, seeds, 1.0, TEMPER, 1))
@@ -205,7 +232,7 @@ def test_the_command_prints_what_became_of_them_and_how_to_see_the_worst_again(
     words = ["hands", "rhi", "--count", "3", "--seed", "5", "--seconds", "1.5", "--force", "20", "--json"]
     status = main(words)
     found = msgspec.json.decode(capsys.readouterr().out)
-    assert list(found) == ["sessions", "finished", "stops", "worst_excess", "worst"]
+    assert list(found) == ["sessions", "finished", "stops", "worst_excess", "worst", "returned"]
     assert found["sessions"] == 3 == found["finished"] + sum(found["stops"].values())
     assert status == int(found["finished"] < 3)
     again = shlex.split(found["worst"])[1:]
