@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import struct
 from collections.abc import Sequence
+from functools import cache
+from math import isfinite
 from typing import ClassVar, Final
 
 import numpy as np
@@ -43,21 +46,31 @@ class SimGateway(SimNode):
 
     def say(self) -> bytes:
         """What goes out."""
-        said = np.zeros((), self.says_to_peer)
-        for name in said.dtype.names or ():
-            values = self.fields[OWN.get(name, name)]
-            said[name] = values if values.size > 1 else values[0]
-        return said.tobytes()
+        packer, places = _layout(self.says_to_peer)
+        values = [x for name in places for x in self.fields[OWN.get(name, name)].tolist()]
+        return packer.pack(*values)
 
     def hear(self, payload: bytes) -> bool:
         """Report what came in, of the right length; nothing of it, and False, if a number is not finite."""
-        (heard,) = np.frombuffer(payload, self.hears_of_peer)
-        names = heard.dtype.names or ()
-        if not all(np.isfinite(heard[name]).all() for name in names):
+        packer, places = _layout(self.hears_of_peer)
+        values = packer.unpack(payload)
+        if not all(map(isfinite, values)):
             return False
-        for name in names:
-            self.fields[name][:] = heard[name]
+        for name, place in places.items():
+            self.fields[name][:] = values[place]
         return True
+
+
+@cache
+def _layout(said: np.dtype[np.void]) -> tuple[struct.Struct, dict[str, slice]]:
+    """How a packet of one arm is packed, and which of its values belong to which field."""
+    code, places, at = "<", {}, 0
+    for name in said.names or ():
+        field = said[name]
+        count = int(np.prod(field.shape, dtype=int))
+        code += f"{count}{field.base.char}"
+        places[name] = slice(at, at := at + count)
+    return struct.Struct(code), places
 
 
 class Exchange:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import radians
+from math import hypot, radians
 
 import numpy as np
 import pinocchio as pin
@@ -109,7 +109,7 @@ class StationArm:
             np.array(x, float) for x in (hold.stiffness, hold.damping, hold.deceleration)
         )
         self._hold = Hold(HoldGains(stiffness, damping, deceleration, own.effort), dt)
-        self._fastest = TOO_FAST * limits.velocity
+        self._fastest: list[float] = (TOO_FAST * limits.velocity).tolist()
         self._most = station.stop.force, station.stop.torque
         self.stopped = ""
         self.torque = np.zeros(n)
@@ -153,15 +153,15 @@ class StationArm:
 
     def excess(self) -> str:
         """What is more than the arm may feel or do, for people; "" where nothing is."""
-        force, torque = (float(np.linalg.norm(half)) for half in np.split(self.force.wrench, 2))
+        wrench = self.force.wrench.tolist()
+        force, torque = hypot(*wrench[:3]), hypot(*wrench[3:])
         if force > self._most[0]:
             return f"{force:.0f} N at the palm, more than {self._most[0]:g} N"
         if torque > self._most[1]:
             return f"{torque:.1f} N m at the palm, more than {self._most[1]:g} N m"
-        fast = np.abs(self.task.qd) - self._fastest
-        worst = int(fast.argmax())
-        if fast[worst] > 0.0:
-            return f"joint {worst + 1} turns at {abs(self.task.qd[worst]):.2f} rad/s"
+        for i, (speed, most) in enumerate(zip(self.task.qd.tolist(), self._fastest, strict=True)):
+            if abs(speed) > most:
+                return f"joint {i + 1} turns at {abs(speed):.2f} rad/s"
         return ""
 
     def _carry(self) -> None:
