@@ -119,6 +119,7 @@ def test_a_person_plays_and_the_session_replays(chromium: Any, tmp_path: Path) -
             page.locator("#kept").check()
             page.locator("#hold").click()
             until(page, "now.mode === 'ENGAGING' || now.mode === 'ACTIVE'")
+            assert page.evaluate("now.counts['records lost']") == 0
             # a page that falls silent has let go
             page.evaluate("(window.WebSocket = null, held = false)")
             until(page, "!now.pressed && !['ENGAGING', 'ACTIVE'].includes(now.mode)")

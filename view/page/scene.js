@@ -72,7 +72,7 @@ class Scene {
   }
   fit() {
     const aspect = this.canvas.clientWidth / Math.max(1, this.canvas.clientHeight);
-    this.camera.distance = this.home / Math.sin(FOV / 2) * (aspect < 1.3 ? 1.18 / Math.max(aspect, .6) : .86);
+    this.camera.distance = this.home / Math.sin(FOV / 2) * (aspect < 1.3 ? 1.18 / Math.max(aspect, .3) : .86);
   }
   eye() {
     const {yaw, pitch, distance, target} = this.camera;
@@ -100,12 +100,14 @@ class Scene {
         this.body(part.kind, M.times(this.joints[shape.joint], part.matrix), [...shape.colour.map(lighter), 1]);
     }
     for (const b of this.boxes) this.wire(b, [...edge, .75]);
-    if (this.handle) {
+    if (this.handle) { // in front of the machine that surrounds it
+      gl.depthRange(0, .02);
       const size = this.extent * .022;
       if (this.twin) this.body("sphere", ballAt(this.twin, size * 1.25), [...colour("--c3"), .38]);
       this.body("sphere", ballAt(this.handle, size * (this.grabbed || this.hover ? 1.5 : 1)), [...accent, 1]);
       this.arrow();
       if (this.grabbed) this.segments([this.handle, this.grabbed.place], [...accent, 1]);
+      gl.depthRange(0, 1);
     }
     gl.depthMask(false);
     for (const p of this.planes) this.plane(p, colour("--c2"));
