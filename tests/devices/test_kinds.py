@@ -25,7 +25,10 @@ TABLES = {
     "remote_avatar": {},
     "remote_operator": {},
     "safety_plc": {},
+    "sense_glove": {},
+    "sih_hand": {},
     "slide_drive": {**JOINT, "lead": Length(0.01)},
+    "svh_hand": {},
 }
 BEGINS = {"age": NEVER}
 
