@@ -1,0 +1,102 @@
+"""What a recording says of each joint with a spring, and what its controller believed of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..devices.errors import FrameError
+from ..devices.image import ProcessImage
+from ..devices.torque_drive import JointDrives
+from ..machines.arm.config import ArmConfig
+from ..machines.giant.config import GiantConfig
+from ..machines.giant.names import JOINTS
+from ..models import Array
+from ..runtime.configuration.session import build
+from ..runtime.core.modes import RENDERING
+from ..runtime.core.sections import Config
+from ..runtime.core.tick import Inputs
+from ..runtime.errors import HapticdError
+from ..runtime.recording.log import Log
+from .identification import WINDOW, Recorded
+
+
+class IdentifyError(HapticdError):
+    """A recording from which nothing can be identified."""
+
+    code = "identify"
+    exit_status = 2
+
+
+@dataclass(frozen=True, slots=True)
+class Believed:
+    """A joint as its controller knows it: inertia, stiffness, top speed, largest torque.
+
+    What slides has kg, N/m, m/s and N.
+    """
+
+    name: str
+    rotor_inertia: float
+    stiffness: float
+    speed: float
+    torque: float
+    slides: bool
+
+
+def recorded(log: Log) -> list[tuple[Believed, list[Recorded]]]:
+    """Each joint, and what was recorded of it while the machine rendered, in runs without gaps.
+
+    Raises:
+        IdentifyError: the machine has no springs, or never rendered for a while.
+        LogError: the recording is damaged.
+    """
+    session = build(log.loaded)
+    robot = session.robot
+    known = zip(robot.names, robot.effort.tolist(), robot.sliding, strict=True)
+    limits = {name: (effort, bool(slides)) for name, effort, slides in known}
+    joints = [Believed(*row, *limits[row[0]]) for row in _elastic(log.loaded.config)]
+    runs = [np.array(run) for run in _runs(log, session.cycle.image, len(joints))]
+    if not runs:
+        raise IdentifyError(f"{log.path}: nothing was moved in it; record a session in which joints move")
+    return [
+        (joint, [Recorded(*np.ascontiguousarray(run[:, :, i].T)) for run in runs])
+        for i, joint in enumerate(joints)
+    ]
+
+
+def _elastic(config: Config) -> list[tuple[str, float, float, float]]:
+    if isinstance(config, GiantConfig):
+        tracking, m = config.giant.tracking, config.giant.manipulator
+        return list(zip(JOINTS, tracking.rotor_inertia, tracking.stiffness, m.velocity, strict=True))
+    if isinstance(config, ArmConfig):
+        joints = config.arm.joints.items()
+        found = [(name, j.rotor_inertia, j.stiffness, j.velocity) for name, j in joints]
+        springs: list[tuple[str, float, float, float]] = [
+            (name, rotor, k, speed) for name, rotor, k, speed in found if k is not None
+        ]
+        if springs:
+            return springs
+    raise IdentifyError("no joint of this machine has a spring: there is no stiffness to identify")
+
+
+def _runs(log: Log, image: ProcessImage, n: int) -> list[list[Array]]:
+    """Ticks (4, n) in a row: commands, loads, speeds, deflections."""
+    drives, inputs, counter = JointDrives(image), Inputs(), 0
+    runs: list[list[Array]] = [[]]
+    for record in log.records():
+        fixed = record.fixed
+        try:
+            inputs.frames.unpack(record.frames_in)
+        except FrameError:
+            inputs.frames.clear()
+        heard = image.latch(inputs.frames, counter)
+        counter = int(fixed["tick"])
+        if heard == image.expected and not fixed["skipped"] and int(fixed["mode"]) in RENDERING:
+            deflection = drives.position - drives.link_position
+            runs[-1].append(
+                np.array([fixed["admitted"][:n], drives.load_torque, drives.velocity, deflection])
+            )
+        elif runs[-1]:
+            runs.append([])
+    return [run for run in runs if len(run) > 2 * WINDOW]
