@@ -13,6 +13,7 @@ from hapticd.runtime.configuration import config
 from hapticd.runtime.core.modes import Mode
 from hapticd.runtime.recording.log import open_log
 from hapticd.runtime.recording.replay import replay
+from hapticd.sim.hand import Grip
 from hapticd.sim.network_model import Conditions, NetworkModel
 from hapticd.testing.copies import in_a_copy
 
@@ -122,15 +123,14 @@ def test_in_steady_contact_the_operator_feels_at_least_half_of_the_avatars_force
 
 
 @in_a_copy
-@pytest.mark.parametrize("stiffness", [1000.0, 10000.0])
-def test_walls_are_felt_and_stable_over_a_bad_network(pair: Both, stiffness: float) -> None:
+def test_walls_are_felt_and_stable_over_a_bad_network(pair: Both) -> None:
     network = Conditions(0.12, 0.04, 0.05, 2.0)
     pair.network.there._conditions = pair.network.back._conditions = network
     for machine in pair.machines:
         for lease in machine.leases:
             lease._delay = network.longest
     pair.go(0.4)
-    pair.wall_ahead(stiffness)
+    pair.wall_ahead(10000.0)
     for i in range(2):
         pair.reach(i, [0.07, 0.0, 0.0])
     pair.go(2.0)
@@ -143,6 +143,29 @@ def test_walls_are_felt_and_stable_over_a_bad_network(pair: Both, stiffness: flo
     assert np.ptp(places, axis=0).max() < 3e-3
     hand, wall = np.mean(forces, axis=0).T
     assert (wall > 2.0).all() and (hand > 0.5 * wall).all() and np.max(forces) < 30.0
+
+
+@in_a_copy
+@pytest.mark.parametrize("layer", [True, False])
+def test_a_round_trip_of_700_ms_throws_a_loose_hand_back_without_the_layer_only(
+    pair: Both, layer: bool
+) -> None:
+    pair.network.there._conditions = pair.network.back._conditions = Conditions(0.35)
+    for hand, machine in zip(pair.leads.hands, pair.machines, strict=True):
+        hand._grip = Grip((250.0, 20.0), (10.0, 0.8), (40.0, 4.0))
+        machine._passive = layer
+        for lease in machine.leases:
+            lease._delay = 0.35
+    pair.go(0.8)
+    pair.wall_ahead(10000.0)
+    for i in range(2):
+        pair.reach(i, [0.08, 0.0, 0.0])
+    pair.go(1.5)
+    most = 0.0
+    for _ in range(30):
+        pair.go(0.1)
+        most = max(most, *(force for i in range(2) for force in pair.forces(i)))
+    assert (most < 20.0) == layer, f"{most:.1f} N"
 
 
 @in_a_copy
