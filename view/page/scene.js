@@ -103,7 +103,9 @@ class Scene {
     if (this.handle) { // in front of the machine that surrounds it
       gl.depthRange(0, .02);
       const size = this.extent * .022;
-      if (this.twin) this.body("sphere", ballAt(this.twin, size * 1.25), [...colour("--c3"), .38]);
+      gl.depthMask(false); // the twin's place is seen around the handle, and hides nothing
+      if (this.twin) this.body("sphere", ballAt(this.twin, size * 1.5), [...colour("--c3"), .38]);
+      gl.depthMask(true);
       this.body("sphere", ballAt(this.handle, size * (this.grabbed || this.hover ? 1.5 : 1)), [...accent, 1]);
       this.arrow();
       if (this.grabbed) this.segments([this.handle, this.grabbed.place], [...accent, 1]);
