@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 
-from .mount_command import PAPER, draw, mounted
+from .mount import PAPER, draw, mounted
 from .outcome import Outcome, Progress, Row
 from .seated_operator import COUNT
 

@@ -4,7 +4,7 @@ import msgspec
 import numpy as np
 import pytest
 from hapticd.experiments import bimanual_fig7
-from hapticd.experiments.mount_command import Mount, draw
+from hapticd.experiments.mount import Mount, draw
 from hapticd.experiments.mounting import INITIAL, LOWER, base, possible, reached, search
 from hapticd.experiments.moved_arm import panda
 from hapticd.experiments.seated_operator import FORE, FRONT, HAND, SHOULDER, UPPER, hand_poses, palm
