@@ -16,3 +16,8 @@ def meant(word: str, known: Iterable[str]) -> str:
     known = list(known)
     near = nearest(word, known)
     return f'did you mean "{near}"?' if near else f"known here: {', '.join(known)}" if known else ""
+
+
+def counted(n: int, what: str) -> str:
+    """A number of things: 1 joint, 2 joints."""
+    return f"{n} {what}" if n == 1 else f"{n} {what}s"

@@ -65,6 +65,7 @@ class WrenchEstimator:
         rotation: Array,
         dt: float,
         bias: Array | None = None,
+        drifts: tuple[float, float] = (1.0, 1.0),
     ) -> None:
         """Take the tool and the arrays that are read where they are.
 
@@ -77,9 +78,10 @@ class WrenchEstimator:
             rotation: of the handle in B, (3, 3).
             dt: of a tick [s].
             bias: what the sensor reads without a load, (6,) [N, N m]; None for nothing.
+            drifts: by how much of what a sensor of a strong arm drifts, forces and torques.
         """
         self.wrench = np.zeros(6)
-        self._drift = ffi.new("drift *", {"dt": dt})
+        self._drift = ffi.new("drift *", {"dt": dt, "share": drifts})
         R, arm = T_handle_sensor[:3, :3].copy(), T_handle_sensor[:3, 3].copy()
         self._arguments = (
             mass,

@@ -4,9 +4,10 @@
 
 typedef struct {
     double dt;
-    double bias[6]; /* what is taken off [N, N m] */
-    double slow[6]; /* the wrench, smoothed */
-    double steady;  /* for so long it has been small and steady [s] */
+    double share[2]; /* what is small and steady for it, beside a sensor of a strong arm: force, torque */
+    double bias[6];  /* what is taken off [N, N m] */
+    double slow[6];  /* the wrench, smoothed */
+    double steady;   /* for so long it has been small and steady [s] */
 } drift;
 
 /* Takes the drift off a wrench (6) in the sensor's frame, freed of the tool's weight, and follows it: a

@@ -9,10 +9,11 @@ import numpy as np
 
 from ..models import Array
 from ..runtime.configuration.session import Session, build
+from ..runtime.core.machine import near
 from ..runtime.core.modes import Mode
 from ..runtime.recording.channels import Channels, Group, measured
 from ..runtime.recording.log import Log, LoggedEvent
-from ..runtime.recording.summary import NEAR, Report, Summary
+from ..runtime.recording.summary import Report, Summary
 from ..runtime.timing.forensics import LateTick
 from .decimate import Decimator
 from .work import Work
@@ -63,7 +64,8 @@ class Recorded:
         """Which end of its limit a channel touched in each column: -1, 1, 0 for none; (columns,)."""
         spec = self.channels.specs[channel]
         low, high = self.columns.low[:, channel], self.columns.high[:, channel]
-        return np.where(low <= spec.lower + NEAR, -1, np.where(high >= spec.upper - NEAR, 1, 0))
+        close = near(spec.lower, spec.upper)
+        return np.where(low <= spec.lower + close, -1, np.where(high >= spec.upper - close, 1, 0))
 
 
 def read(log: Log, progress: Callable[[int], None] = lambda _: None) -> Recorded:

@@ -15,12 +15,13 @@ import numpy as np
 from ..runtime.configuration.config import Loaded, parse
 from ..runtime.configuration.known import built_in
 from ..runtime.configuration.session import Session, build
+from ..runtime.core.machine import near
 from ..runtime.invocation import program
 from ..runtime.recording.channels import Channels
 from ..runtime.recording.frames import BARS_PER_OCTAVE, LEAST_US, Frame, FrameMaker, Said
 from ..runtime.recording.log import Log
 from ..runtime.recording.published import ORDERS, SUFFIX, About, SessionError, Subscriber, run_folder, running
-from ..runtime.recording.summary import NEAR, Summary
+from ..runtime.recording.summary import Summary
 from .geometry import Geometry
 
 MOST_FRAMES, LEAST_TICKS = 3000, 20
@@ -73,12 +74,12 @@ class Drawn:
                 "live": live,
                 "words": words,
                 "rate": float(self.session.config.loop.rate),
-                "near": NEAR,
                 "bars": {"least": LEAST_US, "per_octave": BARS_PER_OCTAVE},
                 "channels": [
                     {
                         **{"name": spec.name, "unit": spec.unit, "group": spec.group},
                         **{"lower": bound(spec.lower), "upper": bound(spec.upper)},
+                        "near": near(spec.lower, spec.upper),
                     }
                     for spec in self.channels.specs
                 ],

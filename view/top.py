@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from math import hypot, inf, isfinite
 
+from ..runtime.core.machine import near
 from ..runtime.live.screen import fit
 from ..runtime.recording.channels import FORCE, Channel, Group
 from ..runtime.recording.frames import Frame, Said
-from ..runtime.recording.summary import NEAR
 
 BAR = 24
 """Columns of a limit's bar."""
@@ -77,8 +77,9 @@ def _limit(channel: Channel, frame: Frame, k: int) -> str:
     if isfinite(lower) and isfinite(upper) and upper > lower:
         at = min(BAR - 1, max(0, int(BAR * (value - lower) / (upper - lower))))
         bar = "-" * at + "|" + "-" * (BAR - 1 - at)
-    touched = "  at its lower end" if frame.low[k] <= lower + NEAR and lower > -inf else ""
-    touched = "  at its upper end" if frame.high[k] >= upper - NEAR and upper < inf else touched
+    close = near(lower, upper)
+    touched = "  at its lower end" if frame.low[k] <= lower + close and lower > -inf else ""
+    touched = "  at its upper end" if frame.high[k] >= upper - close and upper < inf else touched
     return f"{channel.name:20.20}[{bar}] {value:8.3f} {channel.unit}{touched}"
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Mapping
 from pathlib import Path
 
 from ...configs.printable import printable
@@ -57,8 +58,8 @@ def run(options: argparse.Namespace) -> int:
     """Write the files; the exit status.
 
     Raises:
-        InitError: the URDF holds no arm, or a file is there already.
-        ModelError: the arm has what no machine that a person holds may have.
+        InitError: the URDF holds no arm, or a file is there already or cannot be written.
+        ModelError: the text is no XML, or too much of it.
     """
     import msgspec
 
@@ -69,10 +70,9 @@ def run(options: argparse.Namespace) -> int:
     model = out.with_suffix(".clean.urdf")
     for path in (out, model):
         if path.exists():
-            raise InitError(f"{path} exists already; name another with --out FILE.toml")
+            raise _taken(path)
     made = init(_read(source), source.name, options.tip, out.name, model.name)
-    model.write_text(made.urdf, encoding="utf-8")
-    out.write_text(made.toml, encoding="utf-8")
+    _write({model: made.urdf, out: made.toml})
     if options.json:
         content = {
             "config": str(out),
@@ -87,6 +87,29 @@ def run(options: argparse.Namespace) -> int:
     print(f"{out} and {model} are written: {len(made.joints)} joints, {', '.join(made.directions)}")
     print(f"run: {program()} run {out}")
     return 0
+
+
+def _write(texts: Mapping[Path, str]) -> None:
+    """All of the files, or none."""
+    begun: list[Path] = []
+    try:
+        for path, text in texts.items():
+            with path.open("x", encoding="utf-8") as file:
+                begun.append(path)
+                file.write(text)
+    except BaseException as error:
+        for done in begun:
+            done.unlink(missing_ok=True)
+        if isinstance(error, FileExistsError):
+            raise _taken(path) from error
+        if isinstance(error, OSError):
+            why = error.strerror
+            raise InitError(f"{path} cannot be written: {why}; name another with --out FILE.toml") from error
+        raise
+
+
+def _taken(path: Path) -> InitError:
+    return InitError(f"{path} exists already; name another with --out FILE.toml")
 
 
 def _read(source: Path) -> str:

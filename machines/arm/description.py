@@ -12,7 +12,7 @@ import numpy as np
 import pinocchio as pin
 
 from ...configs.numerals import number
-from ...configs.words import nearest
+from ...configs.words import counted, nearest
 from ...models import Array
 from ...models.xml_tree import Element, parse
 from .check import FEWEST, MOST
@@ -26,6 +26,8 @@ LEAST_MASS, LEAST_GYRATION = 1e-3, 0.005
 """Mass of a link that moves: less is taken for nothing [kg]; sqrt(moment / mass) that any part has [m]."""
 UNKNOWN_MASS, UNKNOWN_RADIUS = 0.1, 0.03
 """What is guessed of a link that a joint moves and that has no mass [kg, m]."""
+GRASPING = ("gripper", "finger", "thumb", "jaw", "claw")
+"""Words in the names of joints that close a gripper; of the links that they move, all but the first."""
 TIPS = ("tcp", "tool0", "tool", "ee", "flange", "hand", "gripper")
 """Words in the names of links that people hold an arm at, best first."""
 
@@ -50,7 +52,8 @@ class Joint:
         lower, upper: infinite where there is no limit.
         effort, velocity: 0 where the file says nothing.
         damping: viscous friction.
-        mimic: whether it follows another.
+        follows: the joint that it follows; "" for none.
+        written: its name in the file, whatever it is called here.
     """
 
     name: str
@@ -65,12 +68,13 @@ class Joint:
     effort: float = 0.0
     velocity: float = 0.0
     damping: float = 0.0
-    mimic: bool = False
+    follows: str = ""
+    written: str = ""
 
     @property
     def moves(self) -> bool:
         """Whether a motor may move it."""
-        return self.kind in MOVING and not self.mimic and self.lower < self.upper
+        return self.kind in MOVING and not self.follows and self.lower < self.upper
 
 
 @dataclass(slots=True)
@@ -84,6 +88,7 @@ class Description:
         frozen: fixed joints.
         handle: mass of the handle that is put on the tip [kg].
         remarks: what was left out, frozen, mended or guessed, a sentence each.
+        source: name of the file.
     """
 
     name: str
@@ -92,6 +97,7 @@ class Description:
     frozen: list[Joint]
     handle: float = 0.3
     remarks: list[str] = field(default_factory=list)
+    source: str = ""
 
 
 def read_arm(text: str, source: str, tip: str | None) -> Description:
@@ -116,8 +122,11 @@ def read_arm(text: str, source: str, tip: str | None) -> Description:
     if tip is None:
         remarks.append(f"the tip is taken to be '{end}'; --tip names another")
     chain = tree.chain(end)
+    if tip is None:
+        remarks += _closing(chain, joints, tree)
     _require_arm(chain, tree, source)
     arm = _gather(root.attributes.get("name", "arm"), chain, tree, remarks)
+    arm.source = source
     _require_masses(arm, source)
     _mend(arm)
     return arm
@@ -142,10 +151,15 @@ class _Tree:
             self.below[joint.parent].append(joint)
         roots = [name for name in links if name not in self.above]
         if len(roots) != 1:
-            what = ", ".join(roots[:5]) or "a loop"
-            raise InitError(
-                f"{source}: {len(roots)} links without a parent ({what}); connect all to one root"
-            )
+            if not roots:
+                what = (
+                    "every link has a parent joint, so the joints form a loop"
+                    if links
+                    else "there are no links"
+                )
+                raise InitError(f"{source}: {what}; a URDF is a tree with one root")
+            what = ", ".join(roots[:5]) + (", ..." if len(roots) > 5 else "")
+            raise InitError(f"{source}: {len(roots)} links have no parent ({what}); connect all to one root")
         self.root = roots[0]
 
     def ways(self, link: str) -> list[Joint]:
@@ -163,7 +177,7 @@ class _Tree:
                 near = nearest(tip, self.links)
                 meant = f"did you mean '{near}'? " if near else ""
                 raise InitError(
-                    f"{self.source}: there is no link '{tip}'; {meant}candidates: {', '.join(self.leaves())}"
+                    f"{self.source}: there is no link '{tip}'; {meant}{self.tips('candidates: ')}"
                 )
             return tip
         link = self.root
@@ -171,18 +185,18 @@ class _Tree:
             link = ways[0].child
         if len(ways) > 1 and not any(joint.moves for joint in self.chain(link)):
             raise InitError(
-                f"{self.source} branches at '{link}' before anything moves; say where the hand holds it: "
-                f"--tip with one of {', '.join(self.leaves())}"
+                f"{self.source} branches at '{link}' before anything moves; "
+                f"{self.tips('say where the hand holds it: --tip with one of ')}"
             )
-        return link if ways else self._tool(link)
+        return link if ways else self.tool(link)
 
-    def _tool(self, link: str) -> str:
+    def tool(self, link: str) -> str:
         """A mere frame fixed to a link whose name says that people hold the arm there, or the link."""
         frames = [joint.child for joint in self.below[link] if self.links[joint.child] is None]
         for word in TIPS:
             for frame in frames:
                 if word in frame.lower():
-                    return self._tool(frame)
+                    return self.tool(frame)
         return link
 
     def chain(self, link: str) -> list[Joint]:
@@ -195,6 +209,14 @@ class _Tree:
                 raise InitError(f"{self.source}: the joints form a loop; a URDF is a tree")
         return found[::-1]
 
+    def tips(self, before: str) -> str:
+        """A sentence with the links that may be named, or why there is none."""
+        known = self.leaves()
+        none = (
+            f"no way from '{self.root}' to any link has {FEWEST} to {MOST} joints, so there is no arm in it"
+        )
+        return f"{before}{', '.join(known)}" if known else none
+
     def leaves(self) -> list[str]:
         """Links at which 3 to 7 joints end, the longest way first, as people may have meant them."""
         ways = {link: sum(joint.moves for joint in self.chain(link)) for link in self.links}
@@ -203,7 +225,24 @@ class _Tree:
             for link, count in ways.items()
             if FEWEST <= count <= MOST and not any(joint.moves for joint in self.below[link])
         ]
-        return sorted(known, key=lambda link: -ways[link])[:12] or ["none: no way has 3 to 7 joints"]
+        return sorted(known, key=lambda link: -ways[link])[:12] or []
+
+
+def _closing(chain: Sequence[Joint], joints: Sequence[Joint], tree: _Tree) -> list[str]:
+    """What to do about a last joint that closes a gripper, where an arm is left without it."""
+    moving = [joint for joint in chain if joint.moves]
+    if len(moving) <= FEWEST:
+        return []
+    last = moving[-1]
+    named = any(word in last.name.lower() for word in GRASPING) or any(
+        word in last.child.lower() for word in GRASPING[1:]
+    )
+    if named or any(joint.follows == last.name for joint in joints):
+        return [
+            f"'{last.name}', the last joint, looks like a gripper's, which the hand would open and close; "
+            f"--tip {tree.tool(last.parent)} leaves it out"
+        ]
+    return []
 
 
 def _require_expanded(element: Element, source: str) -> None:
@@ -221,10 +260,10 @@ def _require_arm(chain: Sequence[Joint], tree: _Tree, source: str) -> None:
     if FEWEST <= len(moving) <= MOST:
         return
     end = chain[-1].child if chain else tree.root
-    what = f"{len(moving)} joints ({', '.join(moving)})" if moving else "no joint"
+    what = f"{counted(len(moving), 'joint')} ({', '.join(moving)})" if moving else "no joint"
     raise InitError(
         f"{source}: {what} can move between '{tree.root}' and '{end}'; an arm has {FEWEST} to {MOST}. "
-        f"Name another tip with --tip: {', '.join(tree.leaves())}"
+        f"{tree.tips('Name another tip with --tip: ')}"
     )
 
 
@@ -307,7 +346,7 @@ def _renamed(arm: Description, tip: str) -> Description:
     joints = {new["joint", name]: rename(joint) for name, joint in arm.joints.items()}
     links = {new["link", name]: body for name, body in arm.links.items()}
     return Description(
-        re.sub(r"[^A-Za-z0-9_-]", "_", arm.name) or "arm",
+        re.sub(r"[^A-Za-z0-9_-]", "_", arm.name)[:60] or "arm",
         joints,
         {**links, SENSOR: None, HANDLE: None},
         [*map(rename, arm.frozen), *mounts],
@@ -438,8 +477,14 @@ def _joint(element: Element, source: str) -> Joint:
         effort=_scalar(limit, "effort", 0.0, source),
         velocity=_scalar(limit, "velocity", 0.0, source),
         damping=max(0.0, _scalar(element.child("dynamics"), "damping", 0.0, source)),
-        mimic=element.child("mimic") is not None,
+        follows=_followed(element),
+        written=name,
     )
+
+
+def _followed(joint: Element) -> str:
+    mimic = joint.child("mimic")
+    return "" if mimic is None else mimic.attributes.get("joint") or "another"
 
 
 def _end(joint: Element, end: str, source: str) -> str:

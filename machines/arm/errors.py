@@ -6,7 +6,7 @@ from ...runtime.errors import HapticdError
 
 
 class InitError(HapticdError):
-    """A URDF in which there is no arm, or files that would be overwritten."""
+    """A URDF in which there is no arm, or files that would be overwritten or cannot be written."""
 
     code = "init"
     exit_status = 2

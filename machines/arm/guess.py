@@ -12,7 +12,8 @@ from ...models import Array, Robot
 from ...runtime.core.sampling import fastest
 from .ability import Look, best_directions, best_home, free_reach
 from .config import DIRECTIONS
-from .description import Description, write_urdf
+from .description import GRIP_LENGTH, Description, write_urdf
+from .errors import InitError
 
 SAMPLES = 300
 """Postures at which the arm is looked at."""
@@ -28,18 +29,24 @@ EFFORT_SHARE = 0.9
 """Share of the largest torque that motion and gravity together may take."""
 FRICTION_SHARE = 0.2
 """The same of viscous friction at full speed."""
+HOLD = 1.3
+"""Least effort beside the largest weight that a joint has to hold."""
 HAND_SHARE = 0.25
 """Share of the largest torque that the hand may take beside them."""
 HAND_FORCE, HAND_TORQUE = 20.0, 1.0
 """Strength of a gentle hand [N, N m]."""
 STRONGEST, FASTEST = {False: 2000.0, True: 20e3}, {False: 100.0, True: 20.0}
 """Efforts and speeds beyond these are slips of the pen: turning [N m, rad/s], sliding [N, m/s]."""
+LEAST_FORCE, LEAST_TORQUE = 0.1, 0.001
+"""Of a hand that leads anything [N, N m]."""
 LEAST_EFFORT, LEAST_SPEED = 0.1, 0.01
 UNKNOWN_SPEED = {False: 2.0, True: 0.5}
 ROTOR_SHARE = 0.3
 """A rotor's inertia beside that of what its joint moves, where nobody knows better."""
-P_GAIN, D_GAIN = 4000.0, 120.0
-"""Joint gains over the least inertia that a joint may move [1/s^2, 1/s]: 63 rad/s, well damped."""
+BANDWIDTH, LEAST_BANDWIDTH, DAMPING = 63.0, 20.0, 0.95
+"""Of the joints' gains on the least inertia that a joint may move; the least that leads anything [rad/s]."""
+MOST_P, MOST_D = {False: 1e6, True: 1e6}, {False: 1e4, True: 1e5}
+"""Gains beyond these are slips of the pen: turning [N m/rad, N m s/rad], sliding [N/m, N s/m]."""
 SHRINK = 0.9
 PERIOD = 1e-3
 MOST_SUBSTEPS = 64
@@ -60,7 +67,9 @@ class Guess:
         mass, inertia: of the twin.
         box: corners (3,) of the handle's range, infinite in directions that are not coupled.
         force, torque: of the hand; no torque where it cannot turn the handle as it wants.
+        scales: full scales of the force-torque sensor [N, N m].
         path: times, places (3,) and rotation vectors (3,) of the hand.
+        touches: sides of the box that it pulls the handle to, by their directions.
         brake: torques.
         substeps: of the plant in a period of PERIOD.
     """
@@ -82,7 +91,9 @@ class Guess:
     box: tuple[list[float], list[float]]
     force: float
     torque: float | None
+    scales: tuple[float, float]
     path: list[tuple[float, list[float], list[float]]]
+    touches: dict[int, str]
     brake: list[float]
     substeps: int
 
@@ -91,6 +102,7 @@ def guess(arm: Description) -> Guess:
     """A controller in proportion to an arm, and a hand that pulls at it gently.
 
     Raises:
+        InitError: the arm is too heavy to be held, or too weak to be led.
         ModelError: the description has what no machine that a person holds may have.
     """
     arm = _ranges(_speeds(arm))
@@ -108,14 +120,17 @@ def guess(arm: Description) -> Guess:
         arm.remarks.append(f"the twin moves in the directions {words}: those that the joints can give")
     home = best_home(looked, postures, lower, upper, chosen, scale)
     rotor, stiff = _inertias(looked, robot)
-    force, torque = _hand(robot, looked, chosen)
+    p_gain, d_gain = _gains(arm, stiff)
+    force, torque = _hand(arm, robot, looked, chosen)
     velocity = _velocities(robot)
     pulled = np.max([_load(look, force, torque or 0.0) for look in looked], axis=0)
     acceleration = _accelerations(robot, looked, rotor, gravity + robot.damping * velocity + pulled)
     velocity = np.minimum(velocity, BRAKING * acceleration)
-    mass, inertia = _twin(Look(robot, home), chosen)
+    there = Look(robot, home)
+    mass, inertia = _twin(there, chosen)
     reach = free_reach(robot, home, lower, upper, chosen, scale)
-    box = _box(Look(robot, home).place, reach, chosen)
+    box = _box(there.place, reach, chosen)
+    leg = max(LEG, 1.5 * _slowest(there, chosen, reach, (velocity, acceleration), (force / mass, 2.0)))
     arm.remarks.append("joints are taken to be rigid; drives, sensors and gains are guessed in proportion")
     if any(i < 3 for i in chosen):
         arm.remarks.append(f"a box keeps the handle within {1e3 * reach:.0f} mm of where it begins")
@@ -128,8 +143,8 @@ def guess(arm: Description) -> Guess:
         velocity=velocity.tolist(),
         acceleration=acceleration.tolist(),
         rotor=rotor.tolist(),
-        p_gain=(P_GAIN * stiff).tolist(),
-        d_gain=(D_GAIN * stiff).tolist(),
+        p_gain=p_gain.tolist(),
+        d_gain=d_gain.tolist(),
         home=home.tolist(),
         directions=chosen,
         mass=mass,
@@ -137,8 +152,13 @@ def guess(arm: Description) -> Guess:
         box=box,
         force=force,
         torque=torque,
-        path=_path(Look(robot, home).place, reach, chosen, torque is not None),
-        brake=(1.5 * robot.effort).tolist(),
+        scales=_scales(force, torque, arm.handle),
+        path=_path(there.place, reach, chosen, torque is not None, leg),
+        touches={i: side for i, side in zip(chosen, ("upper", "lower", "upper"), strict=False) if i < 3},
+        brake=[
+            min(1.5 * effort, STRONGEST[slides])
+            for effort, slides in zip(robot.effort.tolist(), robot.sliding, strict=True)
+        ],
         substeps=_substeps(robot, looked, rotor),
     )
 
@@ -204,12 +224,19 @@ def _efforts(arm: Description, gravity: Array, inertia: Array) -> Description:
     rows = zip(arm.joints.items(), gravity.tolist(), inertia.tolist(), strict=True)
     for (name, joint), weight, M in rows:
         most = STRONGEST[_slides(joint.kind)]
+        if (hold := HOLD * weight) > most:
+            unit = "N" if _slides(joint.kind) else "N m"
+            raise InitError(
+                f"{arm.source}: the joint '{joint.written}' carries too much: it needs {hold:.3g} {unit} to "
+                f"hold the arm, at most {most:g} {unit} are possible; the arm is too heavy or too large, or "
+                "its masses or lengths are in another unit than kg and m"
+            )
         effort = joint.effort
         if effort == 0.0:
             effort = min(max(2.0 * weight + 15.0 * M, LEAST_EFFORT), most)
             unknown.append(name)
-        elif effort < (needed := min(1.3 * weight + 3.0 * M, most)):
-            effort = 1.2 * needed
+        elif effort < (needed := min(HOLD * weight + 3.0 * M, most)):
+            effort = min(1.2 * needed, most)
             raised.append(f"'{name}' from {joint.effort:g} to {float(f'{effort:.2g}'):g}")
         joints[name] = replace(joint, effort=float(f"{effort:.2g}") if effort != joint.effort else effort)
     if unknown:
@@ -226,6 +253,30 @@ def _inertias(looked: Sequence[Look], robot: Robot) -> tuple[Array, Array]:
     least = [1.0 / np.diag(np.linalg.inv(look.M + np.diag(rotor))) for look in looked]
     stiff: Array = np.min(least, axis=0)
     return rotor, stiff
+
+
+def _gains(arm: Description, stiff: Array) -> tuple[Array, Array]:
+    """Position and velocity gains, (m,) each, of one bandwidth for the least inertias (m,) that joints move.
+
+    Raises:
+        InitError: no drive has gains that lead such inertias.
+    """
+    w = BANDWIDTH
+    for joint, moved in zip(arm.joints.values(), stiff.tolist(), strict=True):
+        slides = _slides(joint.kind)
+        possible = min((MOST_P[slides] / moved) ** 0.5, MOST_D[slides] / (2.0 * DAMPING * moved))
+        if possible < LEAST_BANDWIDTH:
+            most = min(
+                MOST_P[slides] / LEAST_BANDWIDTH**2, MOST_D[slides] / (2.0 * DAMPING * LEAST_BANDWIDTH)
+            )
+            unit = "kg" if slides else "kg m^2"
+            raise InitError(
+                f"{arm.source}: the joint '{joint.written}' moves too much: {moved:.3g} {unit} and more, of "
+                f"which a drive can lead {most:.3g} {unit}; the arm is too heavy or too large, or its "
+                "masses or lengths are in another unit than kg and m"
+            )
+        w = min(w, possible)
+    return w * w * stiff, 2.0 * DAMPING * w * stiff
 
 
 def _velocities(robot: Robot) -> Array:
@@ -281,20 +332,67 @@ def _twin(look: Look, chosen: Sequence[int]) -> tuple[float, float]:
 def _box(place: Array, reach: float, chosen: Sequence[int]) -> tuple[list[float], list[float]]:
     lower = [place[i] - reach if i in chosen else -inf for i in range(3)]
     upper = [place[i] + reach if i in chosen else inf for i in range(3)]
-    return [float(f"{x:.4f}") for x in lower], [float(f"{x:.4f}") for x in upper]
+    return [float(f"{x:.5f}") for x in lower], [float(f"{x:.5f}") for x in upper]
 
 
-def _hand(robot: Robot, looked: Sequence[Look], chosen: Sequence[int]) -> tuple[float, float | None]:
+def _hand(
+    arm: Description, robot: Robot, looked: Sequence[Look], chosen: Sequence[int]
+) -> tuple[float, float | None]:
     """A force and a torque that leave most of every drive's effort alone."""
     push = np.max([np.abs(look.J[:3]).sum(axis=0) for look in looked], axis=0)
     twist = np.max([np.abs(look.J[3:]).sum(axis=0) for look in looked], axis=0)
     left = HAND_SHARE * robot.effort
-    force = min(HAND_FORCE, float(np.min(left / np.maximum(push, 1e-9))))
+    bears = left / np.maximum(push, 1e-9)
+    force = min(HAND_FORCE, float(np.min(bears)))
+    if force < LEAST_FORCE:
+        weakest = int(np.argmin(bears))
+        joint, unit = list(arm.joints.values())[weakest], "N" if robot.sliding[weakest] else "N m"
+        raise InitError(
+            f"{arm.source}: the joint '{joint.written}' is too weak: with {joint.effort:g} {unit} it bears "
+            f"{force:.2g} N at the handle beside the arm itself, and no hand leads anything with less than "
+            f"{LEAST_FORCE:g} N; the arm is too small, or its efforts are wrong"
+        )
     torque = min(HAND_TORQUE, float(np.min(left / np.maximum(twist, 1e-9))))
     others = [i for i in range(3, 6) if i not in chosen]
     loose = any(np.abs(look.J[others]).max() > 1e-6 for look in looked) if others else False
-    turns = any(i >= 3 for i in chosen) and not loose
+    turns = any(i >= 3 for i in chosen) and not loose and torque >= LEAST_TORQUE
     return float(f"{force:.2g}"), float(f"{torque:.2g}") if turns else None
+
+
+def _scales(force: float, torque: float | None, handle: float) -> tuple[float, float]:
+    """Full scales of a sensor for ten times the hand, and three times what the handle weighs.
+
+    It is as small as it may be: larger ones drift by what a weak arm is led with.
+    """
+    forces = max(10.0 * force, 3.0 * 9.81 * handle)
+    torques = max(10.0 * (torque or 0.0), 0.5 * GRIP_LENGTH * forces)
+    return float(f"{forces:.2g}"), float(f"{torques:.2g}")
+
+
+def _slowest(
+    look: Look,
+    chosen: Sequence[int],
+    reach: float,
+    joints: tuple[Array, Array],
+    hand: tuple[float, float],
+) -> float:
+    """How long the handle takes to a side of the box at most [s].
+
+    Args:
+        look: at home.
+        chosen: directions.
+        reach: to the sides.
+        joints: largest velocities and accelerations.
+        hand: acceleration that it gives the twin, and the twin's damping over its mass.
+    """
+    inverse = np.linalg.pinv(look.J[list(chosen)])
+    longest = 0.0
+    for k, _ in enumerate(i for i in chosen if i < 3):
+        share = np.maximum(np.abs(inverse[:, k]), 1e-9)
+        a = min(hand[0], float(np.min(joints[1] / share)))
+        v = min(hand[0] / hand[1], float(np.min(joints[0] / share)))
+        longest = max(longest, reach / v + v / a)
+    return longest
 
 
 WAIT, PULL, LEG = 3.4, 0.06, 1.1
@@ -302,16 +400,16 @@ WAIT, PULL, LEG = 3.4, 0.06, 1.1
 
 
 def _path(
-    place: Array, reach: float, chosen: Sequence[int], turns: bool
+    place: Array, reach: float, chosen: Sequence[int], turns: bool, leg: float
 ) -> list[tuple[float, list[float], list[float]]]:
     """Out of the box on one side after the other and back; a little turn where the handle can be turned."""
     along, about = [i for i in chosen if i < 3], [i for i in chosen if i >= 3]
-    start, none, t = [float(f"{x:.4f}") for x in place], [0.0, 0.0, 0.0], WAIT
+    start, none, t = [float(f"{x:.5f}") for x in place], [0.0, 0.0, 0.0], WAIT
     path = [(0.0, start, none), (t, start, none)]
-    legs = max(LEG, (reach + PULL) / 0.25)
+    legs = max(leg, (reach + PULL) / 0.25)
     for k, i in enumerate(along):
         out = list(start)
-        out[i] = float(f"{out[i] + (-1) ** k * (reach + PULL):.4f}")
+        out[i] = float(f"{out[i] + (-1) ** k * (reach + PULL):.5f}")
         path += [(t + legs, out, none), (t + legs + 0.4, out, none), (t + 2.0 * legs + 0.4, start, none)]
         t += 2.0 * legs + 0.6
         path.append((t, start, none))

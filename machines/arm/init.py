@@ -4,12 +4,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from ...models import ModelError
 from ...runtime.configuration.config import Loaded, parse
 from ...runtime.configuration.session import build
+from ...runtime.errors import ConfigError
 from .config import DIRECTIONS
 from .description import read_arm
+from .errors import InitError
 from .guess import guess
 from .text import write_toml
+
+UNFIT = "no configuration fits this arm"
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,13 +39,19 @@ def init(text: str, source: str, tip: str | None, out: str, model: str) -> Made:
         model: name of the URDF beside it.
 
     Raises:
-        InitError: the URDF holds no arm.
-        ModelError: the arm has what no machine that a person holds may have.
-        ConfigError: what was guessed does not fit together.
+        InitError: the URDF holds no arm, or none that a machine that a person holds could be.
+        ModelError: the text is no XML, or too much of it.
     """
-    guessed = guess(read_arm(text, source, tip))
+    arm = read_arm(text, source, tip)
+    try:
+        guessed = guess(arm)
+    except ModelError as error:
+        raise InitError(f"{source}: {error.problem}; {error.fix}") from error
     toml = write_toml(guessed, source, model)
-    build(Loaded(out, parse(toml, out), toml, out, guessed.urdf, model))
+    try:
+        build(Loaded(out, parse(toml, out), toml, out, guessed.urdf, model))
+    except ConfigError as error:  # of a file that is not there, in numbers that nobody wrote
+        raise InitError(f"{source}: {UNFIT}: {'; '.join(map(str, error.findings))}") from error
     return Made(
         toml,
         guessed.urdf,

@@ -34,6 +34,8 @@ from .config import DIRECTIONS, ArmConfig, RevoluteJoint
 
 STILL = np.zeros(2)
 """Acceleration of a base that stands."""
+STRONG = 100.0, 10.0
+"""Full scales of a sensor that drifts, and of a hand that pulls, as at a strong arm [N, N m]."""
 
 
 def state_layout(
@@ -113,6 +115,7 @@ class SerialArm:
             self._handle.rotation,
             dt,
             tool.bias,
+            drifts(self._force_torque.scales[0]),
         )
 
     @property
@@ -184,6 +187,14 @@ class SerialArm:
 def directions(config: ArmConfig) -> tuple[int, ...]:
     """Numbers, 0 to 5, of the directions in which handle and twin are coupled."""
     return tuple(DIRECTIONS.index(name) for name in config.arm.directions)
+
+
+def drifts(scales: Sequence[float]) -> tuple[float, float]:
+    """Parts of a strong arm's drift of force and torque, for a sensor with full scales (6,) [N, N m].
+
+    A weak arm is led with little force: all of it would pass for the drift of a sensor many times too large.
+    """
+    return min(1.0, scales[0] / STRONG[0]), min(1.0, scales[3] / STRONG[1])
 
 
 def joint_ratings(config: ArmConfig, robot: Robot) -> Ratings:

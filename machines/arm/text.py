@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Sequence
 from math import inf
 
+from ...configs.printable import printable
 from .config import DIRECTIONS
 from .guess import MARGIN, STOP_TIME, Guess
 
 PLACE, RATE, SECOND = ("rad", "m"), ("rad/s", "m/s"), ("rad/s^2", "m/s^2")
 INERTIA, SPRING, DAMPER = ("kg m^2", "kg"), ("N m/rad", "N/m"), ("N m s/rad", "N s/m")
 TORQUE = ("N m", "N")
+WIDTH = 110
+"""Of a comment."""
+NOISE = 1.5e-4
+"""Of a force-torque sensor, as part of its full scale."""
 
 
 def write_toml(guess: Guess, source: str, model: str) -> str:
@@ -38,9 +44,9 @@ def _numbers(values: Sequence[float]) -> str:
 
 
 def _head(guess: Guess, source: str, model: str) -> str:
-    remarks = "\n".join(f"# * {remark}" for remark in guess.arm.remarks)
+    remarks = "\n".join(map(_remark, guess.arm.remarks))
     return f'''# {guess.arm.name}, simulated, in a hand that pulls it to the sides of its box.
-# Written by `hapticd init` from {source}. What was guessed on the way:
+# Written by `hapticd init` from {printable(source)}. What was guessed on the way:
 #
 {remarks}
 #
@@ -62,6 +68,13 @@ kind = "simulated"      # or "socketcan", or "python-can"
 by = "dead-man"         # a press of the dead-man switch arms; on a real bus: "command", then a press
 fade = "3 s"
 '''
+
+
+def _remark(words: str) -> str:
+    """A sentence as comments: a file has no line of any length, nor any character."""
+    return textwrap.fill(
+        printable(" ".join(words.split())), WIDTH, initial_indent="# * ", subsequent_indent="#   "
+    )
 
 
 def _safety(guess: Guess) -> str:
@@ -89,7 +102,7 @@ link_counts_per_turn = {65536 if slides else 1048576}
 '''
         )
     m = len(guess.arm.joints)
-    force, torque = 10.0 * max(guess.force, 10.0), 10.0 * max(guess.torque or 0.0, 1.0)
+    force, torque = guess.scales
     parts.append(
         f'''[devices.force_torque]
 type = "force_torque"
@@ -202,8 +215,8 @@ seed = 1
 
 [simulation.arm]
 handle_inertia = "{_numbers((across, across, mass * r * r / 2.0))} kg m^2"
-force_noise = "0.03 N"
-torque_noise = "0.001 N m"
+force_noise = "{_number(NOISE * guess.scales[0])} N"
+torque_noise = "{_number(NOISE * guess.scales[1])} N m"
 substeps = {guess.substeps}
 '''
     ]
@@ -229,8 +242,13 @@ torque = "{_number(guess.torque)} N m"
         if guess.torque is not None
         else ""
     )
+    sides = "\n".join(f'"handle {DIRECTIONS[i]}" = "{side}"' for i, side in guess.touches.items())
+    touches = f"""[simulation.touches]   # where the hand pulls it: the end of a run says if it got there
+{sides}
+
+"""
     parts = [
-        f'''[simulation.hand]
+        f'''{touches if sides else ""}[simulation.hand]
 stiffness = "{_number(stiffness)} N/m"
 damping = "{_number(0.05 * stiffness)} N s/m"
 force = "{_number(guess.force)} N"

@@ -28,6 +28,15 @@ REST_S = 10e-3
 """For so long axes must be slow to be at rest."""
 
 
+NEAR, NEAR_SHARE = 5e-3, 0.01
+"""Touching a limit: so close to it [rad, m or N m], and no further than this part of the way between both."""
+
+
+def near(lower: float, upper: float) -> float:
+    """How close to a limit counts as touching it, and how far beyond it as not yet passing it."""
+    return min(NEAR, NEAR_SHARE * (upper - lower))
+
+
 @dataclass(frozen=True, slots=True)
 class LimitSpec:
     """A limit that a session may touch.
@@ -42,6 +51,11 @@ class LimitSpec:
     lower: float
     upper: float
     unit: str
+
+    @property
+    def near(self) -> float:
+        """See ``near``."""
+        return near(self.lower, self.upper)
 
 
 class Machine(Protocol):

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from math import inf
 
 from ..configuration.config import Loaded
+from ..core.machine import near
 from ..core.modes import RENDERING, Mode
 from ..core.sections import SimulatedBus
 from ..invocation import program
-from ..recording.summary import NEAR, LimitReport, Report
+from ..recording.summary import LimitReport, Report
 
 MOVED = frozenset(mode.name for mode in (*RENDERING, Mode.STOPPING, Mode.HOLDING))
 """Modes of a machine that was started."""
@@ -62,7 +64,15 @@ def _seen(report: Report, touches: Mapping[str, str], path_s: float) -> tuple[bo
 
 
 def _passed(report: Report) -> list[str]:
-    return [limit.name for limit in report.limits if (limit.excess or 0.0) > NEAR]
+    return [limit.name for limit in report.limits if (limit.excess or 0.0) > _near(limit)]
+
+
+def _near(limit: LimitReport) -> float:
+    """Limits on one side only are infinitely far apart."""
+    return near(
+        -inf if limit.lower is None else limit.lower,
+        inf if limit.upper is None else limit.upper,
+    )
 
 
 def _met(limit: LimitReport | None, end: str) -> bool:

@@ -9,6 +9,7 @@ from typing import Any
 
 import msgspec
 
+from ...configs.words import counted
 from ...devices.errors import DeviceError, FrameError
 from ...models import ModelError
 from ..configuration.session import Session, build, fingerprint
@@ -128,7 +129,9 @@ def _environment(log: Log) -> dict[str, tuple[str, str]]:
 
 def describe(found: Verification) -> str:
     """The result for people."""
-    lines = [f"{found.ticks} ticks, {found.differing_ticks} differ ({found.speed_x:g} times real time)"]
+    lines = [
+        f"{counted(found.ticks, 'tick')}, {found.differing_ticks} differ ({found.speed_x:g} times real time)"
+    ]
     if found.first:
         lead = found.first[0]
         lines.append(

@@ -12,6 +12,7 @@ from typing import Any
 import msgspec
 import numpy as np
 
+from ...configs.words import counted
 from ...safety import Reaction
 from ..configuration.session import Session
 from ..core.machine import FigureSpec, LimitSpec, MachineFigures, MachineLimits
@@ -22,9 +23,6 @@ from ..timing.forensics import KEPT, LateTick
 from ..timing.histogram import Histogram
 from ..timing.vitals import Vitals
 from ..timing.watch import Overstay
-
-NEAR = 5e-3
-"""A measured value this close to a limit touches it [rad, m or N m]."""
 
 
 @dataclass(slots=True)
@@ -47,12 +45,13 @@ class Extent:
     @property
     def touching(self) -> bool:
         """Whether the last measurement is at an end."""
-        return self.last <= self.spec.lower + NEAR or self.last >= self.spec.upper - NEAR
+        return self.last <= self.spec.lower + self.spec.near or self.last >= self.spec.upper - self.spec.near
 
     @property
     def touched(self) -> str:
         """Which ends were reached: "", "lower", "upper" or "both"."""
-        lower, upper = self.low <= self.spec.lower + NEAR, self.high >= self.spec.upper - NEAR
+        near = self.spec.near
+        lower, upper = self.low <= self.spec.lower + near, self.high >= self.spec.upper - near
         return "both" if lower and upper else "lower" if lower else "upper" if upper else ""
 
     @property
@@ -271,9 +270,9 @@ WIDTH = 79
 def table(report: Report) -> str:
     """The summary for people."""
     lines = [
-        f"{report.ticks} ticks at {report.rate_hz:g} Hz, {report.skipped} skipped"
+        f"{counted(report.ticks, 'tick')} at {report.rate_hz:g} Hz, {report.skipped} skipped"
         + (f", {report.shed} not recorded" if report.shed else "")
-        + f"; {report.frames_missing} frames missing, something put right in {report.put_right}"
+        + f"; {counted(report.frames_missing, 'frame')} missing, something put right in {report.put_right}"
     ]
     seconds = {mode: count / report.rate_hz for mode, count in report.modes.items()}
     lines.append("modes: " + ", ".join(f"{mode} {span:.4g} s" for mode, span in seconds.items()))
@@ -311,7 +310,7 @@ def _lateness_lines(report: Report) -> Iterator[str]:
     if report.late:
         causes = Counter(late.cause for late in report.late_ticks)
         shown = f" (of the last {KEPT})" if report.late > KEPT else ""
-        yield f"{report.late} ticks came or ended late{shown}:"
+        yield f"{counted(report.late, 'tick')} came or ended late{shown}:"
         yield from (f"  {count} x {cause}" for cause, count in causes.most_common(4))
     blamed = {late.cause for late in report.late_ticks}
     for o in report.overstays:

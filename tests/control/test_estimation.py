@@ -64,16 +64,19 @@ def test_an_axis_at_rest_stays_at_rest() -> None:
 class Sensor:
     """A force-torque sensor without a tool."""
 
-    def __init__(self) -> None:
+    def __init__(self, share: float = 1.0) -> None:
         self.measured = np.zeros(6)
+        self.share = share
         zero, T = np.zeros(3), np.eye(4)
-        self.estimator = WrenchEstimator(0.0, zero, T, self.measured, zero.copy(), np.eye(3), DT)
+        self.estimator = WrenchEstimator(
+            0.0, zero, T, self.measured, zero.copy(), np.eye(3), DT, drifts=(share, share)
+        )
         self.random = np.random.default_rng(7)
 
     def run(self, seconds: float, force: object, tremor: float = 0.0) -> np.ndarray:
         """The estimate after a time under a force, with noise and a hand that trembles."""
         for k in range(round(seconds / DT)):
-            noise = 0.03 * self.random.standard_normal(6)
+            noise = self.share * 0.03 * self.random.standard_normal(6)
             noise[3:] *= 0.05
             self.measured[:] = np.concatenate([force, np.zeros(3)]) + noise
             self.measured[0] += tremor * np.sin(2 * np.pi * 2.0 * k * DT)
@@ -93,6 +96,14 @@ def test_what_a_hand_does_is_no_drift(force: list[float], tremor: float) -> None
     sensor = Sensor()
     sensor.run(8.0, force, tremor)
     assert np.linalg.norm(sensor.run(0.5, [0.0] * 3)[:3]) < 0.2  # it lets go, and nothing pushes
+
+
+def test_the_drift_of_a_small_sensor_is_as_much_smaller() -> None:
+    sensor, strong = Sensor(0.02), Sensor()
+    assert sensor.run(8.0, [0.2, 0.0, 0.0])[0] == pytest.approx(0.2, abs=0.01)  # a hand at a weak arm
+    assert strong.run(8.0, [0.2, 0.0, 0.0])[0] < 0.05
+    assert sensor.run(1.0, [0.0] * 3)[0] == pytest.approx(0.0, abs=0.01)
+    assert sensor.run(8.0, [0.02, 0.0, 0.0])[0] < 0.01
 
 
 def test_drift_beyond_its_bound_is_not_taken_off_and_what_is_no_number_spoils_nothing() -> None:

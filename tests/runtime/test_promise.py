@@ -81,6 +81,16 @@ def test_a_limit_that_was_passed_is_named(machine: str) -> None:
     assert f"{first.name} passed" in line
 
 
+def test_limits_near_to_each_other_are_passed_by_less(machine: str) -> None:
+    made = report(machine)
+    narrow = msgspec.structs.replace(made.limits[0], lower=0.0, upper=0.02, excess=3e-4)
+    limits = [narrow, *made.limits[1:]]
+    shown, line = verdict(
+        loaded(machine=machine), msgspec.structs.replace(made, limits=limits), lockstep=True
+    )
+    assert not shown and f"{narrow.name} passed" in line
+
+
 def test_a_limit_that_does_not_exist_cannot_be_promised(machine: str) -> None:
     made = loaded(("[simulation.touches]", '[simulation.touches]\n"joint 9" = "upper"'), machine=machine)
     with pytest.raises(ConfigError, match="the machine has no limit 'joint 9'"):

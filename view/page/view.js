@@ -94,7 +94,7 @@ function showLimits() {
   for (const {spec, k, track, mark, value} of limitRows) {
     const v = now.mean[k]; mark.hidden = v === undefined || spec.lower === null || spec.upper === null;
     if (v === undefined) { value.textContent = ""; continue; }
-    const near = spec.lower !== null && now.low[k] <= spec.lower + hello.near ? "lower" : spec.upper !== null && now.high[k] >= spec.upper - hello.near ? "upper" : "";
+    const near = spec.lower !== null && now.low[k] <= spec.lower + spec.near ? "lower" : spec.upper !== null && now.high[k] >= spec.upper - spec.near ? "upper" : "";
     if (near) touched.push(`${spec.name} (${near})`);
     track.classList.toggle("at", !!near); value.classList.toggle("at", !!near);
     value.textContent = `${v.toFixed(Math.abs(v) < 10 ? 3 : 1)} ${spec.unit}`;

@@ -23,6 +23,10 @@ CHAIN = (
     ),
 )
 
+FOLLOWER = link("other", 0.1) + joint(
+    "q5", "revolute", ("l4", "other"), "0 0 0", "0 0 1", limit(-2, 2) + '<mimic joint="q4"/>'
+)
+
 
 def test_fingers_and_branches_are_frozen_and_the_arm_moves_as_before() -> None:
     arm = read_arm(gripper(), "g.urdf", None)
@@ -63,14 +67,18 @@ def test_fingers_and_branches_are_frozen_and_the_arm_moves_as_before() -> None:
         (planar(), "fore", r"2 joints \(q1, q2\) can move between 'world' and 'fore'"),
         (robot('<link name="base"/>'), None, "no joint can move"),
         (robot(*CHAIN).replace("<inertial>", "<!--").replace("</inertial>", "-->"), None, "has a mass"),
-        (robot(*CHAIN, '<link name="lost"/>'), None, "2 links without a parent"),
-        (robot(*CHAIN).replace('link="base"', 'link="l3"'), None, "2 links without|a loop"),
+        (robot(*CHAIN, '<link name="lost"/>'), None, "2 links have no parent"),
+        (robot(*CHAIN).replace('link="base"', 'link="l3"'), None, "2 links have no parent|form a loop"),
         (robot(*CHAIN).replace('child link="l3"', 'child link="l2"'), None, "two parent joints"),
         (robot(*CHAIN).replace('link="l2"', 'link="l9"'), None, "'l9', which is not there"),
         (robot(*CHAIN).replace("0.2 0 0", "0.2 zero 0", 1), None, "give 3 finite numbers"),
         (robot(*CHAIN).replace('axis xyz="0 0 1"', 'axis xyz="0 0 0"', 1), None, "no direction"),
         (robot(*CHAIN).replace('"q2" type="revolute"', '"q2" type="floating"'), None, "is floating"),
         (robot(*CHAIN).replace("0.2 0 0", "${length} 0 0", 1), None, "this is a xacro"),
+        (planar(), "base", r"no joint can move between .* --tip: hand"),
+        (robot(*CHAIN), "l1", r"1 joint \(q1\) can move"),
+        (robot(), None, "there are no links"),
+        (robot(*CHAIN[:3], CHAIN[4], CHAIN[5]), None, "2 joints .* no way from 'base' .* 3 to 7 joints"),
         ("<sdf/>", None, "the root element is <sdf>"),
     ],
 )
@@ -120,6 +128,26 @@ def test_any_arm_keeps_its_joints(seed: int) -> None:
     before, arm = pin.buildModelFromXML(text), read_arm(text, "r.urdf", None)
     assert list(arm.joints) == list(before.names)[1:]
     assert "package://" not in write_urdf(arm)
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ('joint name="q4"', 'joint name="the_Gripper"'),
+        ('"l4"', '"moving_jaw"'),
+        ("</robot>", FOLLOWER + "</robot>"),
+    ],
+)
+def test_a_last_joint_that_looks_like_a_grippers_is_named(old: str, new: str) -> None:
+    last = link("l4", 1.0) + joint("q4", "revolute", ("l3", "l4"), "0.2 0 0", "0 0 1", limit(-2, 2))
+    tool = '<link name="tcp"/>' + joint("t", "fixed", ("l3", "tcp"), "0 0 0", "1 0 0", "")
+    text = robot(*CHAIN, last, tool)
+    assert not [remark for remark in read_arm(text, "x.urdf", None).remarks if "gripper" in remark]
+    arm = read_arm(text.replace(old, new), "x.urdf", None)
+    assert [remark for remark in arm.remarks if "looks like a gripper's" in remark and "--tip tcp" in remark]
+    without = read_arm(text.replace(old, new), "x.urdf", "tcp")
+    assert list(without.joints) == ["q1", "q2", "q3"]
+    assert not [remark for remark in without.remarks if "looks like" in remark]
 
 
 def test_sliding_joints_stay_sliding_joints() -> None:

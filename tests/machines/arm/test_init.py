@@ -3,12 +3,19 @@
 from __future__ import annotations
 
 import json
+import re
+import xml.etree.ElementTree as ET
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 import pytest
+from hapticd.devices.force_torque import ForceTorque
+from hapticd.machines.arm.config import ArmConfig
+from hapticd.machines.arm.errors import InitError
 from hapticd.machines.arm.init import Made, init
 from hapticd.runtime.command_line.cli import main
+from hapticd.runtime.configuration.config import parse
 
 from .arms import gripper, planar, random_arm, scara
 
@@ -21,13 +28,97 @@ def made(text: str) -> Made:
 def test_what_is_written_is_accepted_and_always_the_same(text: Callable[[], str]) -> None:
     first = made(text())
     assert first == made(text())
-    assert all(f"# * {remark}" in first.toml for remark in first.remarks)
+    said = first.toml.replace("\n#   ", " ")
+    assert all(f"# * {remark}" in said for remark in first.remarks)
 
 
 @pytest.mark.parametrize("seed", range(8, 14))
 def test_any_arm_gets_a_configuration(seed: int) -> None:
     found = made(random_arm(seed))
     assert 3 <= len(found.joints) <= 7 and len(found.directions) <= len(found.joints)
+
+
+def test_long_names_and_odd_characters_make_no_long_lines() -> None:
+    text = planar().replace("upper", "upper" + "_" * 85).replace("fore", "f\u202e\u00e9" + "-" * 900)
+    found = made(text)
+    assert max(map(len, found.toml.splitlines())) < 200
+    assert "\u202e" not in found.toml and "\u00e9" in found.toml
+
+
+def grown(text: str, lengths: float, masses: float) -> str:
+    """The same arm in another size, with motors in proportion."""
+    root = ET.fromstring(text)
+    for origin in root.iter("origin"):
+        origin.set("xyz", " ".join(str(lengths * float(x)) for x in origin.attrib["xyz"].split()))
+    for mass in root.iter("mass"):
+        mass.set("value", str(masses * float(mass.attrib["value"])))
+    for inertia in root.iter("inertia"):
+        for key, value in inertia.attrib.items():
+            inertia.set(key, str(masses * lengths**2 * float(value)))
+    for limit in root.iter("limit"):
+        limit.set("effort", str(masses * lengths * float(limit.attrib["effort"])))
+    return ET.tostring(root, encoding="unicode")
+
+
+@pytest.mark.parametrize(
+    ("text", "size", "problem"),
+    [
+        (
+            gripper,
+            (10.0, 30.0),
+            "x.urdf: the joint 'l2' carries too much: it needs .* N m to hold the arm, at most",
+        ),
+        (planar, (10.0, 400.0), "x.urdf: the joint 'q1' moves too much: .* kg m.2 and more"),
+        (scara, (0.08, 0.002), "x.urdf: the joint '.*' is too weak: with .* it bears .* N at the handle"),
+        (planar, (60.0, 1.0), "x.urdf: .*0 to 20 m: a hall"),
+    ],
+)
+def test_arms_beyond_what_a_machine_can_be_are_refused_by_their_own_names(
+    text: Callable[[], str], size: tuple[float, float], problem: str
+) -> None:
+    with pytest.raises(InitError, match=problem) as refused:
+        made(grown(text(), *size))
+    assert not re.search(r"toml|clean|:\d", str(refused.value))
+
+
+def test_guesses_end_where_machines_do() -> None:
+    found = made(grown(gripper(), 2.2, 10.0))
+    efforts = [float(value) for value in re.findall(r'effort="(.*?)"', found.urdf)]
+    brakes = [float(value) for value in re.findall(r'brake = "(.*?) N m"', found.toml)]
+    assert 1500.0 < max(efforts) <= 2000.0 and max(brakes) == 2000.0
+
+
+@pytest.mark.parametrize("text", [planar, scara, gripper])
+def test_the_hand_is_led_to_what_is_promised_and_the_sensor_is_made_for_it(text: Callable[[], str]) -> None:
+    found = made(text())
+    config = parse(found.toml, "x")
+    assert isinstance(config, ArmConfig) and config.simulation
+    sensor, hand, (box,) = config.devices["force_torque"], config.simulation.hand, config.arm.boxes or ()
+    assert isinstance(sensor, ForceTorque) and sensor.force >= 10.0 * hand.force
+    assert sensor.force <= 10.0 * max(hand.force, 3.0 * config.arm.handle.mass)
+    places = np.array([point.position for point in hand.path])
+    assert len(config.simulation.touches) == sum(name in "xyz" for name in found.directions)
+    for name, side in config.simulation.touches.items():
+        i = "xyz".index(name.removeprefix("handle "))
+        beyond = places[:, i].max() - box.upper[i] if side == "upper" else box.lower[i] - places[:, i].min()
+        assert beyond == pytest.approx(0.06, abs=1e-4)
+
+
+def test_a_full_disk_is_named_and_leaves_nothing(
+    folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    kept = Path.open
+
+    def full(path: Path, *arguments: str, **more: str) -> object:
+        if path.suffix != ".toml" or "x" not in arguments:
+            return kept(path, *arguments, **more)  # type: ignore[call-overload]
+        path.touch()
+        return kept(Path("/dev/full"), "w", **more)  # type: ignore[call-overload]
+
+    monkeypatch.setattr(Path, "open", full)
+    assert main(["init", "planar.urdf"]) == 2
+    assert "planar.toml cannot be written: No space left on device" in capsys.readouterr().err
+    assert [path.name for path in folder.iterdir()] == ["planar.urdf"]
 
 
 @pytest.fixture

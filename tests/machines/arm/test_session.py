@@ -15,10 +15,11 @@ from hapticd.runtime.configuration.session import build
 from hapticd.runtime.core.modes import Mode
 from hapticd.runtime.live import lockstep_run
 from hapticd.runtime.live.lockstep import Lockstep
+from hapticd.runtime.live.promise import verdict
 from hapticd.runtime.recording.log import open_log
 from hapticd.runtime.recording.replay import replay
 
-from .arms import random_arm, scara
+from .arms import joint, limit, link, random_arm, robot, scara
 
 
 def loaded(text: str, *changes: tuple[str, str]) -> config.Loaded:
@@ -80,7 +81,7 @@ def test_a_scara_feels_the_hand_and_stays_in_its_box() -> None:
 
 def test_a_joint_holds_its_limit_against_a_pull() -> None:
     text = random_arm(0)
-    open_box = (r"\[\[arm\.boxes\]\].*?\n\n", "\n")
+    open_box = (r"\[\[arm\.boxes\]\].*?\n\n|\[simulation\.touches\].*?\n\n", "\n")
     simulation = loaded(text, open_box).config.simulation
     assert isinstance(simulation, ArmSimulation)
     narrow = [
@@ -98,12 +99,36 @@ def test_a_joint_holds_its_limit_against_a_pull() -> None:
     assert sum(value > -1e-3 for value in running.excess.values()) >= 2  # they were met
 
 
+def small() -> str:
+    """Three joints of a hand's size motors as weak, and a hand that pulls with a fraction of a newton."""
+    parts, before = ['<link name="base"/>'], "base"
+    for i, (way, axis) in enumerate((("0 0 0.06", "0 0 1"), ("0 0 0.04", "0 1 0"), ("0.12 0 0", "0 1 0"))):
+        parts.append(link(f"l{i}", 0.06, "0.05 0 0", 0.02))
+        parts.append(joint(f"q{i}", "revolute", (before, f"l{i}"), way, axis, limit(-2, 2, 0.25)))
+        before = f"l{i}"
+    return robot(*parts)
+
+
+def test_a_small_weak_arm_keeps_to_its_box_and_the_verdict_says_so(tmp_path: Path) -> None:
+    made = loaded(small())
+    simulation = made.config.simulation
+    assert isinstance(simulation, ArmSimulation) and 0.1 <= simulation.hand.force < 0.6
+    outcome = lockstep_run.run(made, tmp_path / "small.mcap", None, False)
+    assert outcome.report is not None and outcome.report.stop == ""
+    for side in outcome.report.limits:
+        if side.name.startswith("handle"):
+            assert side.excess is not None and side.lower is not None and side.upper is not None
+            assert side.excess < 0.01 * (side.upper - side.lower), side
+    shown, line = verdict(made, outcome.report, lockstep=True)
+    assert shown and "3 of 3 limits touched, none passed" in line
+
+
 def test_the_panda_meets_its_box_and_replays(tmp_path: Path) -> None:
     path = tmp_path / "panda.mcap"
     outcome = lockstep_run.run(config.load("panda"), path, 5.8, False)
     assert outcome.status == 0 and outcome.report is not None and outcome.report.stop == ""
-    limits = {limit.name: limit for limit in outcome.report.limits}
+    limits = {found.name: found for found in outcome.report.limits}
     assert limits["handle x"].touched in ("upper", "both")
-    assert max(limit.excess or 0.0 for limit in limits.values()) < 3e-3
+    assert max(found.excess or 0.0 for found in limits.values()) < 3e-3
     assert "link 4 z" in limits and "link 4 x" not in limits  # open on both sides
     assert replay(open_log(str(path))).differing_ticks == 0
