@@ -7,7 +7,7 @@ import re
 import sys
 from pathlib import Path
 
-from ...runtime.command_line.arguments import Commands, count, name
+from ...runtime.command_line.arguments import Commands, count, file, name
 from ...runtime.configuration.known import built_in
 from ...runtime.invocation import program
 
@@ -49,7 +49,7 @@ def add_calibrate(commands: Commands) -> None:
     calibrate.add_argument("--seed", type=count, default=SEED, metavar="S", help="of the poses; default: 1")
     calibrate.add_argument("--sensor", metavar="NAME", help="device, where the machine has several sensors")
     calibrate.add_argument(
-        "--out", type=Path, metavar="FILE.toml", help="write the calibration; needs --date"
+        "--out", type=file, metavar="FILE.toml", help="write the calibration; needs --date"
     )
     calibrate.add_argument("--date", type=date, metavar="YYYY-MM-DD", help="that the file says")
     calibrate.add_argument("--json", action="store_true", help="print everything that was found as JSON")
@@ -121,6 +121,8 @@ def _wrong_place(options: argparse.Namespace) -> str:
         return "a calibration file says of which day it is; add --date YYYY-MM-DD"
     if options.out.suffix != ".toml":
         return f"{options.out} does not end in .toml"
+    if not options.out.parent.is_dir():
+        return f"there is no folder {options.out.parent}"
     if options.out.exists():
         return f"{options.out} exists already; name another with --out FILE.toml"
     return ""

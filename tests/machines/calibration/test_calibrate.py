@@ -255,6 +255,7 @@ def test_a_result_that_cannot_be_kept_is_refused_before_anything_moves(
     config, there = str(folder / "arm.toml"), str(folder / "arm.toml")
     for options, problem in (
         (["--out", str(folder / "new.toml")], "add --date"),
+        (["--out", str(folder / "no" / "new.toml"), "--date", "2026-11-22"], "there is no folder"),
         (["--out", there, "--date", "2026-11-22"], "exists already"),
         (["--out", str(folder / "new.txt"), "--date", "2026-11-22"], "does not end in .toml"),
         (["--sensor", "forcetorque"], 'did you mean "force_torque"'),
