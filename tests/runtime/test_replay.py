@@ -10,6 +10,7 @@ import msgspec
 import numpy as np
 import pytest
 from hapticd.machines.rendering import rendering
+from hapticd.models import Array
 from hapticd.runtime.command_line.cli import main
 from hapticd.runtime.configuration.session import build
 from hapticd.runtime.core.events import Severity
@@ -198,7 +199,13 @@ def test_a_program_that_computes_something_else_is_found_out(
 ) -> None:
     modes = [int(record.fixed["mode"]) for record in open_log(str(recording)).records()]
     stopping = modes.index(Mode.STOPPING)
-    monkeypatch.setattr(rendering, "STOP_FADE_S", rendering.STOP_FADE_S * (1.0 + 1e-9))
+    doubt = rendering.Rendering._doubt
+
+    def other(self: rendering.Rendering, wrench: Array | None) -> None:
+        doubt(self, wrench)
+        self.wrench *= 1.0 + 1e-9
+
+    monkeypatch.setattr(rendering.Rendering, "_doubt", other)
     found = replay(open_log(str(recording)))
     assert found.first[0].tick == stopping
     assert any(d.field.startswith("state.wrench") for d in found.first)
