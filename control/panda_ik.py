@@ -94,7 +94,7 @@ class PandaIk:
         """All solutions inside the limits, (k, 7), at most 8; q1 where joints 1 and 3 are one."""
         found = np.zeros((lib.PANDA_BRANCHES, 7))
         pose = pointer(position, "const double", 3), pointer(rotation, "const double", 3, 3)
-        count = lib.panda_branches(self._arm, *pose, q7, q1, ffi.from_buffer("double[]", found))
+        count = lib.panda_branches(self._arm, *pose, q7, q1, pointer(found, "double", lib.PANDA_BRANCHES, 7))
         return found[:count]
 
     def reach(self, positions: Array, rotations: Array, steps: int) -> NDArray[np.bool_]:

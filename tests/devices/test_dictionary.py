@@ -4,14 +4,10 @@ from pathlib import Path
 
 import pytest
 from hapticd import configs
-from hapticd.devices.axis_drive import AxisDrive
+from hapticd.configs import plugins
 from hapticd.devices.device import Device
 from hapticd.devices.dictionary import load
 from hapticd.devices.errors import EdsError
-from hapticd.devices.force_torque import ForceTorque
-from hapticd.devices.imu import Imu
-from hapticd.devices.joint_drive import JointDrive
-from hapticd.devices.safety_plc import SafetyPlc
 from msgspec.structs import fields
 
 EDS = Path(configs.__path__[0])
@@ -31,7 +27,8 @@ def eds(kind: type[Device]) -> str:
 
 
 def test_there_is_an_eds_for_every_device_type() -> None:
-    assert NAMES == sorted(eds(kind) for kind in (JointDrive, AxisDrive, ForceTorque, Imu, SafetyPlc))
+    kinds = (plugins.plugin(plugins.DEVICES, name) for name in plugins.names(plugins.DEVICES))
+    assert sorted({eds(kind) for kind in kinds}) == NAMES
 
 
 @pytest.mark.parametrize("name", NAMES)
