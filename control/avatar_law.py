@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import inf
 
 import numpy as np
 
@@ -25,6 +26,7 @@ class Impedance:
         fade: from the held to the commanded pose [s].
         rate: of the integral that keeps a held pose [1/s]; 0 for none.
         most_force, most_torque: of that integral and of what held the arm up before [N], [N m].
+        most_pull, most_turn: of the springs, however far the goal is away [N], [N m].
     """
 
     stiffness: float = 600.0
@@ -35,6 +37,8 @@ class Impedance:
     rate: float = 2.0
     most_force: float = 20.0
     most_torque: float = 3.0
+    most_pull: float = inf
+    most_turn: float = inf
 
     def __post_init__(self) -> None:
         positive = self.stiffness, self.rotational_stiffness, self.damping, self.rotational_damping, self.fade
@@ -88,6 +92,8 @@ class AvatarLaw:
                 "rate": k.rate,
                 "most_force": k.most_force,
                 "most_torque": k.most_torque,
+                "most_pull": k.most_pull,
+                "most_turn": k.most_turn,
                 "dt": dt,
                 "fade": k.fade,
             },

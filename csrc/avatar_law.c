@@ -97,10 +97,12 @@ void avatar_law_update(avatar_law *l, int follow) {
         bounded(l->steady, l->most_force);
         bounded(l->steady + 3, l->most_torque);
     }
-    for (int k = 0; k < 6; k++) {
-        const double spring = -l->stiffness[k] * l->error[k] - l->damping[k] * l->twist[k];
-        l->wrench[k] = spring + (1.0 - l->share) * l->steady[k];
-    }
+    double spring[6];
+    for (int k = 0; k < 6; k++) spring[k] = -l->stiffness[k] * l->error[k];
+    bounded(spring, l->most_pull);
+    bounded(spring + 3, l->most_turn);
+    for (int k = 0; k < 6; k++)
+        l->wrench[k] = spring[k] - l->damping[k] * l->twist[k] + (1.0 - l->share) * l->steady[k];
     for (int i = 0; i < l->n; i++) l->torque[i] = l->null[i] + l->coriolis[i] + l->own[i];
     task_arm_push(l->n, l->J, l->wrench, l->torque);
 }

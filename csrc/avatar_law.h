@@ -15,6 +15,7 @@ typedef struct {
     double stiffness[6], damping[6]; /* S, D: diagonals */
     double rate;                     /* of the integral that keeps the held pose [1/s] */
     double most_force, most_torque;  /* of that integral */
+    double most_pull, most_turn;     /* of the springs: force [N], torque [N m] */
     double dt, fade;                 /* of a tick, of the way from the held to the commanded pose [s] */
     const double *J SHAPE(6, n), *position SHAPE(3), *rotation SHAPE(3, 3), *twist SHAPE(6);
     const double *felt SHAPE(6); /* wrench of the world on the palm, in its axes */

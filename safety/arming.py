@@ -65,7 +65,7 @@ def refusals(
     resetting: bool,
     e_stop: bool,
     supervised: bool,
-    overriding: bool,
+    guarded: bool,
     field_clear: bool,
     sto: bool,
     permitted: bool,
@@ -84,7 +84,7 @@ def refusals(
         resetting: whether a reset is under way.
         e_stop: whether the emergency stop is pressed.
         supervised: whether the safety operator's dead-man switch is pressed, where there must be one.
-        overriding: whether the machine is to move without a hand at its dead-man switch.
+        guarded: whether nobody may be in the scanned field.
         field_clear: whether nobody stands in the scanned field.
         sto: whether the safety PLC holds the torque off.
         permitted: whether arming was commanded, where it must be.
@@ -108,7 +108,7 @@ def refusals(
         found.append("the emergency stop is pressed")
     if not supervised:
         found.append("the safety operator's dead-man switch is open; press it, then the one at the handle")
-    if overriding and not field_clear:
+    if guarded and not field_clear:
         found.append("somebody stands in the scanned field")
     if sto:
         found.append("the safety PLC holds the torque off; reset")

@@ -74,8 +74,7 @@ def _people(t: Thresholds, trust: Trust) -> Check:
             return Verdict(Reaction.RAMP, "supervisor", "the safety operator's dead-man switch is open")
         if seen.armed and not (seen.dead_man or seen.overriding):
             return Verdict(Reaction.RAMP, "dead_man", "the dead-man switch is open")
-        # who holds the handle stands in the field
-        if seen.armed and seen.overriding and not seen.field_clear:
+        if seen.armed and seen.guarded and not seen.field_clear:
             return Verdict(Reaction.RAMP, "scanner", "somebody is in the scanned field")
         return PASS
 

@@ -60,6 +60,7 @@ class Observation:
         field_clear: whether the scanned field is free of people.
         supervised: whether the safety operator holds the other dead-man switch, or none is asked for.
         overriding: whether the machine may move without a hand at its dead-man switch.
+        guarded: whether nobody may be in the scanned field.
         sto: whether the safety PLC reports that torque is off.
         wrench: of the operator as measured (6), None where a sensor it needs gives nothing valid.
         inertial: whether the accelerometers that move the machine give valid values.
@@ -89,6 +90,7 @@ class Observation:
     field_clear: bool = False
     supervised: bool = False
     overriding: bool = False
+    guarded: bool = True
     sto: bool = True
     wrench: Sequence[float] | None = None
     inertial: bool = False

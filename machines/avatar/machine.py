@@ -19,6 +19,9 @@ from ..telemanipulation.arm import SIDES, StationArm
 from ..telemanipulation.station import Station, sane_pose
 from .config import AvatarConfig
 
+PULLS = 2.0
+"""Most force of the impedance, as a multiple of the one at the palm that stops the arm: it damps what moves
+fast, and a forearm that presses on somebody is felt by no sensor."""
 DRIFTS, QUIET_S = 5e-3, 0.5
 """How far the link may lead a palm from where it is wanted before people are told [m], [s]."""
 
@@ -54,7 +57,15 @@ class AvatarStation(Station):
         section = config.avatar
         super().__init__(config, section, robot, image, mark)
         k = section.impedance
-        gains = Gains(k.stiffness, k.rotational_stiffness, k.damping, k.rotational_damping, k.fade)
+        gains = Gains(
+            k.stiffness,
+            k.rotational_stiffness,
+            k.damping,
+            k.rotational_damping,
+            k.fade,
+            most_pull=PULLS * section.stop.force,
+            most_turn=PULLS * section.stop.torque,
+        )
         self._laws = [
             AvatarLaw(arm.task, arm.avoidance, gains, arm.force.wrench, self._dt) for arm in self.arms
         ]
@@ -64,6 +75,7 @@ class AvatarStation(Station):
         ]
         self._granted = [Granted() for _ in self.arms]
         self._followed = [False] * len(self.arms)
+        self._led = [False] * len(self.arms)  # since the daemon began
         self._passive = section.link.passivity
         quiet = round(QUIET_S / self._dt)
         self._damped = [Notice(DRIFTS, 0.5 * DRIFTS, quiet) for _ in self.arms]
@@ -80,7 +92,7 @@ class AvatarStation(Station):
             flags, act = unpacked(words[i])
             valid = sane_pose(poses[i])
             lease.update(ages[i], valid, bool(flags & ENGAGED), act)
-            if act != self._acts[i]:
+            if act != self._acts[i] and lease.follows:
                 self._acts[i] = act
                 self.restart(i)
             if lease.follows:
@@ -100,11 +112,15 @@ class AvatarStation(Station):
             words[i] = packed(flags, self._acts[i])
 
     def _begin(self) -> None:
-        for law in self._laws:
+        """Started again here: the operator must act anew, too."""
+        for i, law in enumerate(self._laws):
             law.reset()
+            if self._led[i]:
+                self.leases[i].bar()
 
     def _stop(self, i: int) -> None:
         self.leases[i].bar()
+        self._followed[i] = False
 
     def restart(self, i: int) -> None:
         """See ``Station``; it holds its pose, and fades in from there."""
@@ -118,6 +134,7 @@ class AvatarStation(Station):
         if follows:
             self._lead(i, law)
         self._followed[i] = follows
+        self._led[i] |= follows
         law.update(follows)
         arm.move(law.torque, 1.0 - gain)
 

@@ -76,9 +76,9 @@ def _model(avatar: Foreseen | None, side: str, robot: Robot, dt: float) -> Avata
     return AvatarModel(arm, PALM, posture, avatar.lag, dt)
 
 
-def _push(wrench: Array, share: float, out: Array) -> None:
-    """A share of a wrench (6,), of which force and torque are no more than MOST_PUSH."""
-    for half, most in zip((slice(0, 3), slice(3, 6)), MOST_PUSH, strict=True):
+def _push(wrench: Array, share: float, largest: tuple[float, float], out: Array) -> None:
+    """A share of a wrench (6,), of which force and torque are no more than the largest."""
+    for half, most in zip((slice(0, 3), slice(3, 6)), largest, strict=True):
         size = float(np.linalg.norm(wrench[half]))
         np.multiply(wrench[half], share * min(1.0, most / max(size, most)), out=out[half])
 
@@ -197,7 +197,7 @@ class OperatorStation(Station):
     def _feel(self, i: int, share: float) -> None:
         """A share of what the avatar feels, as far as the energy of the link allows."""
         port, granted = self._ports[i], self._granted[i]
-        np.multiply(self._last[i], self._feedback * share, out=port.wrench)
+        _push(self._feedback * self._last[i], share, self._most, port.wrench)
         if not self._passive:
             self._felt_there[i] = port.wrench
             return
@@ -218,12 +218,12 @@ class OperatorStation(Station):
         if not self.leases[i].follows:
             if share == 0.0:
                 model.reset()
-            _push(model.wrench, share, limits)
+            _push(model.wrench, share, MOST_PUSH, limits)
             return
         model.position[:], model.rotation[:] = clutch.position, clutch.rotation
         model.measured[:] = self._remote.joints[i]
         model.update()
-        _push(model.wrench, share, limits)
+        _push(model.wrench, share, MOST_PUSH, limits)
 
     def _tell(self, i: int, arm: StationArm, law: OperatorLaw) -> None:
         """Which limit pushes back, and how hard: a hand that is not obeyed must know why."""

@@ -118,6 +118,8 @@ class Rendering:
         self._strained[:] = 0
         self.overload = ""
         self._settled = False
+        self.wrench[:] = self._believed = 0.0
+        self._contradicted = 0
         self._tracking.reset()
 
     def render(self, wrench: Array, gain: float, trust: float, base: Array) -> bool:

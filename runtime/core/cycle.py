@@ -45,7 +45,7 @@ class Cycle:
         standstill = Standstill(machine.play, round(stop_time * rate))
         self.phase = phase = Phase(standstill, arming.fade * rate, self.outputs.events)
         signals = SafetySignals(image)
-        self.senses = senses = Senses(image, machine, signals, arming.by == "supervisor", rate)
+        self.senses = senses = Senses(image, machine, signals, arming, rate)
         self.drives = drives = Drives(image, machine, phase, rate)
         self.stops = stops = Stops(machine, phase, senses, drives, stop_time, rate)
         permission = Permission(arming.by == "command", round(PERMISSION_S * rate))

@@ -80,10 +80,14 @@ Bus = SimulatedBus | SocketCanBus | PythonCanBus
 
 
 class Arming(Strict, frozen=True):
-    """How the machine gets permission to move, and how gently it starts."""
+    """How the machine gets permission to move, and how gently it starts.
+
+    ``scanner``: when it is asked: while nobody needs to hold the handle, or always.
+    """
 
     by: Literal["dead-man", "command", "supervisor"]
     fade: Fade
+    scanner: Literal["override", "always"] = "override"
 
 
 class Safety(Strict, frozen=True):

@@ -12,6 +12,7 @@ from ...devices.safety_plc import SafetySignals
 from ...safety import Monitor, Observation, Verdict
 from .machine import Machine
 from .modes import RENDERING, Mode
+from .sections import Arming
 
 REST_SHARE, SWING_SHARE = 0.02, 0.04
 """Measured speed, as a share of the largest allowed one, below which a motor is at rest, and the link behind
@@ -34,13 +35,13 @@ class Senses:
     """
 
     def __init__(
-        self, image: ProcessImage, machine: Machine, signals: SafetySignals, supervisor: bool, rate: float
+        self, image: ProcessImage, machine: Machine, signals: SafetySignals, arming: Arming, rate: float
     ) -> None:
-        """``supervisor``: whether a safety operator's switch is needed, and may override the other."""
+        """``arming``: whether a safety operator is needed, who may override the handle's dead-man switch."""
         self.seen = Observation()
         self.monitor = Monitor(machine.thresholds)
         self._image, self._machine, self._signals = image, machine, signals
-        self._supervisor = supervisor
+        self._supervisor, self._guarded = arming.by == "supervisor", arming.scanner == "always"
         self._calm = [False] * image.expected
         self._still, self._still_limit = 0, round(REST_S * rate)
         self._rest, self._swing = (
@@ -124,5 +125,7 @@ class Senses:
         seen.field_clear = people.field_clear
         seen.supervised = people.supervised or not self._supervisor
         seen.overriding = people.overriding and self._supervisor
+        # who holds the handle stands in the field
+        seen.guarded = seen.overriding or self._guarded
         seen.wrench, seen.inertial = machine.raw_wrench, machine.inertial
         seen.solved = machine.solved or mode not in RENDERING  # else nothing was solved

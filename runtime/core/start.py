@@ -124,7 +124,7 @@ class Start:
             resetting=resetting,
             e_stop=seen.e_stop,
             supervised=seen.supervised,
-            overriding=seen.overriding,
+            guarded=seen.guarded,
             field_clear=seen.field_clear,
             sto=seen.sto,
             permitted=self.permission.given,

@@ -100,7 +100,8 @@ def test_a_held_machine_that_is_pushed_away_is_switched_off(engaging: Bench) -> 
 
     machine.brake = weak  # type: ignore[method-assign]
     engaging.until(Mode.STOPPED, limit=400)
-    assert engaging.reason in ("moved", "beyond_limit")
+    # what pushes it here goes through no spring
+    assert engaging.reason in ("moved", "beyond_limit", "torque_mismatch")
     assert engaging.cycle.stops.latch.reaction is Reaction.RAMP
     engaging.run(5)
     assert engaging.safe

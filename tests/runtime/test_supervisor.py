@@ -9,7 +9,7 @@ from random import Random
 
 import pytest
 from hapticd.configs import read_text
-from hapticd.runtime.configuration.config import ConfigError, parse
+from hapticd.runtime.configuration.config import ConfigError, load, parse
 from hapticd.runtime.configuration.session import build
 from hapticd.runtime.core.modes import Command, Mode
 from hapticd.sim.person import Deed, Switch
@@ -103,6 +103,28 @@ def test_under_the_override_the_scanner_stops(bench: Bench, what: str) -> None:
     bench.run(6 if reason == "device_silent" else DETECTED)
     assert bench.reason == reason
     bench.until(Mode.STOPPED, Mode.HOLDING, limit=600)
+
+
+def test_a_machine_that_is_led_from_elsewhere_always_asks_the_scanner() -> None:
+    bench = Bench(ALONE, ('by = "dead-man"', 'by = "dead-man"\nscanner = "always"'), machine="rhi")
+    bench.until(Mode.READY)
+    bench.run(110)
+    bench.plc.scanner_clear = False
+    bench.press(True)
+    bench.run(20)
+    assert bench.mode is Mode.READY
+    bench.press(False)
+    bench.plc.scanner_clear = True
+    bench.run(20)
+    bench.press(True)
+    bench.until(Mode.ENGAGING)
+    bench.plc.scanner_clear = False
+    bench.run(DETECTED)
+    assert bench.reason == "scanner"
+
+
+def test_the_avatar_is_such_a_machine() -> None:
+    assert load("avatar").config.arming.scanner == "always"
 
 
 def test_with_somebody_in_the_field_the_override_starts_nothing(bench: Bench) -> None:

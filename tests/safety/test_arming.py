@@ -14,7 +14,7 @@ READY = {
     "permitted": True,
     "sensors_valid": True,
     "supervised": True,
-    "overriding": False,
+    "guarded": False,
     "field_clear": True,
     "recorded": True,
     "inside_limits": True,
@@ -42,7 +42,7 @@ def test_a_switch_that_is_held_from_the_start_is_no_press() -> None:
         ({"permitted": False}, "commanded"),
         ({"sensors_valid": False}, "force-torque"),
         ({"supervised": False}, "safety operator"),
-        ({"field_clear": False, "overriding": True}, "scanned field"),
+        ({"field_clear": False, "guarded": True}, "scanned field"),
         ({"recorded": False}, "recorder"),
         ({"inside_limits": False}, "outside"),
         ({"at_rest": False}, "moves"),
@@ -56,7 +56,7 @@ def test_every_missing_condition_refuses_and_says_so(change: dict[str, object], 
 
 def test_all_refusals_are_named_at_once() -> None:
     nothing = dict.fromkeys(READY, False) | {"faults": 1, "latched": True, "e_stop": True, "sto": True}
-    assert len(refusals(**nothing | {"unfit": "a drive", "overriding": True})) == 13
+    assert len(refusals(**nothing | {"unfit": "a drive", "guarded": True})) == 13
 
 
 def test_a_permission_is_given_by_command_revoked_and_expires() -> None:

@@ -67,4 +67,4 @@ def test_a_configuration_names_the_processor_and_the_interface(
 
 def test_a_configuration_that_is_wrong_is_bad_usage(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["doctor", "no_such_machine"]) == 2
-    assert "built in: giant" in capsys.readouterr().err
+    assert "built in: avatar, giant" in capsys.readouterr().err
