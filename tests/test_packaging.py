@@ -1,5 +1,6 @@
 """The folders, the packages that are installed, and the contracts agree."""
 
+import re
 import shutil
 import subprocess
 import sys
@@ -127,3 +128,15 @@ def test_a_checkout_may_lie_in_a_folder_of_any_name(tmp_path: Path) -> None:
     ruff = [sys.executable, "-m", "ruff", "check", "--no-cache", "."]
     done = subprocess.run(ruff, cwd=checkout, capture_output=True, text=True, timeout=60)
     assert done.returncode == 0, done.stdout
+
+
+@pytest.mark.parametrize("folder", ["runtime", "devices", "safety", "sim"])
+def test_what_every_machine_uses_names_none(folder: str) -> None:
+    named = re.compile("giant|rhi|panda", re.IGNORECASE)
+    found = [
+        f"{path.relative_to(ROOT)}: {line.strip()}"
+        for path in sorted((ROOT / folder).rglob("*.py"))
+        for line in path.read_text().splitlines()
+        if named.search(line)
+    ]
+    assert found == []

@@ -147,7 +147,12 @@ def _add_demo(commands: Commands) -> None:
     )
     known = ", ".join(built_in())
     demo.add_argument(
-        "config", type=name, metavar="NAME", nargs="?", default="giant", help=f"{known}; default: giant"
+        "config",
+        type=name,
+        metavar="NAME",
+        nargs="?",
+        default=example(),
+        help=f"{known}; default: {example()}",
     )
     add_twin(demo)
     demo.add_argument("--log", type=file, metavar="FILE", help="recording; default: log/NAME-DATE-TIME.mcap")
