@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from enum import IntFlag
 from typing import Final
+
+from .cia301 import Address
+from .device import Field, Quantity, Word
 
 
 class RemoteFlag(IntFlag):
@@ -33,6 +37,25 @@ UNHEARD: Final = 65535
 """Age, in steps, of a peer that was never heard, or not for so long."""
 MOST_JOINTS: Final = 7
 """Of an arm, in a gateway's process data."""
+
+OPERATOR_SAYS: Final[Mapping[Address, Field]] = {
+    **{(0x2600, i): Quantity("pose") for i in range(1, 8)},
+    **{(0x2601, i): Quantity("twist") for i in range(1, 7)},
+}
+"""Pose (position, quaternion x y z w) and twist of the operator's palm."""
+AVATAR_SAYS: Final[Mapping[Address, Field]] = {
+    **{(0x2602, i): Quantity("wrench") for i in range(1, 7)},
+    **{(0x2603, i): Quantity("joints") for i in range(1, MOST_JOINTS + 1)},
+}
+"""Wrench on the avatar's palm, and the joints of its arm."""
+HEARD: Final[Mapping[Address, Field]] = {
+    (0x2610, 0): Word("flags"),
+    (0x2611, 0): Quantity("age", AGE_STEP),
+    (0x2612, 0): Quantity("energy"),
+}
+"""Flags and energy of the peer, and how old what it says is."""
+OWN: Final[Mapping[Address, Field]] = {(0x2620, 0): Word("own_flags"), (0x2622, 0): Quantity("own_energy")}
+"""Flags and energy of this side."""
 
 
 def packed(flags: int, act: int) -> int:

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from .cia301 import Address
-from .device import Device, Field, Quantity, Word
+from .device import Device, Field
 from .group import Group, Quantities, Words
-from .remote import AGE_STEP, MOST_JOINTS
+from .remote import AVATAR_SAYS, HEARD, OPERATOR_SAYS, OWN
 
 
 class RemoteAvatar(Device, frozen=True, kw_only=True, tag="remote_avatar"):
@@ -20,23 +20,12 @@ class RemoteAvatar(Device, frozen=True, kw_only=True, tag="remote_avatar"):
     eds: str = "remote_avatar.eds"
 
     def inputs(self) -> Mapping[Address, Field]:
-        """Wrench, joints, flags, age and energy of the peer."""
-        return {
-            **{(0x2602, i): Quantity("wrench") for i in range(1, 7)},
-            **{(0x2603, i): Quantity("joints") for i in range(1, MOST_JOINTS + 1)},
-            (0x2610, 0): Word("flags"),
-            (0x2611, 0): Quantity("age", AGE_STEP),
-            (0x2612, 0): Quantity("energy"),
-        }
+        """What the peer says, and how it stands with it."""
+        return {**AVATAR_SAYS, **HEARD}
 
     def outputs(self) -> Mapping[Address, Field]:
-        """Pose (position, quaternion x y z w), twist, flags and energy of this side."""
-        return {
-            **{(0x2600, i): Quantity("pose") for i in range(1, 8)},
-            **{(0x2601, i): Quantity("twist") for i in range(1, 7)},
-            (0x2620, 0): Word("own_flags"),
-            (0x2622, 0): Quantity("own_energy"),
-        }
+        """What this side says."""
+        return {**OPERATOR_SAYS, **OWN}
 
 
 class RemoteAvatars(Group):

@@ -161,47 +161,44 @@ def _contradicted(t: Thresholds, trust: Trust) -> Check:
     return check
 
 
-def _jumps(t: Thresholds, trust: Trust) -> Check:
-    tallies = Tallies(t.axes, Rule(Reaction.SANITISE, 1, 1), Rule(Reaction.RAMP, JUMPS, WINDOW))
+def _contradictions(seen_in: str, first: Reaction, most: int, reason: str, detail: str) -> Maker:
+    """Findings of single axes, some of which stop the machine without the axis.
 
-    def check(seen: Observation) -> Verdict:
-        strong, worst, detail = tallies.push(seen.rejected)
-        if not worst:
-            return PASS
-        if strong is Reaction.RAMP:
-            _distrust(trust, worst)
-        return Verdict(strong, "encoder_jump", f"{detail} measurements not plausible") if strong else PASS
+    Args:
+        seen_in: field of the observation, one an axis.
+        first: reaction to a single one.
+        most: as many within a window stop.
+        reason: of the stop.
+        detail: after which axis it is, and how often, for people.
+    """
 
-    return check
+    def make(t: Thresholds, trust: Trust) -> Check:
+        tallies = Tallies(t.axes, Rule(first, 1, 1), Rule(Reaction.RAMP, most, WINDOW))
+
+        def check(seen: Observation) -> Verdict:
+            strong, worst, whose = tallies.push(getattr(seen, seen_in))
+            if not worst:
+                return PASS
+            if strong is Reaction.RAMP:
+                _distrust(trust, worst)
+            return Verdict(strong, reason, f"{whose} {detail}") if strong else PASS
+
+        return check
+
+    return make
 
 
-def _mismatches(t: Thresholds, trust: Trust) -> Check:
-    tallies = Tallies(t.axes, Rule(Reaction.RECORD, 1, 1), Rule(Reaction.RAMP, MISMATCHES, WINDOW))
-
-    def check(seen: Observation) -> Verdict:
-        strong, worst, detail = tallies.push(seen.mismatched)
-        if not worst:
-            return PASS
-        if strong is Reaction.RAMP:
-            _distrust(trust, worst)
-        return Verdict(strong, "encoder_mismatch", f"{detail} contradict each other") if strong else PASS
-
-    return check
-
-
-def _unbalanced(t: Thresholds, trust: Trust) -> Check:
-    tallies = Tallies(t.axes, Rule(Reaction.RECORD, 1, 1), Rule(Reaction.RAMP, MISMATCHES, WINDOW))
-
-    def check(seen: Observation) -> Verdict:
-        strong, worst, detail = tallies.push(seen.unbalanced)
-        if not worst:
-            return PASS
-        if strong is Reaction.RAMP:
-            _distrust(trust, worst)
-        detail = f"{detail} in which its torque sensor does not show what its motor gives"
-        return Verdict(strong, "torque_mismatch", detail) if strong else PASS
-
-    return check
+_jumps = _contradictions("rejected", Reaction.SANITISE, JUMPS, "encoder_jump", "measurements not plausible")
+_mismatches = _contradictions(
+    "mismatched", Reaction.RECORD, MISMATCHES, "encoder_mismatch", "contradict each other"
+)
+_unbalanced = _contradictions(
+    "unbalanced",
+    Reaction.RECORD,
+    MISMATCHES,
+    "torque_mismatch",
+    "in which its torque sensor does not show what its motor gives",
+)
 
 
 def _overloaded(seen: Observation, verdict: Verdict) -> Verdict:

@@ -64,7 +64,12 @@ def comes_to_rest_without_speeding_up(bench: Bench) -> None:
         peak = max(peak, fastest(bench))
     assert peak < before + 0.06  # the brake of a joint stops its rotor at once: its link swings on the spring
     assert bench.mode is Mode.STOPPED and bench.safe
-    assert fastest(bench) < 0.08  # the hand goes on pulling at the springs
+    bench.run(150)
+    swing = 0.0
+    for _ in range(100):  # more than a swing of the slowest spring: an instant may be where it turns
+        bench.run(1)
+        swing = max(swing, fastest(bench))
+    assert swing < 0.06  # the hand goes on pulling at the springs
 
 
 @pytest.mark.parametrize("field", ["position", "link_position", "velocity"])
