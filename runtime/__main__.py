@@ -2,7 +2,7 @@
 
 import sys
 
-from .live.interrupts import end_at_once
+from .live.interrupts import end_at_once, hear_no_more
 
 
 def main() -> int:
@@ -10,7 +10,10 @@ def main() -> int:
     end_at_once()  # importing the rest takes a second
     from .command_line.cli import main
 
-    return main()
+    try:
+        return main()
+    finally:
+        hear_no_more()
 
 
 if __name__ == "__main__":

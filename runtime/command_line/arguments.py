@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import argparse
+import sys
 import tomllib
 from collections.abc import Callable, Iterable
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any, NoReturn, TypeAlias
+
+import msgspec
 
 from ...configs.quantities import BitRate
 from ...configs.units import UnitError
@@ -29,9 +32,11 @@ class Parser(argparse.ArgumentParser):
 
     def __init__(self, **options: Any) -> None:
         super().__init__(**{**options, "allow_abbrev": False})
+        self._typed: list[str] = []
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
         """As argparse's, but a command judges its own words, under its own usage."""
+        self._typed = list(sys.argv[1:] if args is None else args)
         found, rest = super().parse_known_args(args, namespace)
         if rest:
             word = rest[0].partition("=")[0]
@@ -39,6 +44,12 @@ class Parser(argparse.ArgumentParser):
                 self.error(f"'{word}' is one word too many")
             self.error(f"there is no option '{word}'; {meant(word, self._option_string_actions)}")
         return found, rest
+
+    def error(self, message: str) -> NoReturn:
+        """As argparse's; a program that asked for JSON is answered so, too."""
+        if "--json" in self._typed:
+            print(msgspec.json.encode({"error": "usage", "message": message}).decode())
+        super().error(message)
 
     def _check_value(self, action: argparse.Action, value: Any) -> None:
         if action.choices is not None and value not in action.choices:

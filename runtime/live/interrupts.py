@@ -56,6 +56,11 @@ def end_at_once() -> None:
     signal.pthread_sigmask(signal.SIG_UNBLOCK, WORDS)
 
 
+def hear_no_more() -> None:
+    """All is done and said: a signal would only take the place of the exit status while Python clears up."""
+    signal.pthread_sigmask(signal.SIG_BLOCK, WORDS)
+
+
 def _end(number: int, _: FrameType | None) -> NoReturn:
     # not an exception: one that strikes in a destructor or between two imports is printed, or lost
     say(WORDS[signal.Signals(number)])

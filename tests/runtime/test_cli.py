@@ -47,6 +47,18 @@ def test_bad_usage_exits_with_2(arguments: list[str]) -> None:
     assert end.value.code == 2
 
 
+@pytest.mark.parametrize("words", [["rn"], ["run", "giant", "--durtion", "3"], ["check"]])
+def test_who_asked_for_json_is_answered_in_json_of_bad_usage_too(
+    words: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit):
+        main([*words, "--json"])
+    printed, shown = capsys.readouterr()
+    answer = msgspec.json.decode(printed)
+    assert answer["error"] == "usage"
+    assert shown.endswith(f"error: {answer['message']}\n")
+
+
 NAMED = (
     ["run"],
     ["check"],

@@ -245,6 +245,18 @@ def test_ctrl_c_ends_every_command_and_whatever_it_started(
         assert name in ("check", "doctor", "replay")
 
 
+def test_a_signal_after_the_last_word_leaves_the_status_as_it_is(tmp_path: Path) -> None:
+    late = tmp_path / "late.py"
+    late.write_text(
+        "import atexit, os, runpy, signal\n"
+        "atexit.register(os.kill, os.getpid(), signal.SIGINT)\n"
+        "runpy.run_module('hapticd.runtime', run_name='__main__')\n"
+    )
+    ended = subprocess.run([sys.executable, late, "--nonsense"], capture_output=True, text=True)
+    assert ended.returncode == 2
+    assert "interrupted" not in ended.stderr
+
+
 def test_who_holds_the_signals_back_gets_them_afterwards(tmp_path: Path) -> None:
     program = """
 import os, signal, sys
