@@ -5,7 +5,7 @@ import re
 from collections.abc import Iterator
 from pathlib import Path
 
-from hapticd.runtime.command_line.cli import _parser
+from hapticd.runtime.command_line.cli import commands
 
 ROOT = Path(__file__).parent.parent
 DOCUMENTS = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *(ROOT / "docs").glob("*.md")]
@@ -37,7 +37,7 @@ def options(parser: argparse.ArgumentParser, words: str = "hapticd") -> Iterator
 
 def test_the_readme_names_every_command_with_its_options_and_no_others() -> None:
     lines = [line for line in (ROOT / "README.md").read_text().splitlines() if line.startswith("| `hapticd ")]
-    for words, known in options(_parser()):
+    for words, known in options(commands()):
         if words in ("hapticd", "hapticd bench", "hapticd link"):
             continue
         (line,) = (line for line in lines if re.search(rf"^\| `{words}\b", line))

@@ -74,7 +74,7 @@ def main(arguments: list[str] | None = None) -> int:
         if isinstance(stream, TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")
     _require_streams()
-    options = _parser().parse_args(arguments)
+    options = commands().parse_args(arguments)
     from .execution import execute
 
     return execute(options)
@@ -90,7 +90,8 @@ def _require_streams() -> None:
             setattr(sys, stream, open(fd, mode, closefd=False))
 
 
-def _parser() -> argparse.ArgumentParser:
+def commands() -> argparse.ArgumentParser:
+    """All that can be typed."""
     parser = Parser(
         prog="hapticd",
         description="Real-time daemon for kinesthetic haptic interfaces.",
@@ -98,15 +99,15 @@ def _parser() -> argparse.ArgumentParser:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("--version", action="version", version=f"hapticd {metadata.version('hapticd')}")
-    commands = parser.add_subparsers(required=True, metavar="COMMAND")
+    added = parser.add_subparsers(required=True, metavar="COMMAND")
 
     for add in (_add_run, _add_demo, _add_replay, _add_check, _add_doctor, _add_plant):
-        add(commands)
+        add(added)
     for command in plugins.names(plugins.COMMANDS):
-        plugins.plugin(plugins.COMMANDS, command)(commands)
+        plugins.plugin(plugins.COMMANDS, command)(added)
     # by name: benchmarks build on the runtime, which must not import them
-    import_module("hapticd.bench.command").add_benchmarks(commands)
-    _add_experiment(commands)
+    import_module("hapticd.bench.command").add_benchmarks(added)
+    _add_experiment(added)
     return parser
 
 

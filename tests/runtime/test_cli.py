@@ -12,7 +12,7 @@ import msgspec
 import pytest
 from hapticd.configs import read_text
 from hapticd.runtime.command_line.arguments import file, new_configuration
-from hapticd.runtime.command_line.cli import _parser, main
+from hapticd.runtime.command_line.cli import commands, main
 from hapticd.runtime.command_line.outputs import folder, picture
 from hapticd.runtime.recording.log import open_log
 
@@ -111,7 +111,7 @@ def test_a_wrong_word_is_named_before_any_work_with_what_was_meant(
 def test_every_option_of_a_folder_or_plot_is_checked_when_it_is_read() -> None:
     """A path that a command writes must not wait for the command's end to be refused."""
     checked = {"--plot": {picture}, "--out": {folder, new_configuration, file}}
-    for parser in parsers(_parser()):
+    for parser in parsers(commands()):
         for action in parser._actions:
             for option in action.option_strings:
                 assert option not in checked or action.type in checked[option], option
