@@ -29,7 +29,7 @@ def add_benchmarks(commands: Commands) -> None:
     """Add `hapticd bench`."""
     bench = commands.add_parser("bench", help="benchmarks", description="Benchmarks.")
     benchmarks = bench.add_subparsers(required=True, metavar="BENCHMARK")
-    for add in (_add_solve, _add_jitter, _add_tick, _add_nasty):
+    for add in (_add_solve, _add_jitter, _add_tick, _add_view, _add_nasty):
         add(benchmarks)
 
 
@@ -117,6 +117,22 @@ def _add_tick(benchmarks: Commands) -> None:
     tick.set_defaults(handler=_tick)
 
 
+def _add_view(benchmarks: Commands) -> None:
+    view = benchmarks.add_parser(
+        "view",
+        help="what a dashboard costs the session",
+        description="Run live sessions without and with a dashboard in many pages, in alternating rounds; one"
+        " page never reads, and the view is killed half-way. Prints the ratios of lateness and cost of a tick"
+        " beside the spread of the rounds without one.",
+    )
+    view.add_argument(
+        "config", type=name, nargs="?", default="giant", metavar="CONFIG", help="default: giant"
+    )
+    view.add_argument("--pages", type=count, default=20, metavar="N", help="default: 20")
+    _add_rounds(view, 20.0)
+    view.set_defaults(handler=_view)
+
+
 def _add_rounds(benchmark: argparse.ArgumentParser, seconds: float) -> None:
     benchmark.add_argument("--rounds", type=count, default=5, metavar="N", help="default: 5")
     benchmark.add_argument(
@@ -169,6 +185,11 @@ def _jitter(options: argparse.Namespace) -> int:
 def _tick(options: argparse.Namespace) -> int:
     _require_ticks(options.seconds, *options.rate)
     _run("tick", options.config, options.rate, options.rounds, options.seconds, options.json)
+    return 0
+
+
+def _view(options: argparse.Namespace) -> int:
+    _run("view", options.config, options.pages, options.rounds, options.seconds, options.json)
     return 0
 
 
