@@ -116,8 +116,7 @@ def _read(url: str, pages: int, until: float, view: subprocess.Popen[str]) -> Se
     found = Session({}, pages=pages)
     with ExitStack() as stack:
         clients = [
-            stack.enter_context(connect(socket, origin=origin, max_size=LONG_MESSAGE))
-            for _ in range(pages)
+            stack.enter_context(connect(socket, origin=origin, max_size=LONG_MESSAGE)) for _ in range(pages)
         ]
         try:
             while time.monotonic() < until:
