@@ -47,6 +47,10 @@ class StopMarginLength(Length):
     range = Range(1e-4, 0.2, "m", "what encoders and springs do at rest; a limit that keeps nothing")
 
 
+class Clearance(Length):
+    range = Range(1e-3, 0.2, "m", "what models are wrong by; an arm's length that nobody can use")
+
+
 class LimitMargin(Angle):
     range = Range(1e-2, 1.0, "rad", "the play of a gear; half the range of a motor")
 

@@ -98,6 +98,15 @@ void serial_frames(const serial_chain *chain, const double *q, const double *qd,
     for (int i = 0; i < count; i++) write_frame(chain, bodies, &frames[i]);
 }
 
+void serial_places(const serial_chain *chain, const double *q, double *R, double *p) {
+    body b = BASE;
+    for (int i = 0; i < chain->n; i++) {
+        b = follow(&b, &chain->joint[i], q[i], 0.0, 0.0);
+        memcpy(R + 9 * i, b.R, sizeof b.R);
+        memcpy(p + 3 * i, b.p, sizeof b.p);
+    }
+}
+
 /* Force and moment about its own origin that a body needs for its motion. */
 static void inertial(const body *b, const serial_joint *joint, double *force, double *moment) {
     double centre[3], a[3], local[3], spin[3], momentum[3];

@@ -22,6 +22,9 @@ typedef struct {
 void serial_frames(const serial_chain *chain, const double *q, const double *qd, const serial_frame *frames,
                    int count);
 
+/* Poses of the joints' frames at a posture (n): rotations R (n x 9) and origins p (n x 3). */
+void serial_places(const serial_chain *chain, const double *q, double *R, double *p);
+
 /* tau (n) that gives the accelerations qdd under gravity (3), less the base's acceleration. */
 void serial_torques(const serial_chain *chain, const double *q, const double *qd, const double *qdd,
                     const double *gravity, double *tau);

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from .dh import Array
 from .errors import ModelError
 from .linter import lint
+from .shapes import Shape, shapes
 
 
 class Robot:
@@ -27,9 +28,11 @@ class Robot:
         velocity, effort: limits, (nv,) [rad/s or m/s], [N m or N].
         damping: viscous friction, (nv,) [N m s/rad or N s/m].
         sliding: whether a joint slides; otherwise it turns, (nv).
+        shapes: for collisions, of a robot that was loaded from a URDF.
     """
 
     def __init__(self, model: pin.Model) -> None:
+        self.shapes: list[Shape] = []
         self.model = model
         self.data = model.createData()
         self.nv: int = model.nv
@@ -59,7 +62,9 @@ class Robot:
             model = pin.buildModelFromXML(understood)
         except (RuntimeError, ValueError) as error:
             raise ModelError(source, 0, f"pinocchio cannot load it: {error}", "mend the URDF") from error
-        return cls(model)
+        robot = cls(model)
+        robot.shapes = shapes(model, text, source)
+        return robot
 
     def without(self, joints: Sequence[str]) -> Robot:
         """The same robot with these joints held at zero."""

@@ -262,6 +262,13 @@ def _following(t: Thresholds, trust: Trust) -> Check:
     return check
 
 
+def _collision(t: Thresholds, trust: Trust) -> Check:
+    def check(seen: Observation) -> Verdict:
+        return Verdict(Reaction.HOLD, "collision_ahead", seen.ahead) if seen.ahead else PASS
+
+    return check
+
+
 def _wrench(t: Thresholds, trust: Trust) -> Check:
     lost, step = _lost(t, "wrench"), 1.0 / t.ticks(FADE_S)
 
@@ -339,6 +346,7 @@ CHECKS: dict[str, Maker] = {
     "11": _mismatches,
     "11, torques": _unbalanced,
     "25": _limits,
+    "26": _collision,
     "44": _following,
     "12": _wrench,
     "12, accelerometers": _inertial,

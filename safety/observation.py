@@ -53,6 +53,7 @@ class Observation:
         stale: per axis, whether its last accepted measurement is too old to brake on.
         astray: per axis, whether it is further from where its controller has it than loads explain.
         overload: axis of which more torque is asked than is rated, now or lately; "" for none.
+        ahead: what the machine would have met if it went on, for people; "" for nothing.
         position, velocity: measured, one an axis.
         way: speed by the way that the encoder nearest to the person went lately, one an axis.
         armed: whether the drives are meant to run.
@@ -81,6 +82,7 @@ class Observation:
     stale: Sequence[bool] = ()
     astray: Sequence[bool] = ()
     overload: str = ""
+    ahead: str = ""
     position: Sequence[float] = ()
     velocity: Sequence[float] = ()
     way: Sequence[float] = ()

@@ -37,7 +37,7 @@ from ...configs.quantities import (
 )
 from ...configs.strict import Strict
 from ...runtime.core.sections import Config, Hand, Name, Place, Safety, Simulation, Substeps
-from ..rendering.sections import Away, ForceControl, Handle, Plant, StiffnessTolerance, Twin
+from ..rendering.sections import Away, ForceControl, Handle, LookAhead, Plant, StiffnessTolerance, Twin
 
 DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
 """Along and about the axes of the base."""
@@ -191,4 +191,5 @@ class ArmConfig(Config, frozen=True, kw_only=True, tag="arm"):
 
     safety: ArmSafety
     arm: Arm
+    look_ahead: LookAhead | None = None
     simulation: ArmSimulation | None = None

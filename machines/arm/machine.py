@@ -12,6 +12,7 @@ from ...control.chain import Gains, Horizons, JointSum
 from ...control.estimation import WrenchEstimator
 from ...control.force_control import Box, ForceControl
 from ...control.force_control import Posture as Home
+from ...control.look_ahead import Stop
 from ...control.serial import SerialChain
 from ...control.standstill import Standstill
 from ...control.tracking import SeriesElasticity
@@ -24,6 +25,7 @@ from ...runtime.core.measured import alive, sensor
 from ...runtime.core.stages import Mark
 from ...runtime.core.torque_axes import TorqueAxes
 from ...safety import Plausibility
+from ..rendering.foresight import REACTION_S, Foresight
 from ..rendering.logged import Field, StateLog, felt, motion, solved, twin_fields
 from ..rendering.ratings import Ratings
 from ..rendering.rendering import JOINTS_AT_REST, Rendering, pulled, sensor_pose
@@ -56,7 +58,7 @@ class SerialArm:
 
     def __init__(self, config: ArmConfig, robot: Robot, image: ProcessImage, mark: Mark) -> None:
         arm, dt = config.arm, 1.0 / config.loop.rate
-        device = config.devices["force_torque"]
+        device, described = config.devices["force_torque"], robot
         robot = carrying(robot, arm.frames.handle, arm.frames.sensor, device, arm.handle)
         self._joints, self._force_torque = JointDrives(image), ForceTorques(image)
         self.force_control = control = force_control(config, robot, dt)
@@ -74,6 +76,13 @@ class SerialArm:
             robot, control, self._joints, elasticity, (p_gain, d_gain), self.axes, mark, dt
         )
         self._measure(config, robot, dt)
+        rated = ratings.limits
+        stop = Stop(
+            control.qd, np.full(robot.nv, REACTION_S), control.qd, rated.acceleration, control.ability
+        )
+        self._foresight = Foresight(
+            config.look_ahead, described, foreseen_limits(config, robot), self._joints.link_position, stop
+        )
         sums, boxes = len(arm.sums or ()), len(arm.boxes or ())
         self.state = state_layout(robot.nv, sums, boxes, arm.twin, directions(config), len(self._known))
         self.play, self.braking = ratings.play, ratings.braking
@@ -119,6 +128,11 @@ class SerialArm:
         )
 
     @property
+    def ahead(self) -> str:
+        """What the arm would have met if it went on; see ``Foreseeing``."""
+        return self._foresight.ahead
+
+    @property
     def inside_limits(self) -> bool:
         """Whether the measured posture may be engaged."""
         return all(a.lower <= q <= a.upper for a, q in zip(self.axes, self.position, strict=True))
@@ -148,6 +162,7 @@ class SerialArm:
     def engage(self) -> None:
         """Commanded state = measured link side, twin on the handle, everything at rest."""
         self._rendering.engage(self._joints.link_position)
+        self._foresight.reset()
         self.solved = True
 
     def update(self, gain: float, trust: float) -> None:
@@ -156,6 +171,7 @@ class SerialArm:
         self.solved = self._rendering.render(self._estimator.wrench, gain, trust, STILL)
         self.astray = self._rendering.astray
         self.overload = self._rendering.overload
+        self._foresight.update()
         self._command()
 
     def brake(self, dropped: Sequence[bool]) -> bool:
@@ -182,6 +198,12 @@ class SerialArm:
     def fill(self) -> None:
         """Copy the state of this tick."""
         self._log.fill()
+
+
+def foreseen_limits(config: ArmConfig, robot: Robot) -> tuple[Array, Array]:
+    """Lower and upper limits of the joints, (m,) each [rad or m]."""
+    limits = joint_ratings(config, robot).limits
+    return limits.lower, limits.upper
 
 
 def directions(config: ArmConfig) -> tuple[int, ...]:

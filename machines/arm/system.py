@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from ...runtime.configuration.system import System
 from ..rendering.figures import RenderingFigures
+from ..rendering.surroundings import unwatched
 from ..rendering.twin import remarks
 from .check import check_arm
 from .config import ArmConfig
 from .limits import ArmLimits
-from .machine import SerialArm
+from .machine import SerialArm, foreseen_limits
 from .rig import arm_rig
 from .scene import ArmScene
 from .script import arm_led
@@ -23,6 +24,9 @@ ARM = System(
     check_arm,
     led=arm_led,
     scene=ArmScene,
-    remarks=lambda config: remarks(config.arm.twin),
+    remarks=lambda config, robot: [
+        *remarks(config.arm.twin),
+        *unwatched(robot, config.look_ahead, foreseen_limits(config, robot)),
+    ],
     rig=arm_rig,
 )

@@ -34,7 +34,16 @@ from ...configs.quantities import (
 )
 from ...configs.strict import Strict
 from ...runtime.core.sections import Config, Hand, Place, Safety, Simulation, Substeps
-from ..rendering.sections import SPRINGS_DIFFER, Away, ForceControl, Handle, Plant, StiffnessTolerance, Twin
+from ..rendering.sections import (
+    SPRINGS_DIFFER,
+    Away,
+    ForceControl,
+    Handle,
+    LookAhead,
+    Plant,
+    StiffnessTolerance,
+    Twin,
+)
 
 
 class GiantSafety(Safety, frozen=True):
@@ -136,4 +145,5 @@ class GiantConfig(Config, frozen=True, kw_only=True, tag="giant"):
 
     safety: GiantSafety
     giant: Giant
+    look_ahead: LookAhead | None = None
     simulation: GiantSimulation | None = None

@@ -12,6 +12,7 @@ from ...control.chain import Gains, Horizons, JointSum
 from ...control.estimation import PpuObserver, WrenchEstimator
 from ...control.force_control import Box, ForceControl
 from ...control.limits import Limits
+from ...control.look_ahead import Stop
 from ...control.standstill import Standstill
 from ...control.tracking import SeriesElasticity
 from ...devices.axis_drive import AxisDrives
@@ -25,6 +26,7 @@ from ...runtime.core.measured import alive, axes, sensor
 from ...runtime.core.stages import Mark
 from ...runtime.core.torque_axes import TorqueAxes, thresholds
 from ...safety import AxisLimits, Plausibility, Thresholds, Values
+from ..rendering.foresight import REACTION_S, Foresight
 from ..rendering.logged import StateLog, felt, motion, solved, twin_fields
 from ..rendering.ratings import Ratings
 from ..rendering.rendering import JOINTS_AT_REST, Rendering, pulled, sensor_pose
@@ -74,6 +76,7 @@ class Giant:
     def __init__(self, config: GiantConfig, robot: Robot, image: ProcessImage, mark: Mark) -> None:
         giant = config.giant
         tool = tool_of(giant.handle, config.devices["force_torque"])
+        described = robot
         robot = carrying(robot, "handle", "force_torque", config.devices["force_torque"], giant.handle)
         dt = 1.0 / config.loop.rate
         self._joints, self._axes = JointDrives(image), AxisDrives(image)
@@ -112,6 +115,7 @@ class Giant:
             mark,
             dt,
         )
+        self._foresee(config, described)
         self._stiffness = stiffness
         self.axes = (*joints, *_gantry_limits(config, dt))
         self.thresholds = _thresholds(config, image, ratings.axes.swing)
@@ -141,6 +145,32 @@ class Giant:
         still = (JOINTS_AT_REST,) * len(JOINTS) + (PPU_AT_REST,) * len(PPU_JOINTS)
         self._standstill = Standstill(still, round(REST_S * config.loop.rate))
         self._started = False
+
+    def _foresee(self, config: GiantConfig, robot: Robot) -> None:
+        """The gantry and the joints, in the order of the model."""
+        m, ppu, control = config.giant.manipulator, config.giant.ppu, self.force_control
+        self._place, self._drift, self._rate = (np.zeros(robot.nv) for _ in range(3))
+        lag = [ppu.time_constant + REACTION_S] * len(PPU_JOINTS)
+        stop = Stop(
+            self._drift,
+            np.array([*lag, *[REACTION_S] * len(JOINTS)]),
+            self._rate,
+            np.array([*[ppu.acceleration] * len(PPU_JOINTS), *m.acceleration]),
+            control.ability,
+        )
+        self._foresight = Foresight(config.look_ahead, robot, foreseen_limits(config), self._place, stop)
+
+    def _look_ahead(self) -> None:
+        k, control = len(PPU_JOINTS), self.force_control
+        self._place[:k], self._place[k:] = self._axes.position, self._joints.link_position
+        self._drift[:k], self._drift[k:] = self._observer.qd, control.qd
+        self._rate[:k], self._rate[k:] = self._axes.target_velocity, control.qd
+        self._foresight.update()
+
+    @property
+    def ahead(self) -> str:
+        """What the machine would have met if it went on; see ``Foreseeing``."""
+        return self._foresight.ahead
 
     @property
     def felt(self) -> Array:
@@ -192,6 +222,7 @@ class Giant:
         self._rendering.engage(self._joints.link_position)
         self._prepositioning.reset()
         self._base[:] = 0.0
+        self._foresight.reset()
         self.solved = True
 
     def update(self, gain: float, trust: float) -> None:
@@ -202,6 +233,7 @@ class Giant:
         self.astray = self._rendering.astray + self._gantry_follows
         self.overload = self._rendering.overload
         self._prepositioning.update()
+        self._look_ahead()
         self._command(gain)
         self._rendering.advance()
 
@@ -243,6 +275,12 @@ class Giant:
     def _command(self, gain: float) -> None:
         x, y = self._prepositioning.velocity.tolist()
         self.commands = [*self._rendering.torque(self._base), gain * x, gain * y]
+
+
+def foreseen_limits(config: GiantConfig) -> tuple[Array, Array]:
+    """Lower and upper limits of gantry and joints, in the order of the model, (8,) each [m, rad]."""
+    m, ppu = config.giant.manipulator, config.giant.ppu
+    return np.array([*ppu.lower, *m.lower]), np.array([*ppu.upper, *m.upper])
 
 
 def braking_time(config: GiantConfig) -> float:

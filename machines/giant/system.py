@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from ...runtime.configuration.system import System
 from ..rendering.figures import RenderingFigures
+from ..rendering.surroundings import unwatched
 from ..rendering.twin import remarks
 from .check import check_giant
 from .config import GiantConfig
 from .limits import GiantLimits
-from .machine import Giant
+from .machine import Giant, foreseen_limits
 from .scene import GiantScene
 from .script import giant_led
 from .simulation import giant_plant
@@ -24,5 +25,8 @@ GIANT = System(
     giant_stance,
     giant_led,
     GiantScene,
-    lambda config: remarks(config.giant.twin),
+    lambda config, robot: [
+        *remarks(config.giant.twin),
+        *unwatched(robot, config.look_ahead, foreseen_limits(config)),
+    ],
 )

@@ -18,6 +18,7 @@ from ...configs.quantities import (
     AnyForce,
     AnyLength,
     AnyTorque,
+    Clearance,
     Damping,
     Duration,
     Force,
@@ -192,6 +193,26 @@ class ChainTwin(Strict, frozen=True, tag_field="kind", tag="chain"):
 
 
 Twin: TypeAlias = CartesianTwin | ChainTwin
+
+
+class Obstacle(Strict, frozen=True):
+    """A box that stands beside the machine, in the axes of the base; turned by roll, pitch and yaw."""
+
+    name: Name
+    centre: Lengths3
+    size: Lengths3
+    angles: Angles3 | None = None
+
+
+class LookAhead(Strict, frozen=True):
+    """How near the machine may come to itself and to what is around it; ``floor`` is a height.
+
+    What of itself is watched are the collision shapes of its model.
+    """
+
+    margin: Clearance
+    floor: AnyLength | None = None
+    obstacles: Annotated[tuple[Obstacle, ...], Meta(max_length=40)] | None = None
 
 
 class Away(Strict, frozen=True):

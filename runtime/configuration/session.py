@@ -106,7 +106,9 @@ def build(loaded: Loaded, mark: Mark = no_mark, controller: Controller | None = 
 def remarks(loaded: Loaded) -> list[str]:
     """What people should know of a configuration, though nothing is wrong with it."""
     system: System[Any] = find_system(str(type(loaded.config).__struct_config__.tag))
-    return system.remarks(loaded.config) if system.remarks else []
+    if not system.remarks:
+        return []
+    return system.remarks(loaded.config, Robot.from_urdf(loaded.model_text, loaded.model_source))
 
 
 def fingerprint(session: Session) -> dict[str, str]:

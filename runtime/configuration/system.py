@@ -170,7 +170,7 @@ class System(Generic[C]):
     stance: Callable[[C, Robot, Random], Stance[C]] | None = None
     led: Callable[[C, Robot, Mapping[str, Any]], str] | None = None
     scene: Callable[[C], MachineScene] | None = None
-    remarks: Callable[[C], list[str]] | None = None
+    remarks: Callable[[C, Robot], list[str]] | None = None
     rig: Callable[[C, Robot], Rig[C]] | None = None
 
 

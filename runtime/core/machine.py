@@ -148,6 +148,17 @@ class Announcing(Protocol):
     notes: list[str]
 
 
+@runtime_checkable
+class Foreseeing(Protocol):
+    """A machine that looks ahead for collisions.
+
+    Attributes:
+        ahead: what it would have met, in words, as its last ``update`` saw it; "" for nothing.
+    """
+
+    ahead: str
+
+
 class MachineLimits(Protocol):
     """What a session of a machine may touch.
 

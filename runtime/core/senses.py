@@ -10,7 +10,7 @@ from ...devices.cia301 import AlState
 from ...devices.image import ProcessImage
 from ...devices.safety_plc import SafetySignals
 from ...safety import Monitor, Observation, Verdict
-from .machine import Machine
+from .machine import Foreseeing, Machine
 from .modes import RENDERING, Mode
 from .sections import Arming
 
@@ -42,6 +42,7 @@ class Senses:
         self.monitor = Monitor(machine.thresholds)
         self._image, self._machine, self._signals = image, machine, signals
         self._supervisor, self._guarded = arming.by == "supervisor", arming.scanner == "always"
+        self._foreseeing = machine if isinstance(machine, Foreseeing) else None
         self._calm = [False] * image.expected
         self._still, self._still_limit = 0, round(REST_S * rate)
         self._rest, self._swing = (
@@ -117,6 +118,7 @@ class Senses:
         seen.unbalanced = found.unbalanced
         seen.astray = machine.astray if mode in RENDERING else ()
         seen.overload = machine.overload
+        seen.ahead = self._foreseeing.ahead if self._foreseeing and mode in RENDERING else ""
         seen.position, seen.velocity = machine.position, machine.velocity
         seen.way = machine.plausibility.way
         seen.armed = mode.powered

@@ -195,7 +195,14 @@ def test_an_argument_is_checked_the_same_way_and_kept() -> None:
 
 
 NO_ARRAYS = {
-    *("redundant.chain", "nullspace.guard", "peers.outbox", "task_arm.chain", "task_arm.palm"),
+    *(
+        "look_ahead.chain",
+        "redundant.chain",
+        "nullspace.guard",
+        "peers.outbox",
+        "task_arm.chain",
+        "task_arm.palm",
+    ),
     *(f"avatar_model.{part}" for part in ("arm", "wish", "chain", "palm", "limits")),
 }
 """Pointers to one struct that somebody else bound."""

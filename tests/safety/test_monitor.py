@@ -89,6 +89,7 @@ def test_a_healthy_machine_passes(monitor: Monitor) -> None:
         ({"skipped": 20}, Reaction.RAMP, "stall"),
         ({"skipped": 20, "armed": False}, Reaction.RECORD, "overrun"),
         ({"solved": False}, Reaction.SANITISE, "solve_failed"),
+        ({"ahead": "a link would have met the floor"}, Reaction.HOLD, "collision_ahead"),
     ],
 )
 def test_a_single_finding_has_its_reaction(

@@ -1,0 +1,38 @@
+"""What a machine that renders a twin would meet if it went on (docs/fault-matrix.md, row 26)."""
+
+from __future__ import annotations
+
+from ...control.look_ahead import LookAhead, Stop
+from ...models import Array, Robot
+from .sections import LookAhead as Section
+from .surroundings import watched
+
+REACTION_S = 10e-3
+"""Until a stop is felt: a tick to be judged, one for the drives, and what links lag behind their commands."""
+
+
+class Foresight:
+    """Looks ahead, where the configuration says so.
+
+    Attributes:
+        ahead: what would be met, for people; "" for nothing.
+    """
+
+    def __init__(
+        self, section: Section | None, robot: Robot, limits: tuple[Array, Array], q: Array, stop: Stop
+    ) -> None:
+        """See ``LookAhead``; lower and upper limits of the joints, (n,) each [rad or m]."""
+        self.ahead = ""
+        pairs = watched(robot, section, limits)[0] if section else []
+        self._look = LookAhead(robot, pairs, section.margin, q, stop) if section and pairs else None
+
+    def reset(self) -> None:
+        """A start: what is near may stay so, and leave."""
+        self.ahead = ""
+        if self._look:
+            self._look.reset()
+
+    def update(self) -> None:
+        """One tick, with what was measured in it."""
+        met = self._look.update() if self._look else None
+        self.ahead = str(met) if met else ""
