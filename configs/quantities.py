@@ -34,6 +34,11 @@ class SessionTime(Duration):
     range = Range(0.1, 1e7, "s", "shorter than devices come up; four months")
 
 
+class Thickness(Length):
+    strict = True
+    range = Range(1e-4, 5.0, "m", "a sheet of paper; a room")
+
+
 class Angle(Quantity):
     dimension = "angle"
     strict = False

@@ -9,13 +9,15 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 from math import isfinite
 from multiprocessing import get_context
+from typing import Any
 
 import numpy as np
 
 from ..models import Array, Robot
+from ..runtime.command_line.arguments import meant
 from ..runtime.configuration.config import Loaded
 from ..runtime.configuration.session import build
-from ..runtime.configuration.system import find_system
+from ..runtime.configuration.system import Stance, System, find_system
 from ..runtime.core.modes import RENDERING, Command, Mode
 from ..runtime.errors import HapticdError
 from ..runtime.live.lockstep import Lockstep, unswept
@@ -77,8 +79,11 @@ def sessions(
     workers: int,
     doubt: Doubt = BELIEVED,
     chains: bool = False,
+    vary: str = "",
 ) -> Iterator[Session]:
     """One session a seed, in their order, on so many processes; with a random chain each as twin if asked.
+
+    ``vary`` names one of the machine's variations.
 
     Raises:
         HandsError: the configuration simulates nothing, or cannot simulate what the controller doubts.
@@ -87,7 +92,7 @@ def sessions(
         raise HandsError(f"{loaded.source} has no [simulation]; add it, or name a built-in machine")
     if not doubt.fits(loaded.config):
         raise HandsError(f"the machine of {loaded.source} has no [simulation.plant]; leave --wrong-model out")
-    one = partial(session, loaded, seconds=seconds, temper=temper, doubt=doubt, chains=chains)
+    one = partial(session, loaded, seconds=seconds, temper=temper, doubt=doubt, chains=chains, vary=vary)
     if workers == 1:
         yield from map(one, seeds)
         return
@@ -103,6 +108,7 @@ def session(
     watch: Callable[[Lockstep], None] = lambda lockstep: None,
     doubt: Doubt = BELIEVED,
     chains: bool = False,
+    vary: str = "",
 ) -> Session:
     """A session under the hand of a seed, ended after so many seconds or by a stop.
 
@@ -114,15 +120,24 @@ def session(
         watch: called after each tick.
         doubt: how the machine differs from what its controller believes.
         chains: whether the seed also draws the digital twin.
+        vary: one of the machine's variations; "" for what it always varies.
     """
     loaded = with_random_chain(loaded, seed) if chains else loaded
     config = loaded.config
     system = find_system(str(type(config).__struct_config__.tag))
     robot = Robot.from_urdf(loaded.model_text, loaded.model_source)
+    if vary:
+        system = replace(system, stance=_variation(system, vary))
     led = stranger(config, system, robot, seed, seconds, temper)
     varied = replace(loaded, config=doubt.vary(led, seed))
     with unswept():
         return _session(Lockstep(build(varied)), seed, seconds, watch)
+
+
+def _variation(system: System[Any], name: str) -> Callable[..., Stance[Any]]:
+    if name not in system.variations:
+        raise HandsError(f"there is no variation '{name}' of this machine; {meant(name, system.variations)}")
+    return system.variations[name]
 
 
 def _session(lockstep: Lockstep, seed: int, seconds: float, watch: Callable[[Lockstep], None]) -> Session:

@@ -79,6 +79,12 @@ def add_hands(commands: Commands) -> None:
         "--errors", action="store_true", help="sensors that err as is typical, and joints that rub (not rhi)"
     )
     hands.add_argument(
+        "--vary",
+        type=name,
+        metavar="WHAT",
+        help="draw something else of the machine's; rhi: bodies, one to three of any kind for its wall",
+    )
+    hands.add_argument(
         "--json",
         action="store_true",
         help="print {sessions, finished, stops, worst_excess, worst, returned} as JSON",
@@ -117,7 +123,7 @@ def run(options: argparse.Namespace) -> int:
     seeds = range(options.seed, options.seed + options.count)
     tally, begin, show = Tally(), monotonic(), sys.stderr.isatty() and not options.json
     doubt, share = Doubt(options.wrong_model, options.errors), min(options.workers, options.count)
-    for session in sessions(loaded, seeds, options.seconds, temper, share, doubt, chains):
+    for session in sessions(loaded, seeds, options.seconds, temper, share, doubt, chains, options.vary or ""):
         tally.add(session)
         if show:
             sys.stderr.write(f"\r{progress(tally, options.count, monotonic() - begin)}\x1b[K")
@@ -159,6 +165,7 @@ def repeat(options: argparse.Namespace, tally: Tally) -> str:
     words += [
         flag for flag, on in (("--wrong-model", options.wrong_model), ("--errors", options.errors)) if on
     ]
+    words += ["--vary", options.vary] if options.vary else []
     return f"{words[0]} {shlex.join(map(str, words[1:]))}"
 
 

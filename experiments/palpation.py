@@ -10,9 +10,10 @@ from typing import Any
 import msgspec
 import numpy as np
 
-from ..machines.rhi.config import RhiConfig
+from ..machines.rhi.bodies import environment
+from ..machines.rhi.config import RhiConfig, RhiPlane
 from ..machines.rhi.contact_aware import ContactAware
-from ..machines.rhi.environment import Wall
+from ..machines.rhi.environment import Environment
 from ..machines.rhi.machine import contact_aware, redundant_arm
 from ..machines.rhi.manipulability import Shape, force_ellipsoid
 from ..machines.rhi.self_motion import Ellipsoid, best_posture
@@ -84,7 +85,7 @@ class Device:
     """
 
     def __init__(self, **changes: Any) -> None:
-        """Changes of ``null_space``, ``saturation`` or ``wall``, as mappings of their fields."""
+        """Changes of ``null_space`` or ``saturation``, as mappings of their fields."""
         loaded = config.load("rhi")
         assert isinstance(loaded.config, RhiConfig)
         replaced = {
@@ -98,7 +99,9 @@ class Device:
         self.limit = np.array(rhi.motors.torque)
         home = self.arm.at(np.array(rhi.task.home)).J
         self.shape = Shape.of_home(force_ellipsoid(home, self.limit), rhi.task.spread)
-        self.u, self.centre = np.array(rhi.wall.normal, float), np.array(rhi.wall.point)
+        (wall,) = rhi.bodies.values()
+        assert isinstance(wall, RhiPlane)
+        self.u, self.centre = np.array(wall.normal, float), np.array(wall.point)
         self.bounds = (rhi.motors.lower, rhi.motors.upper)
 
     def desired(self, stiff: bool) -> Ellipsoid:
@@ -110,10 +113,9 @@ class Device:
         """The best posture at X0 within the joint limits, (n,) [rad]."""
         return best_posture(self.arm, self.centre, self.bounds, self.desired(stiff), count)
 
-    def controller(self) -> tuple[ContactAware, Wall]:
+    def controller(self) -> tuple[ContactAware, Environment]:
         """A new controller and what it renders."""
-        wall = self.config.rhi.wall
-        rendered = Wall(wall.point, wall.normal, wall.stiffness)
+        rendered = environment(self.config.rhi.bodies)
         return contact_aware(self.config, self.robot, rendered, 1.0 / RATE), rendered
 
     def plant(self, q: Array) -> RigidArm:
@@ -141,7 +143,7 @@ class Device:
             duration: [s].
             mode: "switching", or "free" or "stiff" for one desired ellipsoid throughout.
         """
-        controller, wall = self.controller()
+        controller, rendered = self.controller()
         start = controller.space.stiff if mode == "stiff" else controller.space.free
         if not start.any():
             start = self.posture(mode == "stiff")
@@ -149,14 +151,14 @@ class Device:
         force = {"free": 0.0, "stiff": 1.0}.get(mode)
         if force is not None:
             controller.transition.freeze(force)
-        return simulate(controller, self.plant(start), PointHand(course, *HAND), wall, duration)
+        return simulate(controller, self.plant(start), PointHand(course, *HAND), rendered, duration)
 
 
 def simulate(
     controller: ContactAware,
     plant: RigidArm,
     hand: PointHand,
-    wall: Wall,
+    rendered: Environment,
     duration: float,
     before_tick: Callable[[int], None] = lambda k: None,
 ) -> Trace:
@@ -175,8 +177,8 @@ def simulate(
         t = k * dt
         arm.q[:], arm.qd[:] = plant.q, plant.qd
         arm.update()
-        demand = wall.force(arm.position.tolist())
-        if not controller.update(demand, 1.0, wall.energy, push[: arm.m]):
+        demand = rendered.force(arm.position.tolist(), arm.velocity.tolist())
+        if not controller.update(demand, 1.0, rendered.energy, push[: arm.m]):
             raise RuntimeError(f"no torque at {t:g} s: the posture {arm.q} is singular")
         alpha = controller.alpha
         arrays = (controller.torque, controller.space.null, arm.position, arm.velocity)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from math import hypot
 
 import numpy as np
 
@@ -12,6 +11,7 @@ from ...devices.joint_drive import JointDrive
 from ...devices.safety_plc import SafetyPlc
 from ...models import Robot
 from ...runtime.core.machine import MOST_PERMILLE, RAMP_SHARE
+from .body_check import body_lengths, check_bodies
 from .config import RhiConfig
 from .machine import drive_names, redundant_arm
 from .manipulability import velocity_ellipsoid
@@ -23,13 +23,11 @@ LARGEST_CONDITION = 1e6
 """Condition of J W^2 J^T in the home posture, whose ellipsoid gives the scale of the desired ones."""
 LARGEST_CONDITION_OF_T = 1e3
 """Condition of the transmission: motors that drive a joint a thousand times as far as another."""
-SHORTEST = 1e-3
-"""Length of a direction."""
 
 
 def check_rhi(config: RhiConfig, robot: Robot) -> Found:
     """What only the model can tell of a redundant interface's configuration: key, problem, fix."""
-    found = _lengths(config, robot) or _transmission(config)
+    found = _lengths(config, robot) or _transmission(config) or check_bodies(config.rhi.bodies)
     if found:
         return found
     found = _motors(config) + _task(config, robot) + _devices(config)
@@ -39,7 +37,7 @@ def check_rhi(config: RhiConfig, robot: Robot) -> Found:
 def _lengths(config: RhiConfig, robot: Robot) -> Found:
     """Entries per motor and per direction."""
     rhi, n, m = config.rhi, robot.nv, len(config.rhi.task.directions)
-    motors, hold, wall = rhi.motors, rhi.hold, rhi.wall
+    motors, hold = rhi.motors, rhi.hold
     counted = {
         "rhi.motors.transmission": (len(motors.transmission), n),
         "rhi.motors.rotor_inertia": (len(motors.rotor_inertia), n),
@@ -52,9 +50,8 @@ def _lengths(config: RhiConfig, robot: Robot) -> Found:
         "rhi.task.home": (len(rhi.task.home), n),
         "rhi.hold.stiffness": (len(hold.stiffness), n),
         "rhi.hold.damping": (len(hold.damping), n),
-        "rhi.wall.point": (len(wall.point), m),
-        "rhi.wall.normal": (len(wall.normal), m),
     }
+    counted |= {key: (count, want) for key, count, want in body_lengths(rhi.bodies, m)}
     if config.simulation is not None:
         plant = config.simulation.rhi
         counted |= {
@@ -102,8 +99,6 @@ def _simulated_posture(config: RhiConfig) -> Iterator[tuple[str, Sequence[float]
 
 def _task(config: RhiConfig, robot: Robot) -> Found:
     rhi, found = config.rhi, []
-    if hypot(*rhi.wall.normal) < SHORTEST:
-        found.append(("rhi.wall.normal", "has no length", "give the direction into the wall"))
     saturation = rhi.saturation
     if saturation.leave >= saturation.come_back:
         problem = f"{saturation.leave:g} is not below come_back = {saturation.come_back:g}"

@@ -14,11 +14,14 @@ from ...configs.quantities import (
     AngularSpeeds,
     AngularStiffness,
     AngularStiffnesses,
+    Damping,
+    Force,
     Inertias,
     Lengths,
     LimitMargin,
     NoiseForce,
     Stiffness,
+    Thickness,
     TimeConstant,
     Torque,
     Torques,
@@ -32,6 +35,10 @@ Ratio = Annotated[
 ]
 Share = Annotated[float, Meta(ge=0.0, le=1.0, description="of the reserve V, which is 0 to 1")]
 Component = Annotated[float, Meta(ge=-1000.0, le=1000.0, description="of a direction; its length is free")]
+
+
+Corner = Annotated[int, Meta(ge=0, le=4095, description="a vertex, counted from 0")]
+Corners = tuple[Corner, Corner, Corner]
 
 
 class RhiMotors(Strict, frozen=True):
@@ -68,6 +75,7 @@ class RhiNullSpace(Strict, frozen=True):
     stiffness: AngularStiffness
     ratio: Annotated[float, Meta(ge=0.0, le=2.0, description="K_d alone; crawling")]
     margin: LimitMargin
+    spacing: Thickness | None = None
 
 
 class RhiSaturation(Strict, frozen=True):
@@ -82,12 +90,78 @@ class RhiSaturation(Strict, frozen=True):
     release: TimeConstant
 
 
-class RhiWall(Strict, frozen=True):
-    """A spring behind a plane."""
+class RhiLayer(Strict, frozen=True):
+    """A layer of a body, from the surface inwards."""
+
+    thickness: Thickness
+    stiffness: Stiffness
+
+
+class RhiSpot(Strict, frozen=True):
+    """Somewhere in a body that it is harder, or softer."""
+
+    point: Lengths
+    radius: Thickness
+    factor: Annotated[float, Meta(ge=0.01, le=100.0, description="of the stiffness: a hole; a bone")]
+
+
+class RhiTissue(Strict, frozen=True, kw_only=True):
+    """What every body is made of."""
+
+    stiffness: Stiffness
+    damping: Damping = Damping(0.0)
+    layers: Annotated[tuple[RhiLayer, ...], Meta(max_length=16)] | None = None
+    spots: Annotated[tuple[RhiSpot, ...], Meta(max_length=16)] | None = None
+
+
+class RhiPlane(RhiTissue, frozen=True, kw_only=True, tag_field="kind", tag="plane"):
+    """Everything behind a plane."""
 
     point: Lengths
     normal: tuple[Component, ...]
-    stiffness: Stiffness
+
+
+class RhiSphere(RhiTissue, frozen=True, kw_only=True, tag_field="kind", tag="sphere"):
+    """A sphere, or a disc."""
+
+    point: Lengths
+    radius: Thickness
+
+
+class RhiBox(RhiTissue, frozen=True, kw_only=True, tag_field="kind", tag="box"):
+    """A box, or a rectangle."""
+
+    point: Lengths
+    size: Lengths
+    turn: Angles | None = None
+    edge: Thickness = Thickness(2e-3)
+
+
+class RhiSolid(RhiTissue, frozen=True, kw_only=True, tag_field="kind", tag="solid"):
+    """What a closed outline or closed triangles enclose."""
+
+    vertices: Annotated[tuple[Lengths, ...], Meta(min_length=3, max_length=4096)]
+    triangles: Annotated[tuple[Corners, ...], Meta(max_length=8192)] | None = None
+    cell: Thickness = Thickness(4e-3)
+
+
+class RhiAssist(Strict, frozen=True, kw_only=True, tag_field="kind", tag="assist"):
+    """A field that helps the hand towards a place."""
+
+    point: Lengths
+    force: Force
+    soft: Thickness
+
+
+class RhiResist(Strict, frozen=True, kw_only=True, tag_field="kind", tag="resist"):
+    """A field that resists motion."""
+
+    point: Lengths
+    radius: Thickness
+    damping: Damping
+
+
+RhiBody = RhiPlane | RhiSphere | RhiBox | RhiSolid | RhiAssist | RhiResist
 
 
 class RhiHold(Strict, frozen=True):
@@ -104,7 +178,7 @@ class Rhi(Strict, frozen=True):
     task: RhiTask
     null_space: RhiNullSpace
     saturation: RhiSaturation
-    wall: RhiWall
+    bodies: dict[Name, RhiBody]
     hold: RhiHold
 
 

@@ -14,7 +14,7 @@ from .guard import Span
 from .manipulability import Shape
 from .nullspace import Gains, NullSpace
 from .passivity import Tank
-from .reachable import Targets
+from .places import Places
 from .redundant import RedundantArm
 from .saturation import Headroom
 from .transition import Thresholds, Transition
@@ -104,7 +104,7 @@ class ContactAware:
         motion, contact: directions of the hand's motion and of the environment's force.
         alpha: rendered share of the environment's force.
         torque: of the motors, (n,) [N m].
-        targets: postures for free motion and contact; None for none.
+        places: of the surface, with postures for free motion and contact; None for none.
     """
 
     def __init__(
@@ -119,7 +119,7 @@ class ContactAware:
         self.transition = Transition(settings.thresholds, dt)
         self.headroom = Headroom(settings.held, settings.moving, settings.release, dt)
         self.reserve = 1.0
-        self.targets: Targets | None = None
+        self.places: Places | None = None
         self.tank, self.alpha = Tank(arm.m), 1.0
         self._J_free = np.zeros_like(arm.J)
         self.motion = Direction(self.space.motion, SLOW, dt / settings.follow)
@@ -132,15 +132,18 @@ class ContactAware:
         """Motor torques, (n,) [N m]; own buffer."""
         return self.resolution.torque
 
-    def reset(self) -> None:
-        """Free motion in the posture that the arm has, towards targets that it can reach from there."""
+    def reset(self, granted: float = 0.0) -> None:
+        """Free motion in the posture that the arm has, towards targets that it can reach from there.
+
+        ``granted`` [J] is energy of the environment that the hand may have without putting it in.
+        """
         self.arm.update()
-        if self.targets:
-            self.space.free[:], self.space.stiff[:] = self.targets.reachable(self.arm.q)
+        if self.places:
+            self.places.reset(self.arm.position, self.arm.q)
         self._J_free[:] = self.arm.J
         self.transition.reset()
         self.headroom.reset()
-        self.tank.reset()
+        self.tank.reset(granted)
         self.contact.reset()
         self._duration = self._transition_time()
         self.reserve = 1.0
@@ -159,6 +162,8 @@ class ContactAware:
             felt: measured force of the hand, (m,) [N]; None keeps the direction of contact.
         """
         arm, space = self.arm, self.space
+        if self.places:
+            self.places.follow(arm.position, arm.q)
         part = gain * self.tank.update(arm.position.tolist(), potential)
         wanted = [part * f for f in force]
         self._follow(wanted, felt)

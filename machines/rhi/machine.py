@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from math import exp, hypot
 
 import numpy as np
@@ -14,22 +14,22 @@ from ...devices.force_torque import ForceTorques
 from ...devices.image import ProcessImage
 from ...devices.joint_drive import JointDrive
 from ...devices.torque_drive import JointDrives
-from ...models import Robot
+from ...models import ModelError, Robot
 from ...runtime.core.machine import DRIFT, REST_S
 from ...runtime.core.measured import alive, sensor
 from ...runtime.core.stages import Mark, Stage
 from ...runtime.core.torque_axes import TorqueAxes
 from ...safety import Plausibility
-from .config import RhiConfig
+from .bodies import environment
+from .config import RhiAssist, RhiConfig, RhiPlane, RhiResist
 from .contact_aware import ContactAware, Settings
-from .environment import Wall
+from .environment import Environment
 from .guard import Span
 from .hierarchy import Hierarchy
 from .manipulability import Shape, force_ellipsoid
 from .nullspace import Gains
-from .reachable import Targets
+from .places import Place, Places, surface_places
 from .redundant import AXES, RedundantArm
-from .self_motion import Ellipsoid
 from .transition import Thresholds as Reserves
 
 HOLDABLE = 0.8
@@ -57,7 +57,7 @@ def state_layout(n: int, m: int) -> np.dtype[np.void]:
             ("position", "<f8", m),  # of the hand [m]
             ("hand", "<f8", 3),  # measured force of the hand on the handle, in the base's axes [N]
             ("demand", "<f8", m),  # force that the environment asks for [N]
-            ("depth", "<f8"),  # behind the wall [m]
+            ("depth", "<f8"),  # in the body in which it is deepest [m]
             ("reserve", "<f8"),  # V
             ("omega", "<f8"),  # activation of the free ellipsoid
             ("alpha", "<f8"),  # rendered share of the force
@@ -79,8 +79,8 @@ class RedundantInterface:
         rhi, dt = config.rhi, 1.0 / config.loop.rate
         self._mark = mark
         self._drives, self._force_torque = JointDrives(image), ForceTorques(image)
-        self.wall = Wall(rhi.wall.point, rhi.wall.normal, rhi.wall.stiffness)
-        self.controller = contact_aware(config, robot, self.wall, dt)
+        self.environment = environment(rhi.bodies)
+        self.controller = contact_aware(config, robot, self.environment, dt)
         arm = self.controller.arm
         self._arm = arm
         self._hold = Hold(_hold_gains(config), dt)
@@ -144,7 +144,8 @@ class RedundantInterface:
 
     def engage(self) -> None:
         """Held where it is measured, against the hand that is measured; then free motion from there."""
-        self.controller.reset()
+        self.environment.force(self._arm.position.tolist())
+        self.controller.reset(self.environment.granted)
         self._hold.reset(self._arm.q, np.zeros(self._arm.n))
         self._holding, self._share = True, 0.0
         np.clip(self._steady, -HOLDABLE * self._limit, HOLDABLE * self._limit, out=self._support)
@@ -152,11 +153,12 @@ class RedundantInterface:
 
     def update(self, gain: float, trust: float) -> None:
         """One tick of ContactAware, fig. 5."""
-        self._demand = self.wall.force(self._arm.position.tolist())
+        position, velocity = self._arm.position.tolist(), self._arm.velocity.tolist()
+        self._demand = self.environment.force(position, velocity)
         self._mark(Stage.MODEL)
         np.take(self._hand, self._rows, out=self._felt)
         felt = self._felt.tolist() if self.raw_wrench is not None else None
-        self.solved = self.controller.update(self._demand, gain, self.wall.energy, felt)
+        self.solved = self.controller.update(self._demand, gain, self.environment.energy, felt)
         self._mark(Stage.SOLVE)
         self._standstill.reset()
         if not self.solved:
@@ -204,7 +206,7 @@ class RedundantInterface:
     def fill(self) -> None:
         """Copy the state of this tick."""
         controller, space = self.controller, self.controller.space
-        observed = (self.wall.depth, controller.reserve, controller.transition.omega)
+        observed = (self.environment.depth, controller.reserve, controller.transition.omega)
         scalars = (*observed, controller.alpha, space.cost, space.drive, controller.tank.energy)
         np.concatenate((*self._numbers, self._demand, scalars), out=self._logged)
         iterations, solves = self._logged_solve
@@ -218,11 +220,11 @@ def redundant_arm(config: RhiConfig, robot: Robot) -> RedundantArm:
     return RedundantArm(robot, task.frame, task.directions, transmission, rotor)
 
 
-def contact_aware(config: RhiConfig, robot: Robot, wall: Wall, dt: float) -> ContactAware:
-    """The controller that a configuration describes.
+def contact_aware(config: RhiConfig, robot: Robot, rendered: Environment, dt: float) -> ContactAware:
+    """The controller that a configuration describes, for the environment that it describes.
 
     Raises:
-        ModelError: the model is not a redundant arm, or cannot reach the wall.
+        ModelError: the model is not a redundant arm, or cannot reach any body.
     """
     rhi, arm = config.rhi, redundant_arm(config, robot)
     limit, task, saturation = np.array(rhi.motors.torque), rhi.task, rhi.saturation
@@ -249,19 +251,34 @@ def contact_aware(config: RhiConfig, robot: Robot, wall: Wall, dt: float) -> Con
         follow=task.follow if task.follow is not None else np.inf,
         span=span,
     )
-    controller = ContactAware(arm, limit, wall.normal, settings, dt)
+    places = list(contact_places(config, arm, rendered, span))
+    if not places:
+        raise ModelError("the interface", 0, "cannot reach any body", "move the bodies, widen the limits")
+    controller = ContactAware(arm, limit, places[0][1].tolist(), settings, dt)
     if space.resolution == "hqp":
         controller.resolution = Hierarchy(controller.space)
     if space.scan:
-        free = settings.shape.free(controller.space.motion)
-        stiff = settings.shape.stiff(controller.space.contact)
-        objectives = [Ellipsoid(desired, limit) for desired in (free, stiff)]
-        targets = Targets(arm, np.array(rhi.wall.point), span, objectives, space.scan)
-        controller.targets = targets
-        favourite = np.argmin(targets.cost[:, 1])
-        controller.space.free[:], controller.space.stiff[:] = targets.best[favourite]
+        goals = controller.space.free, controller.space.stiff
+        controller.places = Places(arm, places, settings.shape, limit, span, space.scan, goals, dt)
     arm.at(np.array(task.home))
     return controller
+
+
+def contact_places(
+    config: RhiConfig, arm: RedundantArm, rendered: Environment, span: Span
+) -> Iterator[Place]:
+    """Places that postures are found for: a plane's own point comes first, and a field has no other."""
+    spacing = config.rhi.null_space.spacing
+    first = next(iter(config.rhi.bodies.values()))
+    if isinstance(first, RhiPlane):
+        normal = np.array(first.normal, float)
+        yield np.array(first.point), normal / hypot(*first.normal)
+        if spacing is None:
+            return
+    surface = list(surface_places(arm, rendered, span, spacing))
+    yield from surface
+    if not surface and isinstance(first, RhiAssist | RhiResist):
+        yield np.array(first.point), np.eye(arm.m)[0]
 
 
 def _hold_gains(config: RhiConfig) -> HoldGains:

@@ -31,9 +31,9 @@ class Tank:
         self._nothing = [0.0] * m
         self.reset()
 
-    def reset(self) -> None:
-        """Nothing has been rendered."""
-        self.energy, self.share, self._potential = 0.0, 1.0, 0.0
+    def reset(self, granted: float = 0.0) -> None:
+        """Nothing has been rendered; so much energy [J] is the hand's for the taking."""
+        self.energy, self.share, self._potential = granted, 1.0, 0.0
         self._force, self._position = self._nothing, self._nothing
 
     def update(self, position: Sequence[float], potential: float) -> float:

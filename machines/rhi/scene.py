@@ -8,20 +8,22 @@ from math import hypot
 import numpy as np
 
 from ...runtime.core.scene import Box, Plane
-from .config import RhiConfig
+from .config import RhiConfig, RhiPlane
 
 
 class RhiScene:
-    """See ``MachineScene``. Directions that its task does not have are zero."""
+    """See ``MachineScene``. Of its bodies planes are drawn; directions that its task lacks are zero."""
 
     boxes: tuple[Box, ...] = ()
 
     def __init__(self, config: RhiConfig) -> None:
         rhi = config.rhi
         self.handle = str(rhi.task.frame)
-        size = hypot(*rhi.wall.normal)
-        normal = _three([x / size for x in rhi.wall.normal])
-        self.planes: tuple[Plane, ...] = (Plane("wall", _three(rhi.wall.point), normal),)
+        planes = {name: body for name, body in rhi.bodies.items() if isinstance(body, RhiPlane)}
+        self.planes: tuple[Plane, ...] = tuple(
+            Plane(name, _three(body.point), _three([x / hypot(*body.normal) for x in body.normal]))
+            for name, body in planes.items()
+        )
 
     def posture(self, state: np.void) -> Sequence[float]:
         """Joints."""
@@ -33,7 +35,7 @@ class RhiScene:
         return [*state["hand"].tolist(), 0.0, 0.0, 0.0]
 
     def twin(self, state: np.void) -> None:
-        """It renders a wall instead."""
+        """It renders bodies instead."""
 
 
 def _three(place: Sequence[float]) -> tuple[float, float, float]:

@@ -10,8 +10,16 @@ from .limits import RhiLimits
 from .machine import RedundantInterface
 from .scene import RhiScene
 from .simulation import rhi_plant
-from .stance import rhi_stance
+from .stance import rhi_bodies, rhi_stance
 
 RHI = System(
-    RhiConfig, RedundantInterface, RhiLimits, RhiFigures, rhi_plant, check_rhi, rhi_stance, scene=RhiScene
+    RhiConfig,
+    RedundantInterface,
+    RhiLimits,
+    RhiFigures,
+    rhi_plant,
+    check_rhi,
+    rhi_stance,
+    scene=RhiScene,
+    variations={"bodies": rhi_bodies},
 )

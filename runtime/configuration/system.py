@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from random import Random
 from typing import Any, Generic, Protocol, TypeVar, runtime_checkable
 
@@ -159,6 +159,7 @@ class System(Generic[C]):
         scene: how it is drawn; without it nobody sees more of it than its channels.
         remarks: sentences on what people should know of a configuration that is fine.
         rig: for a machine whose force-torque sensors can be calibrated, how.
+        variations: other random beginnings than ``stance``, by name.
     """
 
     config: type[C]
@@ -172,6 +173,7 @@ class System(Generic[C]):
     scene: Callable[[C], MachineScene] | None = None
     remarks: Callable[[C, Robot], list[str]] | None = None
     rig: Callable[[C, Robot], Rig[C]] | None = None
+    variations: Mapping[str, Callable[[C, Robot, Random], Stance[C]]] = field(default_factory=dict)
 
 
 def system_names() -> list[str]:

@@ -120,7 +120,7 @@ def test_a_redundant_interface_keeps_its_joint_limits_under_any_wall_home_and_ha
 
 def test_random_walls_and_homes_are_all_over_the_reach_and_postures_inside_the_limits() -> None:
     configs = [a_stranger("rhi", seed) for seed in range(12)]
-    points = np.array([config.rhi.wall.point for config in configs])  # type: ignore[attr-defined]
+    points = np.array([config.rhi.bodies["wall"].point for config in configs])  # type: ignore[attr-defined]
     assert np.ptp(points, axis=0).min() > 0.3
     assert {c.rhi.null_space.resolution for c in configs} == {"projection", "hqp"}  # type: ignore[attr-defined]
     for config in configs:

@@ -45,7 +45,7 @@ FOUND = [
 
 def test_the_walk_finds_the_numbers() -> None:
     names = {parameter.id for parameter in FOUND}
-    assert {"rhi.rhi.wall.normal", "rhi.rhi.motors.transmission", "rhi.rhi.task.spread"} <= names
+    assert {"rhi.rhi.bodies.normal", "rhi.rhi.motors.transmission", "rhi.rhi.task.spread"} <= names
     assert {"devices.imu.node", "giant.simulation.hand.path.at", "giant.giant.twin.mass"} <= names
     assert {"rhi.loop.cpu", "rhi.simulation.seed", "devices.joint_drive.gear_ratio"} <= names
     assert len(names) > 100

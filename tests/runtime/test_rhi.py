@@ -80,7 +80,7 @@ def test_the_summary_shows_angles_and_torques(session: tuple[Report, Log]) -> No
         ('torque = "3 3 1 1 N m"', 'torque = "3 3 1 N m"', "rhi.motors.torque", "holds 3 entries"),
         ("[0, 0, -1, 1]]", "[0, 0, -1]]", "rhi.motors.transmission", "row of 3 numbers"),
         ("[0, 0, -1, 1]]", "[0, 0, 1, 0]]", "rhi.motors.transmission", "is singular"),
-        ("normal = [0, 1]", "normal = [0, 0]", "rhi.wall.normal", "no length"),
+        ("normal = [0, 1]", "normal = [0, 0]", "rhi.bodies.wall.normal", "no length"),
         ('home = "0 0 0 0 rad"', 'home = "0 90 -90 0 deg"', "rhi.task.home", "singular"),
         ("leave = 0.7", "leave = 0.95", "rhi.saturation.leave", "not below"),
         ('lower = "-1 -0.8', 'lower = "2 -0.8', "rhi.motors.lower", "not below"),

@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from hapticd.machines.rhi import planar
+from hapticd.machines.rhi.environment import Body, Environment
 from hapticd.machines.rhi.manipulability import Shape, force_ellipsoid
 from hapticd.machines.rhi.redundant import RedundantArm
+from hapticd.machines.rhi.shapes import Plane
+from hapticd.machines.rhi.tissue import Tissue
 from hapticd.models import Array, Robot
 
 LIMIT = np.array([3.0, 3.0, 1.0, 1.0])
@@ -27,6 +32,10 @@ def three_dof() -> RedundantArm:
 
 def home_shape(arm: RedundantArm, limit: Array = LIMIT) -> Shape:
     return Shape.of_home(force_ellipsoid(arm.at(np.zeros(arm.n)).J, limit), MU)
+
+
+def wall(point: Sequence[float], normal: Sequence[float], stiffness: float) -> Environment:
+    return Environment([Body(Plane(point, normal), Tissue(stiffness))])
 
 
 def printed_position(q: Array) -> Array:

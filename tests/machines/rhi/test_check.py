@@ -60,7 +60,7 @@ def turned(*changes: tuple[str, str]) -> str:
             "too few",
         ),
         ([("[[1, 0, 0, 0]", "[[0.0001, 0, 0, 0]")], "rhi.motors.transmission", "singular"),
-        ([("normal = [0, 1]", "normal = [0, 1e-5]")], "rhi.wall.normal", "no length"),
+        ([("normal = [0, 1]", "normal = [0, 1e-5]")], "rhi.bodies.wall.normal", "no length"),
         (
             [("counts_per_turn = 65536", "counts_per_turn = 64")],
             "devices.motor_1.counts_per_turn",

@@ -4,13 +4,12 @@ import numpy as np
 import pytest
 from hapticd.control.hold import Hold, HoldGains
 from hapticd.machines.rhi.contact_aware import ContactAware, Settings
-from hapticd.machines.rhi.environment import Wall
 from hapticd.machines.rhi.guard import Span
 from hapticd.machines.rhi.hierarchy import Hierarchy
 from hapticd.machines.rhi.nullspace import Gains, NullSpace, null_projection
 from hapticd.machines.rhi.transition import Thresholds
 
-from .rhi_device import LIMIT, U, four_dof, home_shape
+from .rhi_device import LIMIT, U, four_dof, home_shape, wall
 
 DT = 1e-3
 FRICTION = (0.063, 0.112, 0.040, 0.027)
@@ -253,11 +252,10 @@ def test_without_a_ratio_the_damping_is_the_papers_and_with_one_that_of_the_curv
 
 
 def test_a_wall_pushes_back_along_its_normal_and_only_behind_it() -> None:
-    wall = Wall((0.5, 0.1), (0.0, 2.0), 1000.0)
-    assert wall.normal == [0.0, 1.0]
-    assert wall.force([0.3, 0.09]) == [0.0, 0.0] and wall.depth == 0.0
-    np.testing.assert_allclose(wall.force([0.3, 0.11]), [0.0, -10.0])
-    assert wall.depth == pytest.approx(0.01)
+    rendered = wall((0.5, 0.1), (0.0, 2.0), 1000.0)
+    assert rendered.force([0.3, 0.09]) == [0.0, 0.0] and rendered.depth == 0.0
+    np.testing.assert_allclose(rendered.force([0.3, 0.11]), [0.0, -10.0])
+    assert rendered.depth == pytest.approx(0.01)
 
 
 def test_a_hold_slows_down_as_rated_and_then_stands() -> None:

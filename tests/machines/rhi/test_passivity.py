@@ -2,21 +2,22 @@
 
 import numpy as np
 import pytest
-from hapticd.machines.rhi.environment import Wall
 from hapticd.machines.rhi.passivity import GAIN, SPARE, Tank
+
+from .rhi_device import wall
 
 K = 1000.0
 
 
 def rendered(depths: np.ndarray, strength: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Forces along the wall's normal, of motors so strong, and their work on a hand at these depths."""
-    wall, tank = Wall((0.0, 0.0), (0.0, 1.0), K), Tank(2)
+    spring, tank = wall((0.0, 0.0), (0.0, 1.0), K), Tank(2)
     forces, work, force, before = [], [0.0], [0.0, 0.0], depths[0]
     for depth, most in zip(depths, strength, strict=True):
         work.append(work[-1] + force[1] * (depth - before))
         before = depth
-        demand = wall.force([0.3, float(depth)])
-        share = tank.update([0.3, float(depth)], wall.energy)
+        demand = spring.force([0.3, float(depth)])
+        share = tank.update([0.3, float(depth)], spring.energy)
         force = [max(share * f, -most) for f in demand]
         tank.render(force)
         forces.append(-force[1])
@@ -68,15 +69,15 @@ def test_no_course_of_the_hand_and_of_the_posture_gets_more_out_than_was_put_in(
 def test_on_the_way_out_the_energy_falls_as_a_power_of_the_potential() -> None:
     """Closed form of dE = -F dx with F = 2 GAIN E / d."""
     tank = Tank(1)
-    wall = Wall((0.0,), (1.0,), K)
+    spring = wall((0.0,), (1.0,), K)
     start, n = 0.01, 20000
-    wall.force([start])
-    tank.update([start], wall.energy)
-    tank.energy = begin = 0.2 * wall.energy
+    spring.force([start])
+    tank.update([start], spring.energy)
+    tank.energy = begin = 0.2 * spring.energy
     energies = []
     for depth in np.linspace(start, 0.2 * start, n):
-        demand = wall.force([float(depth)])
-        share = tank.update([float(depth)], wall.energy)
+        demand = spring.force([float(depth)])
+        share = tank.update([float(depth)], spring.energy)
         tank.render([share * demand[0]])
         energies.append(tank.energy + SPARE)
     power = np.linspace(1.0, 0.2, n) ** (2.0 * GAIN)

@@ -1,0 +1,64 @@
+"""The environment that a configuration describes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+import pinocchio as pin
+
+from ...models import Array
+from .config import RhiAssist, RhiBody, RhiBox, RhiPlane, RhiResist, RhiSolid, RhiSphere, RhiTissue
+from .environment import Body, Environment, Rendered
+from .fields import Assist, Resist
+from .shapes import Box, Plane, Shape, Sphere
+from .solid import solid
+from .tissue import Spot, Tissue
+
+
+def environment(bodies: Mapping[str, RhiBody]) -> Environment:
+    """Everything that is rendered.
+
+    Raises:
+        SolidError: a surface encloses nothing, or would need too many nodes.
+    """
+    return Environment([_rendered(body) for body in bodies.values()])
+
+
+def _rendered(body: RhiBody) -> Rendered:
+    if isinstance(body, RhiAssist):
+        return Assist(body.point, body.force, body.soft)
+    if isinstance(body, RhiResist):
+        return Resist(body.point, body.radius, body.damping)
+    return Body(_shape(body), _tissue(body))
+
+
+def _shape(body: RhiPlane | RhiSphere | RhiBox | RhiSolid) -> Shape:
+    if isinstance(body, RhiPlane):
+        return Plane(body.point, body.normal)
+    if isinstance(body, RhiSphere):
+        return Sphere(body.point, body.radius)
+    if isinstance(body, RhiBox):
+        return Box(body.point, body.size, axes(len(body.size), body.turn or ()), body.edge)
+    return solid(np.array(body.vertices), body.triangles or (), body.cell)
+
+
+def _tissue(body: RhiTissue) -> Tissue:
+    layers = [(layer.thickness, layer.stiffness) for layer in body.layers or ()]
+    spots = [Spot(spot.point, spot.radius, spot.factor) for spot in body.spots or ()]
+    return Tissue(body.stiffness, body.damping, layers, spots)
+
+
+def turns(m: int) -> int:
+    """How many angles turn a body in m directions."""
+    return m * (m - 1) // 2
+
+
+def axes(m: int, turn: Sequence[float]) -> Array:
+    """Directions of a box's sides as columns (m, m), turned by an angle, or by roll, pitch and yaw."""
+    if m == 3 and turn:
+        return np.asarray(pin.rpy.rpyToMatrix(np.array(turn)))
+    if m == 2 and turn:
+        c, s = np.cos(turn[0]), np.sin(turn[0])
+        return np.array([[c, -s], [s, c]])
+    return np.eye(m)
