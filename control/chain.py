@@ -109,15 +109,19 @@ def input_shapes(m: int, n: int) -> dict[str, tuple[int, ...]]:
 class ChainLevels:
     """Levels over x = [qdd_m, qdd_a, constraint torques], see csrc/chain.h.
 
-    Coupling; the motors' torques, where they are known; set A of the manipulator; sums of joints; one level a
-    point; set A of the twin; set B of the manipulator; set B of the twin; the twin's dynamics. Under the
+    The motors' torques, where they are known; set A of the manipulator; sums of joints; one level a point;
+    set A of the twin; coupling; set B of the manipulator; set B of the twin; the twin's dynamics. Under the
     printed rule the range of the constraint torques and their size follow; under Gauss's principle the
     posture, where the coupling leaves one free.
+
+    Table II has the coupling first. Here limits outrank it: where those of manipulator and twin contradict
+    each other, the handle leaves the twin for a while, and neither passes its limits.
 
     The inputs stay with their owners, who write them in place; ``assemble`` reads them where they are.
 
     Attributes:
         levels: always the same objects.
+        coupling_level: index of the coupling of handle and twin.
         range_level: index of the level with the range of the constraint torques (printed rule).
         safe_levels: how many levels keep the machine inside its limits; the rest shape what is felt.
         stop_levels: those of a stop: the limits, without the coupling, and then ``braking``.
@@ -183,12 +187,13 @@ class ChainLevels:
         self._write = lib.chain_dynamics if torques else lib.chain_gauss
         self.posture = np.zeros(m)
         self._motors = [self._torque_level(ability)] if ability else []
-        self.safe_levels = 6 + len(points) + len(self._motors)
-        self.range_level = self.safe_levels + 1
+        first = 3 + len(points) + len(self._motors)
+        self.coupling_level, self.safe_levels, self.range_level = first, first + 3, first + 4
         self.levels = self._levels()
         self.braking = np.zeros(m + n)
         come_to_rest = Level(A=np.eye(m + n, self.dim), b=self.braking)
-        self.stop_levels = (*self.levels[1 : self.safe_levels], come_to_rest)
+        kept = [self.levels[i] for i in range(self.safe_levels) if i != self.coupling_level]
+        self.stop_levels = (*kept, come_to_rest)
 
     def assemble(self) -> bool:
         """Write the levels from the inputs; False where they cannot be formed (levels unusable)."""
@@ -257,12 +262,12 @@ class ChainLevels:
             return {"lb": self._array(f"lb{level}", rows), "ub": self._array(f"ub{level}", rows)}
 
         levels = [
-            Level(A=self._array("A1", rows, dim), b=self._array("b1", rows)),
             *self._motors,
             Level(C=manipulator, **bounds(2, m)),
             Level(C=sums, **bounds(3, len(sums))),
             *(Level(C=C, lb=lb, ub=ub) for C, lb, ub in self._boxes),
             Level(C=twin, **bounds(6, n)),
+            Level(A=self._array("A1", rows, dim), b=self._array("b1", rows)),
             Level(C=manipulator, **bounds(7, m)),
             Level(C=twin, **bounds(8, n)),
             Level(A=dynamics, b=self._array("b9", n)),

@@ -103,7 +103,12 @@ static motion carried(const chain *c, const double *x, const double *J, const do
     return p;
 }
 
-/* (11): s = k_P (E - H) + k_D (E - H)', the rotation as the log of C_H^T C_E resolved in B. */
+static double length(const double *v) {
+    return sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+}
+
+/* (11): s = k_P (E - H) + k_D (E - H)', the rotation as the log of C_H^T C_E resolved in B. Where limits have
+ * held the handle back, it returns to E no faster than what is outside its limits does. */
 static void synchronise(const chain *c, const motion *H, double *sync) {
     double relative[9], vector[3];
     for (int i = 0; i < 3; i++)
@@ -116,10 +121,14 @@ static void synchronise(const chain *c, const motion *H, double *sync) {
         c->error[3 + i] =
             c->R_H[3 * i] * vector[0] + c->R_H[3 * i + 1] * vector[1] + c->R_H[3 * i + 2] * vector[2];
     }
-    for (int i = 0; i < 6; i++) sync[i] = c->k_p[i] * c->error[i] + c->k_d[i] * (c->v_E[i] - H->v[i]);
+    for (int i = 0; i < 6; i++) {
+        const double pull = c->k_p[i] * length(c->error + i / 3 * 3), most = c->k_d[i] * c->homing;
+        const double share = pull > most ? most / pull : 1.0;
+        sync[i] = share * c->k_p[i] * c->error[i] + c->k_d[i] * (c->v_E[i] - H->v[i]);
+    }
 }
 
-/* Level 1, kinematic coupling (12):  J_m qdd_m - J_a qdd_a = s - drift_H + drift_E. */
+/* Kinematic coupling (12):  J_m qdd_m - J_a qdd_a = s - drift_H + drift_E. */
 static void coupling(const chain *c, const motion *H) {
     const int m = c->m, n = c->n, dim = dimension(c);
     double sync[6];
@@ -215,7 +224,7 @@ static bounds_interval held(const chain *c, int i, bounds_interval free) {
     return free;
 }
 
-/* Levels 2 and 7 of the manipulator, 6 and 8 of the twin: (13), (17), (18), (19). */
+/* Sets A and B of the manipulator, and of the twin: (13), (17), (18), (19). */
 static void joint_limits(const chain *c, const reach *r) {
     const bounds_pace gently = pace(c);
     for (int i = 0; i < c->m; i++) {
@@ -235,7 +244,7 @@ static void joint_limits(const chain *c, const reach *r) {
     }
 }
 
-/* Level 3, (14): sums of joints, with the bounds (8). */
+/* (14): sums of joints, with the bounds (8). */
 static void sums(const chain *c, const reach *r) {
     const int m = c->m;
     for (int k = 0; k < c->sums; k++) {
@@ -248,7 +257,7 @@ static void sums(const chain *c, const reach *r) {
     }
 }
 
-/* Levels 4 and 5, (15) and (16): lb <= J qdd_m + drift <= ub with the bounds (8) of a point in its box. */
+/* (15) and (16): lb <= J qdd_m + drift <= ub with the bounds (8) of a point in its box. */
 static void box(const chain *c, const reach *r, const chain_point *point) {
     const int m = c->m, dim = dimension(c);
     const motion p = carried(c, point->x, point->J, point->drift);

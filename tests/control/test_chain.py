@@ -12,6 +12,7 @@ from hapticd.control._kernels import ffi, lib
 from hapticd.control.chain import (
     CAUGHT,
     FREE,
+    HOMING,
     LOCKED,
     LOWER,
     UPPER,
@@ -25,6 +26,7 @@ from hapticd.control.chain import (
 )
 from hapticd.control.limits import Limits
 from hapticd.control.serial import SerialChain
+from hapticd.hqp import Level
 from hapticd.models import Robot
 
 DT, HORIZONS, GAINS = 1e-3, Horizons(5e-3, 15e-3), Gains(100.0, 80.0, 20.0, 15.0)
@@ -79,13 +81,19 @@ def bounds_8(lower: float, upper: float, x: float, v: float) -> tuple[float, flo
     return 2.0 / h**2 * (lower - x - h * v), 2.0 / h**2 * (upper - x - h * v)
 
 
+def in_order(chain: ChainLevels) -> list[Level]:
+    """The levels in the order of Table II, which has the coupling first."""
+    levels = list(chain.levels)
+    return [levels.pop(chain.coupling_level), *levels]
+
+
 @pytest.mark.parametrize("n", [1, 2, 4, 6, 9])
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_the_levels_are_the_formulas_of_the_paper(n: int, seed: int) -> None:
     s = random_inputs(n, seed)
     chain = make(s, n)
     assert chain.assemble()
-    levels, dim = chain.levels, 2 * n + 19
+    dim = 2 * n + 19
     m, a, alpha = slice(0, 6), slice(6, 6 + n), slice(6 + n, dim)
 
     x_H, v_H, drift_H = s["x_H"].copy(), s["J"] @ s["qd"], s["drift"].copy()
@@ -96,28 +104,31 @@ def test_the_levels_are_the_formulas_of_the_paper(n: int, seed: int) -> None:
     error = np.concatenate([s["x_E"] - x_H, s["R_H"] @ pin.log3(s["R_H"].T @ s["R_E"])])
     np.testing.assert_allclose(chain.error, error, atol=1e-9)
     k_p, k_d = np.repeat([100.0, 80.0], 3), np.repeat([20.0, 15.0], 3)
-    sync = k_p * error + k_d * (s["v_E"] - v_H)  # (11)
-    np.testing.assert_allclose(levels[0].A[:, m], s["J"])
-    np.testing.assert_allclose(levels[0].A[:, a], -s["J_a"])
-    assert not levels[0].A[:, alpha].any()
-    np.testing.assert_allclose(levels[0].b, sync - drift_H + s["drift_a"], atol=1e-7)  # (12)
+    far = np.repeat([np.linalg.norm(error[:3]), np.linalg.norm(error[3:])], 3)
+    returning = np.minimum(k_p, HOMING * k_d / far) * error  # no faster than HOMING
+    sync = returning + k_d * (s["v_E"] - v_H)  # (11)
+    coupling, set_A, tilts, handle, elbow, twin_A, set_B, twin_B, dynamics, torques, size = in_order(chain)
+    np.testing.assert_allclose(coupling.A[:, m], s["J"])
+    np.testing.assert_allclose(coupling.A[:, a], -s["J_a"])
+    assert not coupling.A[:, alpha].any()
+    np.testing.assert_allclose(coupling.b, sync - drift_H + s["drift_a"], atol=1e-7)  # (12)
 
     for level, kind, limits, q, qd in (
-        (levels[1], "a", MANIPULATOR, s["q"], s["qd"]),  # (13)
-        (levels[5], "a", twin_limits(n), s["q_a"], s["qd_a"]),  # (17)
-        (levels[6], "b", MANIPULATOR, s["q"], s["qd"]),  # (18)
-        (levels[7], "b", twin_limits(n), s["q_a"], s["qd_a"]),  # (19)
+        (set_A, "a", MANIPULATOR, s["q"], s["qd"]),  # (13)
+        (twin_A, "a", twin_limits(n), s["q_a"], s["qd_a"]),  # (17)
+        (set_B, "b", MANIPULATOR, s["q"], s["qd"]),  # (18)
+        (twin_B, "b", twin_limits(n), s["q_a"], s["qd_a"]),  # (19)
     ):
         expected = [interval(kind, limits, i, q[i], qd[i]) for i in range(limits.n)]
         np.testing.assert_allclose(np.column_stack([level.lb, level.ub]), expected)
-    assert (levels[1].C == np.eye(dim)[m]).all() and (levels[5].C == np.eye(dim)[a]).all()
+    assert (set_A.C == np.eye(dim)[m]).all() and (twin_A.C == np.eye(dim)[a]).all()
 
     tilt = bounds_8(*TILT, s["q"][3] + s["q"][4], s["qd"][3] + s["qd"][4])  # (14)
-    np.testing.assert_allclose([levels[2].lb[0], levels[2].ub[0]], tilt)
-    assert (levels[2].C == np.eye(dim)[3] + np.eye(dim)[4]).all()
+    np.testing.assert_allclose([tilts.lb[0], tilts.ub[0]], tilt)
+    assert (tilts.C == np.eye(dim)[3] + np.eye(dim)[4]).all()
     for level, J, x, v, drift in (
-        (levels[3], s["J"], x_H, v_H, drift_H),  # (15), (16)
-        (levels[4], s["J_elbow"], x_el, v_el, drift_el),
+        (handle, s["J"], x_H, v_H, drift_H),  # (15), (16)
+        (elbow, s["J_elbow"], x_el, v_el, drift_el),
     ):
         np.testing.assert_allclose(level.C[:, m], J[:3])
         for i in range(3):
@@ -137,12 +148,28 @@ def test_the_levels_are_the_formulas_of_the_paper(n: int, seed: int) -> None:
         ]
     )
     np.testing.assert_allclose(
-        levels[8].A[:, alpha], -np.linalg.solve(s["M_a"], T), rtol=1e-6, atol=1e-8
+        dynamics.A[:, alpha], -np.linalg.solve(s["M_a"], T), rtol=1e-6, atol=1e-8
     )  # (20)
-    np.testing.assert_allclose(levels[8].A[:, a], np.eye(n))
-    np.testing.assert_allclose(levels[8].b, np.linalg.solve(s["M_a"], s["force_a"]), rtol=1e-7)
-    assert (levels[9].C == np.eye(dim)[alpha]).all() and (levels[10].A == np.eye(dim)[alpha]).all()
-    assert not levels[10].b.any()
+    np.testing.assert_allclose(dynamics.A[:, a], np.eye(n))
+    np.testing.assert_allclose(dynamics.b, np.linalg.solve(s["M_a"], s["force_a"]), rtol=1e-7)
+    assert (torques.C == np.eye(dim)[alpha]).all() and (size.A == np.eye(dim)[alpha]).all()
+    assert not size.b.any()
+
+
+@pytest.mark.parametrize("n", [1, 2, 6])
+def test_where_limits_contradict_each_other_the_handle_leaves_the_twin(n: int) -> None:
+    left = 0.0
+    for seed in range(20):
+        s = random_inputs(n, seed)
+        chain = make(s, n, "gauss")
+        assert chain.assemble()
+        x = hqp.solve(chain.levels).x
+        coupling, set_A, *_, twin_A, _set_B, _twin_B, _dynamics = in_order(chain)
+        for level, y in ((set_A, x[:6]), (twin_A, x[6 : 6 + n])):
+            assert (y >= level.lb - 1e-6 * (1.0 + abs(level.lb))).all()
+            assert (y <= level.ub + 1e-6 * (1.0 + abs(level.ub))).all()
+        left = max(left, np.linalg.norm(coupling.A @ x - coupling.b))
+    assert left > 0.1
 
 
 def test_the_tilts_constraint_torque_is_the_printed_one_on_the_giants_kinematics() -> None:
@@ -159,7 +186,7 @@ def test_the_tilts_constraint_torque_is_the_printed_one_on_the_giants_kinematics
         chain = make(inputs, 6)
         assert chain.assemble()
         printed = inputs["J_a"][3:].T @ inputs["J"][3:, 3]  # (22): the axis of joint 4
-        found = -inputs["M_a"] @ chain.levels[8].A[:, 6 + 6 + 6 + 6]
+        found = -inputs["M_a"] @ in_order(chain)[8].A[:, 6 + 6 + 6 + 6]
         np.testing.assert_allclose(found, printed, atol=1e-6)
 
 
@@ -188,10 +215,10 @@ def test_under_gauss_the_twin_moves_as_the_constrained_multibody_system(
     weight[m:, m:] = s["M_a"]
     weight[:m, :m] = 1e-10 * np.eye(m)
     goal = np.concatenate([np.zeros(m), s["force_a"]])
-    rows = np.vstack([chain.levels[0].A, np.eye(m + n), -np.eye(m + n)])
+    rows = np.vstack([in_order(chain)[0].A, np.eye(m + n), -np.eye(m + n)])
     most = np.concatenate([joints.acceleration, twin.acceleration])
-    bounds = np.concatenate([chain.levels[0].b, -most, -most])
-    best = quadprog.solve_qp(weight, goal, rows.T, bounds, len(chain.levels[0].b))[0]
+    bounds = np.concatenate([in_order(chain)[0].b, -most, -most])
+    best = quadprog.solve_qp(weight, goal, rows.T, bounds, len(in_order(chain)[0].b))[0]
     np.testing.assert_allclose(solution.x[m:], best[m:], atol=1e-5)
 
 
@@ -228,7 +255,7 @@ def test_the_range_of_a_constraint_torque_follows_from_the_active_limits() -> No
     chain = make(random_inputs(2, 1), 2)
     chain.active[:4] = 0, UPPER, LOWER, LOWER | UPPER
     chain.set_range()
-    bounds = np.column_stack([chain.levels[9].lb, chain.levels[9].ub])[:4]
+    bounds = np.column_stack([in_order(chain)[9].lb, in_order(chain)[9].ub])[:4]
     assert bounds.tolist() == [[0, 0], [-np.inf, 0], [0, np.inf], [-np.inf, np.inf]]  # (26) and (31)
 
 
@@ -241,7 +268,7 @@ def test_detection_marks_every_limit_that_is_reached_or_violated_and_no_other() 
     inputs["x_H"][:], inputs["x_elbow"][:] = (0.5, 0.0, -1.0), (0.4, 0.0, -0.75)
     chain = make(inputs, n)
     assert chain.assemble()
-    levels = chain.levels
+    levels = in_order(chain)
     x = np.zeros(chain.dim)
     assert chain.detect(x) == 0
     x[6] = levels[7].ub[0]  # the twin's first joint, acceleration
@@ -288,7 +315,7 @@ def test_a_lock_stops_a_joint_of_the_twin_and_a_caught_one_may_only_fall(rule: R
     held = np.array([LOCKED, LOCKED, CAUGHT, CAUGHT], np.uint8)
     free, chain = make(s, n, rule), make(s, n, rule, held)
     assert free.assemble() and chain.assemble()
-    for a, b in ((free.levels[5], chain.levels[5]), (free.levels[7], chain.levels[7])):
+    for a, b in ((in_order(free)[5], in_order(chain)[5]), (in_order(free)[7], in_order(chain)[7])):
         # (31): at rest after this tick, or braked as rated
         np.testing.assert_allclose([b.lb[0], b.ub[0]], [-20.0, -20.0])
         np.testing.assert_allclose([b.lb[1], b.ub[1]], [most, most])
@@ -299,7 +326,7 @@ def test_a_lock_stops_a_joint_of_the_twin_and_a_caught_one_may_only_fall(rule: R
         assert b.lb[3] == a.lb[3]
     held[:] = FREE
     assert chain.assemble()
-    np.testing.assert_array_equal(chain.levels[5].ub, free.levels[5].ub)
+    np.testing.assert_array_equal(in_order(chain)[5].ub, in_order(free)[5].ub)
     if rule == "torques":  # both limits of what is locked are active: any constraint torque may act
         held[0] = LOCKED
         assert chain.assemble()
@@ -307,4 +334,4 @@ def test_a_lock_stops_a_joint_of_the_twin_and_a_caught_one_may_only_fall(rule: R
         x[6] = -20.0
         chain.detect(x)
         chain.set_range()
-        assert chain.levels[9].lb[0] == -np.inf and chain.levels[9].ub[0] == np.inf
+        assert in_order(chain)[9].lb[0] == -np.inf and in_order(chain)[9].ub[0] == np.inf

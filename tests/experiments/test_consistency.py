@@ -16,7 +16,7 @@ from hapticd.runtime.configuration import config
 
 DT = 1e-3
 GAINS = Gains(100.0, 100.0, 20.0, 20.0)
-KINDS = ("coupling", "joint", "tilt", "handle box", "elbow box", "twin", "joint B", "twin B", "dynamics")
+KINDS = ("joint", "tilt", "handle box", "elbow box", "twin", "coupling", "joint B", "twin B", "dynamics")
 """What the levels of the hierarchy limit, in their order."""
 POSTURE = np.array([-0.9026, 1.5724, -0.6699, 0.9626, 0.0846, 0.0])
 DEVIATION = 1e-3
