@@ -79,8 +79,8 @@ typedef struct {
     double *lb10 SHAPE(torques), *ub10 SHAPE(torques);
 } chain;
 
-/* Writes levels 1 to 8, by their numbers in Table II, and that of the motors' torques. Returns 0, or -1 where the inertia is not positive
- * definite; the levels are then unusable. */
+/* Writes levels 1 to 8, by their numbers in Table II, and that of the motors' torques. Returns 0, or -1 where
+ * the inertia is not positive definite; the levels are then unusable. */
 int chain_limits(const chain *c);
 
 /* Writes level 9 with constraint torques, (20); needs six joints and six directions. Returns 0, or -1 where
