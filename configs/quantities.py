@@ -4,6 +4,8 @@
 
 from __future__ import annotations
 
+from math import pi
+
 from .ranges import Range
 from .units import Quantity, Vector
 
@@ -42,6 +44,10 @@ class Thickness(Length):
 class Angle(Quantity):
     dimension = "angle"
     strict = False
+
+
+class EitherAngle(Angle):
+    minimum = -2.0 * pi
 
 
 class StopMargin(Angle):

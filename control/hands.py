@@ -59,12 +59,46 @@ class HandMap:
         self._upper = np.array([drive.upper for drive in drives])
         self.target = np.clip(np.zeros(len(drives)), self._lower, self._upper)
 
+    def inside(self, target: Array) -> Array:
+        """What of targets (n,) is in range [rad]."""
+        return np.clip(target, self._lower, self._upper)
+
     def update(self, angle: Array) -> Array:
         """Targets for joint angles (20,) [rad]; own buffer. A reading that is no number leaves its drives."""
         wanted = self._A @ np.where(np.isfinite(angle), angle, 0.0) + self._b
         blind = (self._A[:, ~np.isfinite(angle)] != 0.0).any(axis=1)
         np.copyto(self.target, np.clip(wanted, self._lower, self._upper), where=~blind)
         return self.target
+
+
+class HandLaw:
+    """Where the drives of a hand are to be: as the glove has it while it leads, else where it led last.
+
+    A hand that is not led keeps its grasp: what it carries does not fall because a packet is late.
+
+    Attributes:
+        target: (n,) [rad].
+    """
+
+    def __init__(self, hand: HandMap, speed: float, dt: float) -> None:
+        """Map from the glove; largest speed of a target [rad/s]; period [s]."""
+        self._map, self._step = hand, speed * dt
+        self.target = hand.target.copy()
+
+    def reset(self, position: Array) -> None:
+        """Begin where the drives are, (n,) [rad]."""
+        np.copyto(self.target, self._map.inside(position), where=np.isfinite(position))
+
+    def update(self, angle: Array, share: float) -> Array:
+        """Follow joint angles of the glove (20,) [rad] with a share of the speed, 0 to 1; own buffer."""
+        step = share * self._step
+        self.target += np.clip(self._map.update(angle) - self.target, -step, step)
+        return self.target
+
+
+def felt_by(drives: Sequence[str], fingers: Sequence[str]) -> list[list[int]]:
+    """The drives that each finger feels, by their numbers: those whose names have the finger's in them."""
+    return [[i for i, drive in enumerate(drives) if finger in drive.split("_")] for finger in fingers]
 
 
 class Brakes:

@@ -8,6 +8,8 @@ from typing import Final
 
 from .cia301 import Address
 from .device import Field, Quantity, Word
+from .robot_hand import CURRENT
+from .sense_glove import ANGLE, GLOVE_JOINTS
 
 
 class RemoteFlag(IntFlag):
@@ -35,6 +37,8 @@ AGE_STEP: Final = 1e-4
 """Of what the age is counted in [s]."""
 UNHEARD: Final = 65535
 """Age, in steps, of a peer that was never heard, or not for so long."""
+MOST_DRIVES: Final = 9
+"""Of a hand, in a gateway's process data."""
 MOST_JOINTS: Final = 7
 """Of an arm, in a gateway's process data."""
 
@@ -54,6 +58,21 @@ HEARD: Final[Mapping[Address, Field]] = {
     (0x2612, 0): Quantity("energy"),
 }
 """Flags and energy of the peer, and how old what it says is."""
+GLOVE_SAYS: Final[Mapping[Address, Field]] = {
+    (0x2600, i): Quantity("angle", ANGLE) for i in range(1, len(GLOVE_JOINTS) + 1)
+}
+"""Joints of a glove."""
+HAND_SAYS: Final[Mapping[Address, Field]] = {
+    (0x2601, i): Quantity("current", CURRENT) for i in range(1, MOST_DRIVES + 1)
+}
+"""Currents of a hand's motors."""
+HEARD_FLAGS: Final[Mapping[Address, Field]] = {
+    (0x2630, 0): Word("flags"),
+    (0x2631, 0): Quantity("age", AGE_STEP),
+}
+"""Flags of a peer that moves no energy, and how old what it says is."""
+OWN_FLAGS: Final[Mapping[Address, Field]] = {(0x2640, 0): Word("own_flags")}
+"""Flags of this side towards it."""
 OWN: Final[Mapping[Address, Field]] = {(0x2620, 0): Word("own_flags"), (0x2622, 0): Quantity("own_energy")}
 """Flags and energy of this side."""
 

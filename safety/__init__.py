@@ -7,6 +7,7 @@ from .latch import TRIP_WORDS, StopLatch, Trip, describe, refusal
 from .monitor import Monitor
 from .observation import Observation, Thresholds
 from .plausibility import Axes, Course, Findings, Motion, Pairs, Plausibility, Values
+from .set_points import SetPoint, SetPointGate
 from .springs import Balance, Springs
 from .standstill import Standstill, strayed
 from .verdict import PASS, Reaction, Verdict, strongest
@@ -28,6 +29,8 @@ __all__ = [
     "Permission",
     "Plausibility",
     "Reaction",
+    "SetPoint",
+    "SetPointGate",
     "Springs",
     "Standstill",
     "StopLatch",

@@ -48,6 +48,7 @@ class Fingers:
     """The fingers of a robot hand, one coordinate a drive; positive closes.
 
     Attributes:
+        lower, upper: their hard stops, (n,) [rad].
         position, velocity: (n,) [rad, rad/s].
         current: of the motors, (n,) [A].
         grasped: what is between them, or None.
@@ -55,7 +56,7 @@ class Fingers:
 
     def __init__(self, lower: Array, upper: Array, servo: Servo) -> None:
         """They begin open, between hard stops (n,) [rad]."""
-        self._lower, self._upper, self._servo = lower, upper, servo
+        self.lower, self.upper, self._servo = lower, upper, servo
         self.position = np.clip(np.zeros(len(lower)), lower, upper)
         self.velocity, self.current = np.zeros(len(lower)), np.zeros(len(lower))
         self.grasped: Grasped | None = None
@@ -88,8 +89,8 @@ class Fingers:
         self.velocity += dt * torque / s.inertia
         self.velocity /= 1.0 + dt * s.friction / s.inertia
         self.position += dt * self.velocity
-        stopped = (self.position < self._lower) | (self.position > self._upper)
-        np.clip(self.position, self._lower, self._upper, out=self.position)
+        stopped = (self.position < self.lower) | (self.position > self.upper)
+        np.clip(self.position, self.lower, self.upper, out=self.position)
         self.velocity[stopped] = 0.0
 
 

@@ -11,7 +11,8 @@ from typing import ClassVar, Final
 import numpy as np
 
 from ..devices.cia301 import AlState
-from ..devices.remote import AGE_STEP, UNHEARD
+from ..devices.remote import AGE_STEP, MOST_DRIVES, UNHEARD
+from ..devices.sense_glove import GLOVE_JOINTS
 from ..link.port import Port
 from .node import SimNode
 
@@ -23,13 +24,15 @@ OPERATOR_SAYS: Final = np.dtype(
 AVATAR_SAYS: Final = np.dtype(
     [("wrench", "<f4", 6), ("joints", "<f4", 7), ("flags", "<u2"), ("energy", "<f4")], align=False
 )
-"""What a station sends of each arm; a packet holds its arms side by side."""
+GLOVE_SAYS: Final = np.dtype([("angle", "<f4", len(GLOVE_JOINTS)), ("flags", "<u2")], align=False)
+HAND_SAYS: Final = np.dtype([("current", "<f4", MOST_DRIVES), ("flags", "<u2")], align=False)
+"""What a station sends of each arm and hand; a packet holds them side by side."""
 OWN: Final = {"flags": "own_flags", "energy": "own_energy"}
 """Fields of both directions, as a gateway calls those that go out."""
 
 
 class SimGateway(SimNode):
-    """One arm's gateway: what it is told goes to the gateway at the other side, which reports it.
+    """Gateway of an arm or a hand: what it is told goes to the gateway at the other side, which reports it.
 
     Attributes:
         age: of what it reports [s].
@@ -78,12 +81,16 @@ class Exchange:
 
     Attributes:
         port: to the other station; None: nobody is there.
+        sizes: bytes of a packet that goes out, and of one that comes in.
         dropped: packets that were no packet of these gateways.
     """
 
     def __init__(self, gateways: Sequence[SimGateway]) -> None:
         self._gateways = gateways
-        self._length = sum(gateway.hears_of_peer.itemsize for gateway in gateways)
+        self.sizes = (
+            sum(gateway.says_to_peer.itemsize for gateway in gateways),
+            sum(gateway.hears_of_peer.itemsize for gateway in gateways),
+        )
         self.port: Port | None = None
         self.dropped = 0
         self._age = NEVER
@@ -102,7 +109,7 @@ class Exchange:
             gateway.age = self._age
 
     def _take(self, payload: bytes) -> bool:
-        if len(payload) != self._length:
+        if len(payload) != self.sizes[1]:
             self.dropped += 1
             return False
         at, good = 0, True

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Protocol
 
 import numpy as np
 import pinocchio as pin
@@ -10,8 +11,16 @@ import pinocchio as pin
 from ..devices.remote import ENGAGED, packed
 from ..link.port import Received
 from ..models import Array
-from .gateway import AVATAR_SAYS, OPERATOR_SAYS
+from .fingers import CLOSED
+from .gateway import AVATAR_SAYS, GLOVE_SAYS, OPERATOR_SAYS
 from .hand import MOST_PUSH_N, PUSH_N, Grip, Path
+
+
+class Fingers(Protocol):
+    """Those of a person."""
+
+    def at(self, time: float) -> Sequence[float]:
+        """How far the hands, left and right, are closed at a time [s], 0 to 1."""
 
 
 class LeadingHands:
@@ -20,8 +29,16 @@ class LeadingHands:
     A hand without mass, a spring and a damper from its way: x' = K / D (F / K - x), |F| <= its strength.
     """
 
-    def __init__(self, ways: Sequence[Path], grip: Grip, dt: float) -> None:
-        """Ways of the palms (3 places, 3 of a rotation vector); what holds them to it; period [s]."""
+    def __init__(self, ways: Sequence[Path], grip: Grip, dt: float, fingers: Fingers | None = None) -> None:
+        """Lead from now on.
+
+        Args:
+            ways: of the palms: 3 places, 3 of a rotation vector.
+            grip: what holds them to it.
+            dt: period [s].
+            fingers: how far those of each hand are closed, 0 to 1; None: the avatar has no hands.
+        """
+        self._fingers = fingers
         self._ways, self._grip, self._dt = ways, grip, dt
         self._given = np.zeros((len(ways), 3))
         self._own: Array | None = None
@@ -46,7 +63,7 @@ class LeadingHands:
 
     def send(self, payload: bytes) -> None:
         """What the avatar's palms feel."""
-        self._felt = np.frombuffer(payload, AVATAR_SAYS)
+        self._felt = np.frombuffer(payload, AVATAR_SAYS, len(self._ways))
 
     def receive(self) -> Received:
         """Where they are to be after another period."""
@@ -62,7 +79,16 @@ class LeadingHands:
             said[i]["pose"][3:] = pin.Quaternion(rotation).coeffs()
             said[i]["twist"][:3] = rate[:3]
             said[i]["flags"] = packed(ENGAGED, 1)
-        return Received(said.tobytes(), 0.0)
+        return Received(said.tobytes() + self._gloves(), 0.0)
+
+    def _gloves(self) -> bytes:
+        if self._fingers is None:
+            return b""
+        closed = self._fingers.at(self._time)
+        said = np.zeros(len(closed), GLOVE_SAYS)
+        said["angle"] = np.reshape(closed, (-1, 1)) * CLOSED.reshape(-1)
+        said["flags"] = ENGAGED
+        return said.tobytes()
 
     def _yield(self, i: int, rotation: Array) -> None:
         stiffness, damping = self._grip.stiffness[0], self._grip.damping[0]

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..devices.cia301 import AlState
-from ..devices.robot_hand import ENABLED, HandStatus
+from ..devices.robot_hand import ENABLED, HandStatus, RobotHand
 from .fingers import Fingers
 from .node import SimNode
 
@@ -25,6 +25,7 @@ class SimRobotHand(SimNode):
         enable: whether they may.
     """
 
+    device: RobotHand
     position: Angles
     current: Angles
     status = int(HandStatus.READY)

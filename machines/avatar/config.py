@@ -2,21 +2,26 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Literal
 
 from msgspec import Meta
 
 from ...configs.quantities import (
     AngularDamping,
+    AngularSpeed,
     AngularStiffness,
     Damping,
+    EitherAngle,
     Fade,
+    Instant,
     Lengths3,
     Stiffness,
 )
 from ...configs.strict import Strict
 from ...runtime.core.sections import Config
-from ..telemanipulation.sections import Station, StationSimulation
+from ..telemanipulation.sections import Share, Station, StationSimulation
+
+Weight = Annotated[float, Meta(ge=-10.0, le=10.0, description="of a joint in a sum")]
 
 
 class Impedance(Strict, frozen=True):
@@ -29,10 +34,34 @@ class Impedance(Strict, frozen=True):
     fade: Fade
 
 
+class Followed(Strict, frozen=True, kw_only=True):
+    """A drive of a hand: a sum of the glove's joints by their weights, and ``offset``, within a range."""
+
+    follows: dict[str, Weight]
+    offset: EitherAngle = EitherAngle(0.0)
+    lower: EitherAngle
+    upper: EitherAngle
+
+
+class RobotHand(Strict, frozen=True):
+    """A hand of the avatar: the largest speed of its targets, and all its drives by their names."""
+
+    speed: AngularSpeed
+    drives: dict[str, Followed]
+
+
+class RobotHands(Strict, frozen=True):
+    """Both hands of the avatar."""
+
+    left: RobotHand
+    right: RobotHand
+
+
 class Avatar(Station, frozen=True, kw_only=True):
-    """What the controller of the avatar needs."""
+    """What the controller of the avatar needs; without ``hands`` it has arms alone."""
 
     impedance: Impedance
+    hands: RobotHands | None = None
 
 
 class Wall(Strict, frozen=True):
@@ -44,10 +73,21 @@ class Wall(Strict, frozen=True):
     damping: Damping
 
 
+class Thing(Strict, frozen=True):
+    """What lies in a hand for a time: its drives meet it at a share of their range, and no tighter."""
+
+    side: Literal["left", "right"]
+    at: Instant
+    until: Instant
+    share: Share
+    stiffness: AngularStiffness
+
+
 class AvatarSimulation(StationSimulation, frozen=True, kw_only=True):
     """The simulated avatar, what it may touch, and the hands that lead it as long as no station does."""
 
     walls: Annotated[tuple[Wall, ...], Meta(max_length=20)] | None = None
+    things: Annotated[tuple[Thing, ...], Meta(max_length=100)] | None = None
 
 
 class AvatarConfig(Config, frozen=True, kw_only=True, tag="avatar"):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import pinocchio as pin
 
@@ -18,6 +20,7 @@ from ...runtime.core.stages import Mark
 from ..telemanipulation.arm import SIDES, StationArm
 from ..telemanipulation.station import Station, sane_pose
 from .config import AvatarConfig
+from .hand import AvatarHand
 
 PULLS = 2.0
 """Most force of the impedance, as a multiple of the one at the palm that stops the arm: it damps what moves
@@ -26,8 +29,8 @@ DRIFTS, QUIET_S = 5e-3, 0.5
 """How far the link may lead a palm from where it is wanted before people are told [m], [s]."""
 
 
-def state_layout(n: int) -> np.dtype[np.void]:
-    """What the log keeps of a tick, both arms side by side."""
+def state_layout(n: int, drives: int) -> np.dtype[np.void]:
+    """What the log keeps of a tick: both arms of n joints side by side, and all drives of both hands."""
     arms = len(SIDES)
     return np.dtype(
         [
@@ -46,6 +49,9 @@ def state_layout(n: int) -> np.dtype[np.void]:
             ("drift", "<f8", (arms, 6)),  # commanded pose less the reference [m, rad]
             ("standing", "u1", arms),  # order of `control.lease.Standing`
             ("stopped", "u1", arms),
+            ("fingers", "<f8", drives),  # where they are to be, left hand first [rad]
+            ("currents", "<f8", drives),  # of their motors [A]
+            ("grasping", "u1", arms),  # drives of each hand that hold something
         ]
     )
 
@@ -83,7 +89,13 @@ class AvatarStation(Station):
         self._remote = RemoteOperators(image)
         self._wrench, self._joints = image["remote.wrench"], image["remote.joints"]
         self._acts = [0] * len(self.arms)
-        self.state = state_layout(self.arms[0].n)
+        own = section.hands
+        self.hands = [AvatarHand(side, getattr(own, side), image, self._dt) for side in SIDES] if own else []
+        self.equipment = tuple(hand.equipment for hand in self.hands)
+        counts = [len(each.points) for each in self.equipment]
+        self.wanted = np.zeros(sum(counts))
+        self._fingers = np.split(self.wanted, np.cumsum(counts)[:-1]) if counts else []
+        self.state = state_layout(self.arms[0].n, sum(counts))
 
     def _hear(self) -> None:
         remote = self._remote
@@ -110,6 +122,30 @@ class AvatarStation(Station):
             flags |= 0 if lease.follows else WAITING
             self._energy[i] = self._ports[i].sent
             words[i] = packed(flags, self._acts[i])
+        for hand in self.hands:
+            hand.say()
+
+    def engage(self) -> None:
+        """See ``Machine``."""
+        super().engage()
+        for hand, wanted in zip(self.hands, self._fingers, strict=True):
+            hand.engage()
+            wanted[:] = hand.law.target
+
+    def update(self, gain: float, trust: float) -> None:
+        """See ``Machine``."""
+        super().update(gain, trust)
+        for i, hand in enumerate(self.hands):
+            share = self._laws[i].share if self._followed[i] and not self.arms[i].stopped else 0.0
+            if news := hand.update(share, self._most_age):
+                self.notes.append(news)
+            self._fingers[i][:] = hand.law.target
+
+    def brake(self, dropped: Sequence[bool]) -> bool:
+        """See ``Machine``; hands keep what they hold as long as they have power."""
+        for hand in self.hands:
+            hand.update(0.0, self._most_age)
+        return super().brake(dropped)
 
     def _begin(self) -> None:
         """Started again here: the operator must act anew, too."""
@@ -165,3 +201,7 @@ class AvatarStation(Station):
             logged["tank"][i], logged["taken"][i], logged["drift"][i] = port.level, port.taken, port.drift
             logged["standing"][i] = lease.number
             logged["stopped"][i] = bool(arm.stopped)
+        if self.hands:
+            logged["fingers"] = self.wanted
+            logged["currents"] = np.concatenate([hand.current for hand in self.hands])
+            logged["grasping"] = [hand.grasping for hand in self.hands]

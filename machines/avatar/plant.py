@@ -6,12 +6,15 @@ import numpy as np
 
 from ...devices.network import Network
 from ...models import Robot
+from ...sim.fingers import Fingers, Grasped, Servo
 from ...sim.hand import Grip
 from ...sim.leading_hands import LeadingHands
+from ...sim.robot_hand import SimRobotHand
 from ...sim.wall import Wall, Walls
-from ..telemanipulation.plant import SimArm, StationPlant, hands
+from ..telemanipulation.arm import SIDES
+from ..telemanipulation.plant import Closing, SimArm, StationPlant, hands
 from ..telemanipulation.wire import arms_alike
-from .config import AvatarConfig, AvatarSimulation
+from .config import AvatarConfig, AvatarSimulation, Thing
 
 
 class AvatarPlant(StationPlant):
@@ -19,6 +22,7 @@ class AvatarPlant(StationPlant):
 
     Attributes:
         walls: that a palm may touch.
+        hands: with their fingers, left and right; none where the avatar has none.
     """
 
     leads = False
@@ -26,13 +30,19 @@ class AvatarPlant(StationPlant):
     def __init__(
         self, config: AvatarConfig, simulation: AvatarSimulation, robot: Robot, network: Network
     ) -> None:
-        own = simulation.hand
+        hand = simulation.hand
         grip = Grip(
-            (own.stiffness, own.rotational_stiffness),
-            (own.damping, own.rotational_damping),
-            (own.force, own.torque),
+            (hand.stiffness, hand.rotational_stiffness),
+            (hand.damping, hand.rotational_damping),
+            (hand.force, hand.torque),
         )
-        leading = LeadingHands(hands(simulation), grip, 1.0 / config.loop.rate)
+        own = config.avatar.hands
+        leading = LeadingHands(
+            hands(simulation),
+            grip,
+            1.0 / config.loop.rate,
+            Closing(simulation.fingers or ()) if own else None,
+        )
         self.walls = Walls(
             [
                 Wall(np.array(wall.point), np.array(wall.normal), wall.stiffness, wall.damping)
@@ -42,11 +52,41 @@ class AvatarPlant(StationPlant):
         self._chains = config.avatar.arms
         super().__init__(config.avatar, simulation, robot, network, leading)
         self.link.port = leading
+        self.hands: list[tuple[SimRobotHand, Fingers]] = []
+        for side in SIDES if own else ():
+            drives = list(getattr(own, side).drives.values())
+            lower, upper = (np.array([getattr(each, key) for each in drives]) for key in ("lower", "upper"))
+            device = self.nodes[f"{side}_hand"]
+            assert isinstance(device, SimRobotHand)
+            self.hands.append((device, Fingers(lower, upper, Servo())))
+        self._things = [
+            (SIDES.index(thing.side), float(thing.at), float(thing.until), self._grasped(thing))
+            for thing in simulation.things or ()
+        ]
         self._measure()
 
     def identity(self) -> dict[str, str]:
         """See ``StationPlant``."""
-        return {"arms": arms_alike(self._chains.left, self._chains.right)}
+        found = {"arms": arms_alike(self._chains.left, self._chains.right)}
+        if self.hands:
+            found["hands"] = repr([list(each.device.drives) for each, _ in self.hands])
+        return found
+
+    def _grasped(self, thing: Thing) -> Grasped:
+        """Where its hand's drives meet it; those that spread fingers or turn the thumb do not."""
+        device, fingers = self.hands[SIDES.index(thing.side)]
+        closes = [not {"spread", "opposition"} & set(name.split("_")) for name in device.device.drives]
+        at = fingers.lower + thing.share * (fingers.upper - fingers.lower)
+        return Grasped(np.where(closes, at, np.inf), thing.stiffness)
+
+    def _sense(self) -> None:
+        for i, (device, fingers) in enumerate(self.hands):
+            held = [
+                thing for side, begin, end, thing in self._things if side == i and begin <= self.time < end
+            ]
+            fingers.grasped = held[0] if held else None
+            device.advance(fingers, self._dt)
+        super()._sense()
 
     def _touch(self, i: int, arm: SimArm) -> None:
         held = arm.arm

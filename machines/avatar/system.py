@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from ...runtime.configuration.system import System
-from ..telemanipulation.figures import StationFigures
 from ..telemanipulation.limits import StationLimits
 from .check import check_avatar
 from .config import AvatarConfig
+from .figures import AvatarFigures
 from .machine import AvatarStation
 from .plant import avatar_plant
 
@@ -15,5 +15,5 @@ def _limits(config: AvatarConfig) -> StationLimits:
     return StationLimits(config.avatar)
 
 
-AVATAR = System(AvatarConfig, AvatarStation, _limits, StationFigures, avatar_plant, check_avatar)
+AVATAR = System(AvatarConfig, AvatarStation, _limits, AvatarFigures, avatar_plant, check_avatar)
 """What hapticd finds by the entry point."""

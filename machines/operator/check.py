@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from ...control.panda_ik import PandaIk
 from ...devices.buttons import Buttons
+from ...devices.device import Device
 from ...devices.remote_avatar import RemoteAvatar
+from ...devices.remote_hand import RemoteHand
+from ...devices.sense_glove import SenseGlove
 from ...models import ModelError, Robot
 from ..rendering.check import Found
 from ..telemanipulation.arm import PALM, SIDES, chain_of
@@ -16,7 +19,13 @@ from .config import OperatorConfig
 def check_operator(config: OperatorConfig, robot: Robot) -> Found:
     """What only the model can tell: key, problem, fix."""
     own = config.operator
-    others = {**{f"{side}_avatar": RemoteAvatar for side in SIDES}, "buttons": Buttons}
+    others: dict[str, type[Device]] = {
+        **{f"{side}_avatar": RemoteAvatar for side in SIDES},
+        "buttons": Buttons,
+    }
+    if own.gloves is not None:
+        others |= {f"{side}_glove": SenseGlove for side in SIDES}
+        others |= {f"{side}_hand": RemoteHand for side in SIDES}
     found = check_station("operator", config, own, config.simulation, robot, others)
     if own.avatar is None:
         return found

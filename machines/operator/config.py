@@ -8,10 +8,12 @@ from msgspec import Meta
 
 from ...configs.quantities import Duration
 from ...configs.strict import Strict
-from ...runtime.core.sections import Config
+from ...devices.remote import MOST_DRIVES
+from ...runtime.core.sections import Config, Name
 from ..telemanipulation.sections import Chain, Posture, Pushed, Station, StationSimulation
 
 Gain = Annotated[float, Meta(ge=0.0, le=4.0, description="more than that no arm follows")]
+Drives = Annotated[tuple[Name, ...], Meta(min_length=1, max_length=MOST_DRIVES)]
 Scale = Annotated[float, Meta(ge=0.05, le=5.0, description="of the avatar's motion to the hand's")]
 
 
@@ -24,17 +26,25 @@ class Foreseen(Strict, frozen=True):
     lag: Duration
 
 
-class Operator(Station, frozen=True, kw_only=True):
-    """What the controller of the operator station needs; without ``avatar`` it foresees nothing.
+class Gloves(Strict, frozen=True):
+    """The drives of the avatar's hands, as they report their currents: a finger feels those with its name."""
 
-    ``assist`` is the gain of the hand's wrench, ``feedback`` that of the avatar's, ``scale`` the avatar's way
-    for that of the hand.
+    left: Drives
+    right: Drives
+
+
+class Operator(Station, frozen=True, kw_only=True):
+    """What the controller of the operator station needs.
+
+    Without ``avatar`` it foresees nothing, without ``gloves`` it has none. ``assist`` is the gain of the
+    hand's wrench, ``feedback`` that of the avatar's, ``scale`` the avatar's way for that of the hand.
     """
 
     assist: Gain = 1.0
     feedback: Gain = 1.0
     scale: Scale = 1.0
     avatar: Foreseen | None = None
+    gloves: Gloves | None = None
 
 
 class OperatorSimulation(StationSimulation, frozen=True, kw_only=True):

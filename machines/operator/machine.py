@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from ...control.avatar_model import AvatarModel
@@ -22,6 +24,7 @@ from ..telemanipulation.arm import PALM, SIDES, StationArm, chain_of, quaternion
 from ..telemanipulation.sections import Chain
 from ..telemanipulation.station import Station, sane_wrench
 from .config import Foreseen, OperatorConfig
+from .glove import OperatorGlove
 
 PUSHES, FADED, QUIET_S = 1.0, 0.3, 0.5
 """Torque that is worth a word, and when that is over [N m, s]."""
@@ -59,6 +62,7 @@ def state_layout(n: int) -> np.dtype[np.void]:
             ("clutched", "u1", arms),
             ("foreseen", "<f8", (arms, 7)),  # joints of the avatar [rad]
             ("near", "u1", (arms, n)),  # bits of `control.limit_avoidance`
+            ("brakes", "u1", arms),  # of the gloves, a bit a finger from the thumb on
         ]
     )
 
@@ -123,6 +127,12 @@ class OperatorStation(Station):
         self._acts, self._pressed = [0] * len(arms), 0
         self._stopped_there = [False] * len(arms)
         self._last = np.zeros((len(arms), 6))
+        far = section.gloves
+        self.gloves = (
+            [OperatorGlove(i, getattr(far, side), image, self._dt) for i, side in enumerate(SIDES)]
+            if far
+            else []
+        )
         self.state = state_layout(arms[0].n)
 
     def _hear(self) -> None:
@@ -166,6 +176,20 @@ class OperatorStation(Station):
             flags = STOPPED if arm.stopped else ENGAGED if self._engaged else 0
             self._energy[i] = self._ports[i].sent
             words[i] = packed(flags | (CLUTCHED if clutch.open else 0), self._acts[i])
+        for glove, arm in zip(self.gloves, self.arms, strict=False):
+            glove.say(self._engaged and not arm.stopped)
+
+    def update(self, gain: float, trust: float) -> None:
+        """See ``Machine``."""
+        super().update(gain, trust)
+        for i, glove in enumerate(self.gloves):
+            glove.update(self.leases[i].follows and not self.arms[i].stopped, self._most_age)
+
+    def brake(self, dropped: Sequence[bool]) -> bool:
+        """See ``Machine``; no finger is held in a stop."""
+        for glove in self.gloves:
+            glove.release()
+        return super().brake(dropped)
 
     def _begin(self) -> None:
         for i, (arm, clutch) in enumerate(zip(self.arms, self._clutches, strict=True)):
@@ -254,4 +278,5 @@ class OperatorStation(Station):
             logged["standing"][i], logged["stopped"][i] = lease.number, bool(arm.stopped)
             if (model := self._models[i]) is not None:
                 logged["foreseen"][i] = model.q
+            logged["brakes"][i] = self.gloves[i].brakes.bits if self.gloves else 0
             logged["clutched"][i], logged["near"][i] = clutch.open, arm.avoidance.near

@@ -7,10 +7,13 @@ from collections.abc import Sequence
 import numpy as np
 
 from ...devices.network import Network
+from ...devices.sense_glove import FINGERS
 from ...models import Robot
 from ...sim.buttons import ButtonScript, SimButtons
+from ...sim.fingers import GlovedFingers
 from ...sim.hand import Grip, Hand, turned
-from ..telemanipulation.plant import SimArm, StationPlant, hands
+from ...sim.sense_glove import SimSenseGlove
+from ..telemanipulation.plant import Closing, SimArm, StationPlant, hands
 from ..telemanipulation.wire import arms_alike
 from .config import OperatorConfig, OperatorSimulation
 
@@ -46,6 +49,7 @@ class OperatorPlant(StationPlant):
 
     Attributes:
         hands: left and right.
+        gloves: with the fingers in them, left and right.
     """
 
     leads = True
@@ -61,7 +65,9 @@ class OperatorPlant(StationPlant):
         )
         self.hands = [Hand(way, grip, turned(np.eye(3))) for way in hands(simulation)]
         super().__init__(config.operator, simulation, robot, network, BothHands(self.hands))
-        self._avatar = config.operator.avatar
+        self._avatar, self._far = config.operator.avatar, config.operator.gloves
+        self._closing = Closing(simulation.fingers or ())
+        self.gloves = [(glove, GlovedFingers()) for glove in self.nodes.of(SimSenseGlove)]
         (buttons,) = self.nodes.of(SimButtons)
         presses = [
             (LEFT * push.left + RIGHT * push.right, float(push.at), float(push.until))
@@ -72,7 +78,10 @@ class OperatorPlant(StationPlant):
 
     def identity(self) -> dict[str, str]:
         """See ``StationPlant``."""
-        return {"arms": arms_alike(self._avatar.left, self._avatar.right)} if self._avatar else {}
+        found = {"arms": arms_alike(self._avatar.left, self._avatar.right)} if self._avatar else {}
+        if self._far:
+            found["hands"] = repr([list(self._far.left), list(self._far.right)])
+        return found
 
     def _touch(self, i: int, arm: SimArm) -> None:
         held = arm.arm
@@ -80,6 +89,8 @@ class OperatorPlant(StationPlant):
 
     def _sense(self) -> None:
         self._buttons.advance(self.time)
+        for (glove, fingers), closed in zip(self.gloves, self._closing.at(self.time), strict=False):
+            glove.advance(fingers, [closed] * len(FINGERS), self._dt)
         super()._sense()
 
 

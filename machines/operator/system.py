@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from ...runtime.configuration.system import System
-from ..telemanipulation.figures import StationFigures
 from ..telemanipulation.limits import StationLimits
 from .check import check_operator
 from .config import OperatorConfig
+from .figures import OperatorFigures
 from .machine import OperatorStation
 from .plant import operator_plant
 
@@ -15,5 +15,5 @@ def _limits(config: OperatorConfig) -> StationLimits:
     return StationLimits(config.operator)
 
 
-OPERATOR = System(OperatorConfig, OperatorStation, _limits, StationFigures, operator_plant, check_operator)
+OPERATOR = System(OperatorConfig, OperatorStation, _limits, OperatorFigures, operator_plant, check_operator)
 """What hapticd finds by the entry point."""

@@ -22,7 +22,7 @@ from ...sim.torque_drive import SimTorqueDrive
 from ..rendering.own_plant import own_friction, own_robot
 from ..rendering.tool import tool_of
 from .arm import PALM, SIDES, chain_of, palm_to_sensor
-from .sections import OwnChain, Station, StationSimulation
+from .sections import Closed, OwnChain, Station, StationSimulation
 from .wire import open_wire
 
 GRAVITY = np.array([0.0, 0.0, -9.81])
@@ -129,7 +129,7 @@ class StationPlant(SimPlant):
     def connect(self) -> None:
         """Open the link, if the configuration says where it is."""
         if self._link.address is not None:
-            self.link.port = open_wire(self.leads, self._link, self.identity())
+            self.link.port = open_wire(self.leads, self._link, self.link.sizes, self.identity())
 
     def identity(self) -> dict[str, str]:
         """What must be the same at the other station, by name."""
@@ -167,3 +167,16 @@ def hands(simulation: StationSimulation) -> tuple[Path, Path]:
     left = np.array([[*point.left, *point.left_turned] for point in simulation.hand.path])
     right = np.array([[*point.position, *point.turned] for point in simulation.hand.path])
     return Path(times, left), Path(times, right)
+
+
+class Closing:
+    """How far the person wants the fingers of either hand to be closed, 0 to 1; even from time to time."""
+
+    def __init__(self, script: Sequence[Closed]) -> None:
+        """Without a script they stay open."""
+        self._times = [float(each.at) for each in script] or [0.0]
+        self._shares = [[getattr(each, side) for each in script] or [0.0] for side in SIDES]
+
+    def at(self, time: float) -> list[float]:
+        """Left and right, at a time [s]."""
+        return [float(np.interp(time, self._times, shares)) for shares in self._shares]

@@ -34,6 +34,8 @@ from ...configs.strict import Strict
 from ...runtime.core.sections import Hand, Name, Place, Simulation, Substeps
 from ..rendering.sections import Handle, Plant
 
+Share = Annotated[float, Meta(ge=0.0, le=1.0, description="of what there is")]
+
 
 class Chain(Strict, frozen=True):
     """An arm of the model: all joints whose names begin with ``prefix``, and its palm seen from its flange.
@@ -157,9 +159,18 @@ class Pushed(Strict, frozen=True):
     right: bool = False
 
 
+class Closed(Strict, frozen=True):
+    """How far the person wants the fingers of either hand to be closed at a time, 0 to 1."""
+
+    at: Instant
+    left: Share
+    right: Share
+
+
 class StationSimulation(Simulation, frozen=True, kw_only=True):
     """The simulated station."""
 
     arms: SimArms
     hand: Hands
+    fingers: Annotated[tuple[Closed, ...], Meta(min_length=2, max_length=5000)] | None = None
     plant: Plant = field(default_factory=Plant)

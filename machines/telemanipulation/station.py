@@ -9,7 +9,7 @@ from math import hypot
 import numpy as np
 from numpy.typing import NDArray
 
-from ...control.lease import Lease
+from ...control.lease import FRESH_S, Lease
 from ...control.standstill import Standstill
 from ...devices.force_torque import ForceTorques
 from ...devices.image import ProcessImage
@@ -86,6 +86,7 @@ class Station(ABC):
             tool = tool_of(getattr(section.arms, side).tool, config.devices[f"{side}_force_torque"])
             self.arms.append(StationArm(side, section, tool, robot, q, qd, sensors.wrench[i], dt))
         self.leases = [Lease(section.link.delay) for _ in self.arms]
+        self._most_age = section.link.delay + FRESH_S
         self._standing = [lease.standing for lease in self.leases]
         self.axes, self.thresholds = motors.limits(config), motors.thresholds(config, image)
         self._sensors, self._scales = sensors, sensors.scales

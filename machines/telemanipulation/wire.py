@@ -10,8 +10,6 @@ from typing import TYPE_CHECKING
 from ...control.lease import FRESH_S
 from ...link.port import Received
 from ...runtime.errors import HapticdError
-from ...sim.gateway import AVATAR_SAYS, OPERATOR_SAYS
-from .arm import SIDES
 from .sections import Chain, Link
 
 if TYPE_CHECKING:
@@ -52,12 +50,13 @@ class Wire:
         return self._end.receive()
 
 
-def open_wire(leads: bool, link: Link, identity: dict[str, str]) -> Wire:
+def open_wire(leads: bool, link: Link, sizes: tuple[int, int], identity: dict[str, str]) -> Wire:
     """Open this station's end.
 
     Args:
         leads: whether it is the operator's, which calls.
         link: where, and with which keys.
+        sizes: bytes of a packet that goes out, and of one that comes in.
         identity: what must be the same at both ends, by name.
 
     Raises:
@@ -73,8 +72,7 @@ def open_wire(leads: bool, link: Link, identity: dict[str, str]) -> Wire:
         from ...link.terms import Terms
     except ImportError as error:
         raise WireError('the link needs the package cryptography: pip install "hapticd[link]"') from error
-    sizes = OPERATOR_SAYS.itemsize * len(SIDES), AVATAR_SAYS.itemsize * len(SIDES)
-    sends, receives = sizes if leads else sizes[::-1]
+    sends, receives = sizes
     sums = {name: sha256(text.encode()).hexdigest() for name, text in identity.items()}
     terms = Terms(sends=sends, receives=receives, oldest=link.delay + FRESH_S, identity=sums)
     try:

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import zlib
 
+import numpy as np
+
 from ...devices.image import Emergency, ProcessImage
 from ...devices.safety_plc import SafetySignals
-from ...safety import PASS, Gate, Permission, Reaction, Standstill, Verdict, strongest
+from ...safety import PASS, Gate, Permission, Reaction, SetPointGate, Standstill, Verdict, strongest
 from .bring_up import BringUp
 from .drives import Drives, TorqueOff
 from .events import Event, EventKind
-from .machine import Announcing, Machine
+from .machine import Announcing, Equipped, Machine
 from .modes import RENDERING, UNPREPARED, WAITING, Command, Mode
 from .phase import Phase
 from .reset import Reset
@@ -21,6 +23,8 @@ from .start import PERMISSION_S, Start
 from .stops import END, Stops
 from .tick import Inputs, Outputs
 
+NOTHING = np.zeros(0)
+
 
 class Cycle:
     """Sense, judge, command: what a session carries from tick to tick, and the order of what a tick does.
@@ -29,6 +33,7 @@ class Cycle:
 
     Attributes:
         image, machine, gate: what is received and sent, the controller, and the last word on its commands.
+        set_points: the same for devices with controllers of their own; None where there are none.
         outputs: of the last tick.
         phase, senses, drives, stops, start, reset, bring_up: the parts, each with its own state.
         counter: of the last SYNC.
@@ -42,6 +47,8 @@ class Cycle:
         self.outputs = Outputs()
         targets = [image[f"{group}.{quantity}"] for group, quantity in machine.outputs]
         self.gate = Gate(machine.axes, rate, targets)
+        self.set_points = _set_points(machine, image, rate)
+        self._wanted = machine.wanted if isinstance(machine, Equipped) else NOTHING
         standstill = Standstill(machine.play, round(stop_time * rate))
         self.phase = phase = Phase(standstill, arming.fade * rate, self.outputs.events)
         signals = SafetySignals(image)
@@ -101,6 +108,8 @@ class Cycle:
         """Drives that came up are ready once every one of them says that it is without torque."""
         phase, tick = self.phase, inputs.tick
         self.gate.deny()
+        if self.set_points is not None:
+            self.set_points.deny()
         if phase.mode is Mode.FAILED or not self.bring_up.step(tick, inputs.frames, self.outputs.frames):
             return
         self.stops.take(self.drives.walk(), tick)
@@ -186,7 +195,23 @@ class Cycle:
         )
         if not self.gate.enable:
             self.drives.disable()
+        if self.set_points is not None:
+            admitted = strongest(admitted, self.set_points.admit(self._wanted, self.gate.enable))
         return admitted
+
+
+def _set_points(machine: Machine, image: ProcessImage, rate: float) -> SetPointGate | None:
+    """The gate of the devices that have controllers of their own."""
+    if not (isinstance(machine, Equipped) and machine.equipment):
+        return None
+    own = machine.equipment
+    return SetPointGate(
+        [point for each in own for point in each.points],
+        rate,
+        [image[f"{each.group}.{each.measured}"][each.row] for each in own],
+        [image[f"{each.group}.{each.target}"][each.row] for each in own],
+        [image.word(f"{each.group}.enable")[each.row : each.row + 1] for each in own],
+    )
 
 
 def _reported(device: str, report: Emergency) -> Event:

@@ -9,7 +9,7 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import NDArray
 
-from ...safety import AxisLimits, Plausibility, Thresholds
+from ...safety import AxisLimits, Plausibility, SetPoint, Thresholds
 from .modes import Mode
 
 GATE_SHARE = 0.5
@@ -157,6 +157,36 @@ class Foreseeing(Protocol):
     """
 
     ahead: str
+
+
+@dataclass(frozen=True, slots=True)
+class Equipment:
+    """A device with a controller of its own, which is told set points instead of commands.
+
+    Attributes:
+        group, row: of the process image; it has a word ``enable``.
+        target, measured: names of its quantities there.
+        points: what its coordinates may be told.
+    """
+
+    group: str
+    row: int
+    target: str
+    measured: str
+    points: tuple[SetPoint, ...]
+
+
+@runtime_checkable
+class Equipped(Protocol):
+    """A machine with such devices beside its drives; they have power as long as the drives have.
+
+    Attributes:
+        equipment: the devices.
+        wanted: what they are to be told at this tick, all their coordinates side by side.
+    """
+
+    equipment: tuple[Equipment, ...]
+    wanted: NDArray[np.float64]
 
 
 class MachineLimits(Protocol):

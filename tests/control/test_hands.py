@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hapticd.control.hands import DWELL_S, FILTER_S, OFF, ON, Brakes, Drive, HandMap
+from hapticd.control.hands import DWELL_S, FILTER_S, OFF, ON, Brakes, Drive, HandLaw, HandMap, felt_by
 from hapticd.devices.sense_glove import GLOVE_JOINTS
 from hapticd.models import Array
 
@@ -121,3 +121,26 @@ def test_a_map_that_cannot_be_is_refused() -> None:
         HandMap(GLOVE_JOINTS, [Drive({"index": 1.0}, 0.0, 0.0, 1.0)])
     with pytest.raises(ValueError, match="is empty"):
         HandMap(GLOVE_JOINTS, [Drive({}, 0.0, 1.0, 1.0)])
+
+
+def test_targets_follow_at_bounded_speed_and_stay_where_they_were_led_last() -> None:
+    names = ["index_proximal", "ring_proximal"]
+    law = HandLaw(HandMap(GLOVE_JOINTS, [Drive({n: 1.0}, 0.0, 0.0, 1.5) for n in names]), 2.0, DT)
+    law.reset(np.array([0.4, 9.0]))
+    assert law.target.tolist() == [0.4, 1.5], "from where the drives are, inside their range"
+    law.reset(np.array([np.nan, 1.0]))
+    assert law.target.tolist() == [0.4, 1.0]
+    before = law.target.copy()
+    for k in range(300):
+        law.update(np.full(20, 1.2), share := min(1.0, k / 100))
+        assert np.abs(law.target - before).max() <= share * 2.0 * DT + 1e-12
+        before = law.target.copy()
+    assert 0.4 + 2.0 * DT * 200 < law.target[0] < 1.2
+    for _ in range(400):
+        law.update(np.full(20, 1.2), 1.0)
+    np.testing.assert_allclose(law.target, 1.2)
+
+
+def test_a_finger_feels_the_drives_that_carry_its_name() -> None:
+    drives = ("thumb_flexion", "index_distal", "index_proximal", "ring_little", "spread")
+    assert felt_by(drives, ("thumb", "index", "middle", "ring", "little")) == [[0], [1, 2], [], [3], [3]]

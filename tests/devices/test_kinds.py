@@ -23,6 +23,8 @@ TABLES = {
     "imu": {"acceleration": AccelerationScale(40.0)},
     "joint_drive": JOINT,
     "remote_avatar": {},
+    "remote_glove": {},
+    "remote_hand": {},
     "remote_operator": {},
     "safety_plc": {},
     "sense_glove": {},
