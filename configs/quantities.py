@@ -132,6 +132,10 @@ class Horizon(Duration):
     range = Range(1e-4, 0.2, "s", "a period of the fastest loop; a limit that is felt from afar")
 
 
+class PeakTime(Duration):
+    range = Range(0.2, 60.0, "s", "a stop takes longer; who can hold it for a minute may rate it higher")
+
+
 class TimeConstant(Duration):
     range = Range(1e-4, 10.0, "s", "an inverter's current loop; slower than any person")
 

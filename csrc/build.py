@@ -92,7 +92,7 @@ hqp = partial(
 )
 link = partial(module, "hapticd.link._inbox", ["link.h"], ["link.c"])
 runtime = partial(module, "hapticd.runtime._rt", ["rt.h", "ring.h"], ["rt.c", "ring.c"])
-CHECKS = ("balance", "springs", "plausibility")
+CHECKS = ("balance", "springs", "heat", "plausibility")
 safety = partial(
     module,
     "hapticd.safety._plausibility",

@@ -147,7 +147,7 @@ static void advance(peers *p, int32_t i, int64_t dt) {
 void peers_advance(peers *p, int64_t dt) {
     for (int32_t i = 0; i < p->count; i++) {
         advance(p, i, dt);
-        if (p->peers[i].kind == PEER_DRIVE) drive_advance(p, i);
+        if (p->peers[i].kind == PEER_DRIVE) drive_advance(p, i, dt);
         if (p->peers[i].kind == PEER_SAFETY) safety_advance(p, i);
     }
 }

@@ -41,6 +41,11 @@ typedef struct {
     uint16_t fault;      /* code of a fault whose cause is present, 0 = none */
     uint8_t deaf;        /* the controlword has no effect */
     uint8_t welded;      /* nor has the loss of valid outputs */
+    uint8_t folded;      /* its i2t limits it to the rated torque */
+    int64_t insisted;    /* for so long it has been told more meanwhile [ns] */
+    double rated, peak; /* torques for ever and for a time, in units of the command; peak 0 = it has no i2t */
+    double peak_time;   /* [s] */
+    double used;        /* share of its i2t budget */
 } peer_drive;
 
 /* A safety controller with two-channel switches. */
@@ -128,6 +133,9 @@ int32_t peers_safety_sto(const peers *p, int32_t i);
 
 /* Whether a drive moves its axis; otherwise the brake is closed. */
 int32_t peers_powered(const peers *p, int32_t i);
+
+/* What a drive moves its axis with: what it is told, as far as its i2t lets it, and 0 without power. */
+double peers_command(const peers *p, int32_t i);
 
 /* Statusword (6041h) of a drive. */
 uint32_t peers_statusword(const peers *p, int32_t i);

@@ -2,6 +2,8 @@
  * only in OP, operation enabled, in its mode and without STO; otherwise the brake is closed. */
 #include "peer_internal.h"
 
+#include <math.h>
+
 typedef enum {
     UNKNOWN,
     NOT_READY_TO_SWITCH_ON,
@@ -61,7 +63,12 @@ static const uint32_t STATUSWORD[STATES] = {
     [FAULT_REACTION_ACTIVE] = 0x0F,
     [FAULT] = 0x08,
 };
-enum { REMOTE = 0x0200, VOLTAGE_ENABLED = 0x0010, FAULT_RESET = 0x80 };
+enum { REMOTE = 0x0200, VOLTAGE_ENABLED = 0x0010, LIMITED = 0x0800, FAULT_RESET = 0x80 };
+enum { LOAD_LEVEL = 0x2350 }; /* i2t, thermal state */
+/* A drive that folded back gives its peak again below this share of its budget; told more than its rated
+ * torque for so long [ns], it has a fault. */
+static const double RECOVERED = 0.9;
+static const int64_t INSISTED = 100000000;
 
 static void follow(peer_drive *d, const uint8_t *next) {
     if (next[d->state]) d->state = next[d->state];
@@ -71,6 +78,13 @@ int32_t peers_powered(const peers *p, int32_t i) {
     const peer *const d = &p->peers[i];
     return d->drive.state == OPERATION_ENABLED && d->al_state == AL_OP && d->drive.mode == d->drive.own &&
            !peers_sto(p);
+}
+
+double peers_command(const peers *p, int32_t i) {
+    if (!peers_powered(p, i)) return 0.0;
+    const peer_drive *const d = &p->peers[i].drive;
+    const double told = p->output_values[d->target], most = d->folded ? d->rated : d->peak;
+    return d->peak > 0.0 ? fmin(fmax(told, -most), most) : told;
 }
 
 static void trip(peers *p, int32_t i, uint16_t code) { /* 13 */
@@ -85,7 +99,7 @@ void drive_latched(peers *p, int32_t i) {
     const uint32_t controlword = p->output_words[p->peers[i].told], before = d->obeyed;
     d->obeyed = controlword;
     if (d->state == FAULT) {
-        if ((controlword & ~before & FAULT_RESET) && !d->fault) { /* 15 */
+        if ((controlword & ~before & FAULT_RESET) && !d->fault && !d->folded) { /* 15 */
             d->state = SWITCH_ON_DISABLED;
             d->error_code = 0;
             peers_emergency(p, i, 0, 0);
@@ -112,8 +126,21 @@ void drive_tripped(peers *p, int32_t i) {
     if (p->peers[i].drive.state != FAULT) trip(p, i, EMCY_RPDO_TIMEOUT);
 }
 
-void drive_advance(peers *p, int32_t i) {
+static void warm(peers *p, int32_t i, int64_t dt) {
     peer_drive *const d = &p->peers[i].drive;
+    const double torque = peers_command(p, i), s = 1e-9 * (double)dt;
+    const double whole = (d->peak * d->peak - d->rated * d->rated) * d->peak_time;
+    d->used = fmax(0.0, d->used + s * (torque * torque - d->rated * d->rated) / whole);
+    d->folded = d->used >= (d->folded ? RECOVERED : 1.0);
+    d->insisted = d->folded && peers_powered(p, i) && fabs(p->output_values[d->target]) > d->rated
+                      ? d->insisted + dt
+                      : 0;
+    if (d->insisted >= INSISTED) trip(p, i, LOAD_LEVEL);
+}
+
+void drive_advance(peers *p, int32_t i, int64_t dt) {
+    peer_drive *const d = &p->peers[i].drive;
+    if (d->peak > 0.0) warm(p, i, dt);
     if (d->state == NOT_READY_TO_SWITCH_ON) { /* 1 */
         d->state = SWITCH_ON_DISABLED;
     } else if (d->state == FAULT_REACTION_ACTIVE) { /* 14 */
@@ -126,7 +153,8 @@ void drive_advance(peers *p, int32_t i) {
 }
 
 uint32_t peers_statusword(const peers *p, int32_t i) {
-    return STATUSWORD[p->peers[i].drive.state] | REMOTE | (peers_sto(p) ? 0 : VOLTAGE_ENABLED);
+    const peer_drive *const d = &p->peers[i].drive;
+    return STATUSWORD[d->state] | REMOTE | (peers_sto(p) ? 0 : VOLTAGE_ENABLED) | (d->folded ? LIMITED : 0);
 }
 
 void drive_report(const peers *p, int32_t i) {
@@ -139,8 +167,7 @@ void drive_report(const peers *p, int32_t i) {
 
 void peers_drives(const peers *p, const int32_t *drives, int32_t n, double *command, uint8_t *braked) {
     for (int32_t k = 0; k < n; k++) {
-        const int on = peers_powered(p, drives[k]);
-        command[k] = on ? p->output_values[p->peers[drives[k]].drive.target] : 0.0;
-        braked[k] = !on;
+        command[k] = peers_command(p, drives[k]);
+        braked[k] = !peers_powered(p, drives[k]);
     }
 }

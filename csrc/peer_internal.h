@@ -15,7 +15,7 @@ void peer_sync(peers *p, int32_t i, uint16_t counter, int valid);
 void drive_latched(peers *p, int32_t i);
 void drive_invalid(peer *d);
 void drive_tripped(peers *p, int32_t i);
-void drive_advance(peers *p, int32_t i);
+void drive_advance(peers *p, int32_t i, int64_t dt);
 void drive_report(const peers *p, int32_t i);
 
 void safety_latched(peers *p, int32_t i);

@@ -8,7 +8,7 @@ from typing import Annotated, Final
 
 from msgspec import Meta
 
-from ..configs.quantities import Torque
+from ..configs.quantities import PeakTime, Torque
 from .cia301 import Address
 from .cia402 import (
     CONTROLWORD,
@@ -18,6 +18,7 @@ from .cia402 import (
     ERROR_CODE,
     GEAR_MOTOR_TURNS,
     GEAR_SHAFT_TURNS,
+    MAX_TORQUE,
     MODE,
     MODE_DISPLAY,
     POSITION,
@@ -33,9 +34,12 @@ from .group import Group, Quantities, Words
 
 LINK_POSITION: Final = (0x2200, 0)
 LINK_INCREMENTS: Final = (0x2201, 0)
+PEAK_TIME: Final = (0x2202, 0)
 PERMILLE: Final = 1e-3
 TURNS: Final = 2.0
 """That an encoder must be able to count to: no joint turns further from its zero than one."""
+HIGHEST_PEAK: Final = 32.767
+"""Peak torque in multiples of the rated one: what the INT16 of the wire carries."""
 COARSEST: Final = 1000
 """Counts a turn of the shaft: a controller differentiates them."""
 
@@ -53,6 +57,7 @@ class TorqueDrive(Device, frozen=True, kw_only=True):
         gear_ratio: turns of the motor and of the shaft that belong together (6091h).
         link_counts_per_turn: encoder increments per turn of the shaft (2201h).
         rated_torque: of the shaft, in whole mN m; torques travel in permille of it (6076h) [N m].
+        peak_torque: that it may give for ``peak_time`` (6072h, 2202h); both or neither [N m, s].
         sign: -1 where the drive counts against the joint's positive direction.
         zero: position of the joint at position 0 of the motor encoder [rad or m].
         link_zero: position of the joint at position 0 of the encoder on the shaft [rad or m].
@@ -64,6 +69,8 @@ class TorqueDrive(Device, frozen=True, kw_only=True):
     gear_ratio: tuple[Teeth, Teeth]
     link_counts_per_turn: CountsPerTurn
     rated_torque: Torque
+    peak_torque: Torque | None = None
+    peak_time: PeakTime | None = None
     sign: Sign = 1
     zero: float = 0.0
     link_zero: float = 0.0
@@ -84,6 +91,11 @@ class TorqueDrive(Device, frozen=True, kw_only=True):
     def rated(self) -> float:
         """What the joint gives at the rated torque of the shaft [N m or N]."""
         return self.rated_torque * 2.0 * math.pi / self.travel
+
+    @property
+    def peak(self) -> float:
+        """What the joint gives for ``peak_time``, 0 where that is no more than for ever [N m or N]."""
+        return (self.peak_torque or 0.0) * 2.0 * math.pi / self.travel
 
     def inputs(self) -> Mapping[Address, Field]:
         """Motor and link side as the joint moves, load torque, and the drive's state."""
@@ -113,7 +125,12 @@ class TorqueDrive(Device, frozen=True, kw_only=True):
 
     def facts(self) -> Mapping[Address, Value]:
         """The scaling that the fields rely on."""
+        peak: dict[Address, Value] = {}
+        if self.peak_torque and self.peak_time:
+            permille = self.peak_torque / (self.rated_torque * PERMILLE)
+            peak = {MAX_TORQUE: round(permille), PEAK_TIME: round(self.peak_time * 1000.0)}
         return {
+            **peak,
             RATED_TORQUE: round(self.rated_torque * 1000.0),
             ENCODER_INCREMENTS: self.counts_per_turn,
             ENCODER_TURNS: 1,
@@ -123,7 +140,7 @@ class TorqueDrive(Device, frozen=True, kw_only=True):
         }
 
     def check(self) -> list[Finding]:
-        """Encoders whose counts, seen from the joint, are too few, or leave the 32 bits of 6064h."""
+        """Encoders with too few counts, seen from the joint, or too many for 6064h; a peak that is none."""
         motor, shaft = self.gear_ratio
         counts = self.counts_per_turn * motor / shaft
         found = []
@@ -133,7 +150,18 @@ class TorqueDrive(Device, frozen=True, kw_only=True):
         for key, have in (("counts_per_turn", counts), ("link_counts_per_turn", self.link_counts_per_turn)):
             if have < COARSEST:
                 found.append((key, f"{have:g} counts a turn of the shaft", f"give {COARSEST} or more"))
-        return found
+        return found + self._check_peak()
+
+    def _check_peak(self) -> list[Finding]:
+        peak, rated = self.peak_torque, self.rated_torque
+        if (peak is None) != (self.peak_time is None):
+            key, other = ("peak_time", "peak_torque") if peak else ("peak_torque", "peak_time")
+            return [(key, f"is missing, but there is a {other}", f"give it, or remove {other}")]
+        if peak is not None and not rated < peak <= HIGHEST_PEAK * rated:
+            problem = f"{peak:g} N m beside a rated torque of {rated:g} N m"
+            fix = f"give more than that, and at most {HIGHEST_PEAK:g} times as much"
+            return [("peak_torque", problem, fix)]
+        return []
 
 
 class JointDrives(Group):

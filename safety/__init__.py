@@ -3,6 +3,7 @@
 from .arming import DeadMan, Permission, refusals
 from .check import Trust
 from .gate import AxisLimits, Gate
+from .heat import Heat, Peak
 from .latch import TRIP_WORDS, StopLatch, Trip, describe, refusal
 from .monitor import Monitor
 from .observation import Observation, Thresholds
@@ -22,10 +23,12 @@ __all__ = [
     "DeadMan",
     "Findings",
     "Gate",
+    "Heat",
     "Monitor",
     "Motion",
     "Observation",
     "Pairs",
+    "Peak",
     "Permission",
     "Plausibility",
     "Reaction",

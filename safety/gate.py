@@ -12,6 +12,9 @@ from itertools import accumulate, pairwise
 from math import ceil, isfinite
 from typing import Protocol
 
+import numpy as np
+
+from .heat import ADMITTED, Heat, Peak
 from .tally import WINDOW, Rule, Tally
 from .verdict import PASS, Reaction, Verdict, strongest
 
@@ -37,10 +40,11 @@ class AxisLimits:
 
     Attributes:
         name: of the axis.
-        command: largest magnitude.
+        command: largest magnitude, of a motor that may give more for a time the one for ever.
         step: largest change from one tick to the next, infinite where the drive limits it.
         power: largest command times measured speed along it, infinite where it is no torque [W].
         lower, upper: measured positions at which commands further out are neutralised [rad or m].
+        peak: what it may be commanded for a time; None where that is no more.
     """
 
     name: str
@@ -49,6 +53,7 @@ class AxisLimits:
     power: float
     lower: float
     upper: float
+    peak: Peak | None = None
 
 
 class Output(Protocol):
@@ -102,6 +107,13 @@ class Gate:
         self._outputs = [(output, slice(*part)) for output, part in zip(outputs, pairwise(ends), strict=True)]
         self.enable = False
         self.clamps = 0
+        self._most = [axis.command for axis in self._axes]
+        self._told, self._tick = np.zeros(len(self._axes)), -1
+        self._heat = self._warming(rate)
+
+    def _warming(self, rate: float) -> Heat | None:
+        peaks = [axis.peak for axis in self._axes]
+        return Heat(self._told, self._most, peaks, ADMITTED, 1.0 / rate) if any(peaks) else None
 
     def deny(self) -> None:
         """Admit nothing: zero commands, drives not enabled."""
@@ -131,6 +143,8 @@ class Gate:
             tick: the present tick.
             dropped: one an axis, whether it gets no command any more: nobody knows what it does.
         """
+        if self._heat:
+            self._warm(self._heat, tick)
         if not armed:
             self.deny()
             self._clamped.clear()
@@ -153,12 +167,20 @@ class Gate:
                     self.admitted[i] = 0.0
                 verdict = strongest(verdict, _sanitised(axis, "is not a number"))
             else:
-                safe, why = _clamp(axis, commands[i], self.admitted[i], position[i], velocity[i])
+                safe, why = _clamp(
+                    *(axis, self._most[i], commands[i], self.admitted[i], position[i], velocity[i])
+                )
                 self.admitted[i] = safe
                 if why:
                     verdict = strongest(verdict, _sanitised(axis, why))
         self._write()
         return self._judge(verdict, lost)
+
+    def _warm(self, heat: Heat, tick: int) -> None:
+        """The last admitted commands stood since then; what they leave of the motors' budgets."""
+        self._told[:] = self.admitted
+        heat.take(max(0, tick - self._tick))
+        self._tick, self._most = tick, heat.able.tolist()
 
     def _write(self) -> None:
         for output, part in self._outputs:
@@ -181,12 +203,15 @@ def _sanitised(axis: AxisLimits, why: str) -> Verdict:
 
 
 def _clamp(
-    axis: AxisLimits, command: float, last: float, position: float, velocity: float
+    axis: AxisLimits, most: float, command: float, last: float, position: float, velocity: float
 ) -> tuple[float, str]:
-    """A command that respects the axis, and what was wrong with the given one ('' for nothing)."""
+    """A command that respects the axis and what it may be told now, and what was wrong with the given one.
+
+    Nothing, '', where it is the given one.
+    """
     safe, why = command, ""
-    if abs(safe) > axis.command:
-        safe, why = _limited(safe, axis.command), f"exceeds {axis.command:g}"
+    if abs(safe) > most:
+        safe, why = _limited(safe, most), f"exceeds {most:g}"
     if abs(safe - last) > axis.step:
         safe, why = last + _limited(safe - last, axis.step), f"jumps by more than {axis.step:g}"
     # comparisons that a NaN fails: an axis without a valid position gets no command in either direction

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from ..binding import bind, pointer
 from ._plausibility import ffi, lib
+from .heat import Heat
 from .springs import Balance, Bounds, Springs
 
 FRESH_TICKS = 3
@@ -288,6 +289,7 @@ class Axes:
         pairs: of them.
         balances: of their motors and torque sensors.
         springs: behind them.
+        heats: budgets of their motors.
     """
 
     values: Sequence[Values]
@@ -296,6 +298,7 @@ class Axes:
     pairs: Sequence[Pairs] = ()
     balances: Sequence[Balance] = ()
     springs: Sequence[Springs] = ()
+    heats: Sequence[Heat] = ()
 
 
 @dataclass(slots=True)
@@ -326,6 +329,7 @@ class Plausibility:
         pairs = [pair for group in groups for pair in group.pairs]
         balances = [balance for group in groups for balance in group.balances]
         springs = [spring for group in groups for spring in group.springs]
+        self._heats = [heat for group in groups for heat in group.heats]
         # they own what C is pointed to
         self._checks = values, motions, courses, pairs, balances, springs
         self._all = (
@@ -356,6 +360,8 @@ class Plausibility:
             elapsed: ticks since the last one that was taken, 1 where none was skipped.
             free: whether commands may move the axes: brakes are open.
         """
+        for heat in self._heats:
+            heat.take(elapsed)
         found = lib.plausible_tick(*self._all, elapsed, free)
         self.findings = self._find() if found else self._calm
 

@@ -23,6 +23,7 @@ from ..rendering.check import (
     check_devices,
     check_gains,
     check_inertia,
+    check_peak,
     check_ramp,
     check_range,
     check_springs,
@@ -207,6 +208,7 @@ def _devices(config: ArmConfig, robot: Robot) -> Found:
         assert isinstance(drive, TorqueDrive)
         unit = "N" if isinstance(joint, PrismaticJoint) else "N m"
         found += check_wire(name, MOST_PERMILLE * drive.rated, effort, unit)
+        found += check_peak(name, drive, effort, config.arm.force_control)
         if isinstance(drive, SlideDrive):
             found += _counts(name, drive, joint.range)
     return found

@@ -23,10 +23,10 @@ from ...models import Array, Robot
 from ...runtime.core.machine import REST_S
 from ...runtime.core.measured import alive, sensor
 from ...runtime.core.stages import Mark
-from ...runtime.core.torque_axes import TorqueAxes
+from ...runtime.core.torque_axes import TorqueAxes, peaks_of
 from ...safety import Plausibility
 from ..rendering.foresight import REACTION_S, Foresight
-from ..rendering.logged import Field, StateLog, felt, motion, solved, twin_fields
+from ..rendering.logged import Field, StateLog, felt, heated, motion, solved, twin_fields
 from ..rendering.ratings import Ratings
 from ..rendering.rendering import JOINTS_AT_REST, Rendering, pulled, sensor_pose
 from ..rendering.sections import SPRINGS_DIFFER, Twin
@@ -41,14 +41,16 @@ STRONG = 100.0, 10.0
 
 
 def state_layout(
-    m: int, sums: int, points: int, twin: Twin, coupled: tuple[int, ...], springs: int = 0
+    m: int, sums: int, points: int, twin: Twin, coupled: tuple[int, ...], springs: int = 0, heats: int = 0
 ) -> np.dtype[np.void]:
     """What the log keeps of a tick: numbers first, then flags and the solver."""
     active = degrees_of_freedom(twin, coupled) + m + sums + 3 * points
     joints = joint_names(twin)
     measured = [("link", "<f8", m), ("points", "<f8", (points, 3))]  # link side [rad or m]; boxed frames [m]
     known: list[Field] = [("stiffness", "<f8", springs)] if springs else []  # of the springs, by now
-    return np.dtype([*measured, *motion(m), *known, *twin_fields(joints), *solved(m, active, joints)])
+    return np.dtype(
+        [*measured, *motion(m), *known, *heated(heats), *twin_fields(joints), *solved(m, active, joints)]
+    )
 
 
 class SerialArm:
@@ -71,9 +73,10 @@ class SerialArm:
         stiffness = ratings.axes.believed  # of which the checks of the encoders learn more
         self._known = stiffness if np.isfinite(stiffness).all() else stiffness[:0]
         elasticity = SeriesElasticity(rotor, stiffness)
-        self.axes = ratings.axes.limits(config)
+        self.axes, heat = ratings.axes.limits(config), ratings.axes.heat(image, dt)
+        self._used = heat.used if ratings.axes.peaks else heat.used[:0]
         self._rendering = Rendering(
-            robot, control, self._joints, elasticity, (p_gain, d_gain), self.axes, mark, dt
+            robot, control, self._joints, elasticity, (p_gain, d_gain), self.axes, heat, mark, dt
         )
         self._measure(config, robot, dt)
         rated = ratings.limits
@@ -84,13 +87,15 @@ class SerialArm:
             config.look_ahead, described, foreseen_limits(config, robot), self._joints.link_position, stop
         )
         sums, boxes = len(arm.sums or ()), len(arm.boxes or ())
-        self.state = state_layout(robot.nv, sums, boxes, arm.twin, directions(config), len(self._known))
+        self.state = state_layout(
+            robot.nv, sums, boxes, arm.twin, directions(config), len(self._known), len(self._used)
+        )
         self.play, self.braking = ratings.play, ratings.braking
         self.thresholds = ratings.axes.thresholds(config, image)
         scales = self._force_torque.scales[0]
         self._force = sensor(image, "force_torque", 0, self._force_torque.wrench[0], scales, dt)
         self.plausibility = Plausibility(
-            (ratings.axes.checks(config, image, stiffness=stiffness),), (self._force,)
+            (ratings.axes.checks(config, image, stiffness=stiffness, heat=heat),), (self._force,)
         )
         self._standstill = Standstill((JOINTS_AT_REST,) * robot.nv, round(REST_S * config.loop.rate))
         self.position: list[float] = [0.0] * robot.nv
@@ -192,7 +197,15 @@ class SerialArm:
         """See ``state_layout``: its numbers come first and are copied in one go."""
         control = self.force_control
         measured = (self._joints.link_position, *self._points)
-        numbers = (*measured, control.q, control.qd, control.qdd, self._known, *felt(self._rendering))
+        numbers = (
+            *measured,
+            control.q,
+            control.qd,
+            control.qdd,
+            self._known,
+            self._used,
+            *felt(self._rendering),
+        )
         self._log = StateLog(state, numbers, control)
 
     def fill(self) -> None:
@@ -233,6 +246,7 @@ def joint_ratings(config: ArmConfig, robot: Robot) -> Ratings:
         stiffness=stiffness,
         rotor=[joint.rotor_inertia for joint in joints],
         doubt=SPRINGS_DIFFER if config.arm.stiffness_tolerance is None else config.arm.stiffness_tolerance,
+        peaks=peaks_of(config.devices, list(config.arm.joints)),
         margin=[safety.position_margin if isinstance(joint, RevoluteJoint) else slides for joint in joints],
     )
     return Ratings(

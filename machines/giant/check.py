@@ -12,7 +12,7 @@ from ...devices.joint_drive import JointDrive
 from ...devices.safety_plc import SafetyPlc
 from ...models import Robot
 from ...runtime.core.machine import MOST_PERMILLE
-from ..rendering.check import Found, check_devices, check_ramp, check_range, check_wire
+from ..rendering.check import Found, check_devices, check_peak, check_ramp, check_range, check_wire
 from ..rendering.tool import check_tool
 from .config import GiantConfig
 from .geometry import check_geometry
@@ -92,4 +92,5 @@ def _devices_of_giant(config: GiantConfig, robot: Robot) -> Found:
         device = config.devices[name]
         if isinstance(device, JointDrive):
             found += check_wire(name, MOST_PERMILLE * device.rated_torque, effort, "N m")
+            found += check_peak(name, device, effort, config.giant.force_control)
     return found

@@ -24,10 +24,10 @@ from ...models import Array, Robot
 from ...runtime.core.machine import GATE_SHARE, GRAVITY, GRAVITY_MARGIN, REST_S
 from ...runtime.core.measured import alive, axes, sensor
 from ...runtime.core.stages import Mark
-from ...runtime.core.torque_axes import TorqueAxes, thresholds
-from ...safety import AxisLimits, Plausibility, Thresholds, Values
+from ...runtime.core.torque_axes import TorqueAxes, peaks_of, thresholds
+from ...safety import AxisLimits, Heat, Plausibility, Thresholds, Values
 from ..rendering.foresight import REACTION_S, Foresight
-from ..rendering.logged import StateLog, felt, motion, solved, twin_fields
+from ..rendering.logged import StateLog, felt, heated, motion, solved, twin_fields
 from ..rendering.ratings import Ratings
 from ..rendering.rendering import JOINTS_AT_REST, Rendering, pulled, sensor_pose
 from ..rendering.sections import Twin
@@ -52,7 +52,7 @@ MACHINE_LIMITS = 13
 """Limits besides the twin's: six joints, their tilt, three directions of handle and elbow each."""
 
 
-def state_layout(twin: Twin) -> np.dtype[np.void]:
+def state_layout(twin: Twin, peaks: bool = False) -> np.dtype[np.void]:
     """What the log keeps of a tick: numbers first, then flags and the solver."""
     joints = joint_names(twin)
     return np.dtype(
@@ -61,6 +61,7 @@ def state_layout(twin: Twin) -> np.dtype[np.void]:
             ("axis", "<f8", 2),  # measured [m]
             *motion(6),
             ("stiffness", "<f8", 6),  # of the springs, as far as they are known by now [N m/rad]
+            *heated(6 if peaks else 0),
             ("ppu", "<f8", (3, 2)),  # estimated position, velocity, acceleration [m, s]
             *twin_fields(joints),
             *solved(6, degrees_of_freedom(twin) + MACHINE_LIMITS, joints),
@@ -104,7 +105,7 @@ class Giant:
         tracking = giant.tracking
         ratings = _ratings(config, robot)
         stiffness = ratings.axes.believed  # of which the checks of the encoders learn more
-        joints = ratings.axes.limits(config)
+        joints, heat = ratings.axes.limits(config), ratings.axes.heat(image, dt)
         self._rendering = Rendering(
             manipulator,
             control,
@@ -112,11 +113,13 @@ class Giant:
             SeriesElasticity(np.array(tracking.rotor_inertia), stiffness),
             (np.array(tracking.p_gain), np.array(tracking.d_gain)),
             joints,
+            heat,
             mark,
             dt,
         )
         self._foresee(config, described)
         self._stiffness = stiffness
+        self._used = heat.used if ratings.axes.peaks else heat.used[:0]
         self.axes = (*joints, *_gantry_limits(config, dt))
         self.thresholds = _thresholds(config, image, ratings.axes.swing)
         # the gantry yields as far as it may
@@ -129,8 +132,8 @@ class Giant:
             for i in (CARRIAGE, HANDLE)
         )
         sensors = (self._force, self._carried, self._held)
-        self.plausibility = _plausibility(config, image, ratings, stiffness, sensors)
-        self.state = state_layout(giant.twin)
+        self.plausibility = _plausibility(config, image, ratings, stiffness, heat, sensors)
+        self.state = state_layout(giant.twin, bool(ratings.axes.peaks))
         self.position: list[float] = [0.0] * len(self.axes)
         self.velocity: list[float] = [0.0] * len(self.axes)
         self.overload = ""
@@ -264,7 +267,7 @@ class Giant:
         control, ppu = self.force_control, self._observer
         numbers = (
             *(self._joints.link_position, self._axes.position, control.q, control.qd, control.qdd),
-            *(self._stiffness, ppu.q, ppu.qd, ppu.qdd, *felt(self._rendering)),
+            *(self._stiffness, self._used, ppu.q, ppu.qd, ppu.qdd, *felt(self._rendering)),
         )
         self._log = StateLog(state, numbers, control)
 
@@ -298,6 +301,7 @@ def _ratings(config: GiantConfig, robot: Robot) -> Ratings:
         *(JOINTS, m.lower, m.upper, m.velocity, torque, tracking.stiffness),
         rotor=tracking.rotor_inertia,
         doubt=tracking.stiffness_tolerance,
+        peaks=peaks_of(config.devices, JOINTS),
     )
     return Ratings(axes, tracking.stiffness, m.acceleration, tracking.p_gain)
 
@@ -341,12 +345,17 @@ def _gantry_limits(config: GiantConfig, dt: float) -> tuple[AxisLimits, ...]:
 
 
 def _plausibility(
-    config: GiantConfig, image: ProcessImage, ratings: Ratings, stiffness: Array, sensors: Sequence[Values]
+    config: GiantConfig,
+    image: ProcessImage,
+    ratings: Ratings,
+    stiffness: Array,
+    heat: Heat,
+    sensors: Sequence[Values],
 ) -> Plausibility:
     speed, dt = [config.giant.ppu.velocity] * len(PPU_JOINTS), 1.0 / config.loop.rate
     told = AxisDrives(image).target_velocity
     gantry = axes(image, "axes", speed, {"position": [0.0] * len(PPU_JOINTS)}, (told, speed, None), dt)
-    return Plausibility((ratings.axes.checks(config, image, stiffness=stiffness), gantry), sensors)
+    return Plausibility((ratings.axes.checks(config, image, stiffness=stiffness, heat=heat), gantry), sensors)
 
 
 def _thresholds(config: GiantConfig, image: ProcessImage, swing: Sequence[float]) -> Thresholds:

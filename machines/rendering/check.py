@@ -9,6 +9,7 @@ import pinocchio as pin
 
 from ...configs.words import meant, nearest
 from ...devices.device import Device
+from ...devices.torque_drive import TorqueDrive
 from ...models import Array, Robot
 from ...runtime.core.machine import RAMP_SHARE
 from ...runtime.core.sampling import controls, fastest, integrates
@@ -94,6 +95,31 @@ def check_wire(name: str, carried: float, effort: float, unit: str) -> Found:
         return []
     problem = f"the wire carries {carried:g} {unit}, the model allows more"
     return [(f"devices.{name}.rated_torque", problem, "raise it, or lower the effort in the model")]
+
+
+def check_peak(name: str, drive: TorqueDrive, effort: float, force: ForceControl) -> Found:
+    """A drive that may give more for a time, whose joint may give more for ever than the drive."""
+    if drive.peak_torque is None:
+        return []
+    found: Found = []
+    if effort > drive.rated:
+        problem = (
+            f"is for a time, but the model's effort {effort:g} is above the rated {drive.rated:g} for ever"
+        )
+        found.append((f"devices.{name}.peak_torque", problem, "lower the effort in the model"))
+    if force.detection != "gauss":
+        problem = f"has no use: with detection {force.detection!r} torque is no level of the hierarchy"
+        found.append((f"devices.{name}.peak_torque", problem, 'remove it, or write "gauss"'))
+    return found
+
+
+def check_no_peaks(devices: Mapping[str, Device], machine: str) -> Found:
+    """Peaks of drives in a machine whose controller plans with one torque."""
+    return [
+        (f"devices.{name}.peak_torque", f"{machine} plans with one torque for ever", "remove it")
+        for name, drive in devices.items()
+        if isinstance(drive, TorqueDrive) and drive.peak_torque is not None
+    ]
 
 
 def check_control(key: str, force: ForceControl, twin: Twin, dt: float) -> Found:

@@ -10,6 +10,10 @@ import numpy as np
 from ...control.chain import FREE
 from ...runtime.core.machine import FigureSpec
 from ...runtime.core.modes import Mode
+from ...safety.heat import PLANNED
+
+NO_MORE = 0.99
+"""Share of the planned part of a peak's time at which nothing of the peak is left."""
 
 
 class RenderingFigures:
@@ -33,8 +37,15 @@ class RenderingFigures:
         if mode not in (Mode.ENGAGING, Mode.ACTIVE):
             return []
         force = f"force {hypot(*state['wrench'][:3].tolist()):.0f} N"
-        spent = [f"joint {i + 1} at its rated torque" for i in np.flatnonzero(state["spent"])[:1]]
+        spent = [f"joint {i + 1} at its {_limit(state, i)}" for i in np.flatnonzero(state["spent"])[:1]]
         return [force, *spent, *_chain(state)]
+
+
+def _limit(state: np.void, i: int) -> str:
+    """What the i-th motor gives all of: more than its rated torque while that lasts."""
+    if "heat" not in (state.dtype.names or ()) or not (used := state["heat"][i] / PLANNED) < NO_MORE:
+        return "rated torque"
+    return f"peak torque, {100.0 * used:.0f} % of its time used"
 
 
 def _chain(state: np.void) -> Iterator[str]:

@@ -40,6 +40,11 @@ def motion(m: int) -> list[Field]:
     return [("q", "<f8", m), ("qd", "<f8", m), ("qdd", "<f8", m)]
 
 
+def heated(m: int) -> list[Field]:
+    """Shares that are used up of the times for which m motors may give more than for ever."""
+    return [("heat", "<f8", m)] if m else []
+
+
 def solved(m: int, active: int, joints: Sequence[str] = ()) -> list[Field]:
     """What follows after all numbers: m motors, so many limits of levels 2 to 8, and a chain's locks."""
     held: list[Field] = [("held", "u1", len(joints))] if joints else []

@@ -42,5 +42,5 @@ class Ratings:
     @property
     def play(self) -> tuple[float, ...]:
         """What spring and position gain yield under a joint's whole torque."""
-        rows = zip(self.axes.torque, self.stiffness, self.p_gain, strict=True)
+        rows = zip(self.axes.most, self.stiffness, self.p_gain, strict=True)
         return tuple(torque / k + torque / p for torque, k, p in rows)

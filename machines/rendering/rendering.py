@@ -14,7 +14,7 @@ from ...devices.torque_drive import JointDrives
 from ...models import Array, Robot
 from ...runtime.core.machine import DRIFT
 from ...runtime.core.stages import Mark, Stage
-from ...safety import AxisLimits
+from ...safety import AxisLimits, Heat
 
 AT_REST = 1e-6
 """Commanded speeds below this are standstill [rad/s or m/s]."""
@@ -28,8 +28,8 @@ STRAIN_S = 15e-3
 """For so long the feedback may give that part while the link has not gone far."""
 OVERLOAD_S = 0.3
 """An overload accounts for what it led to so much later."""
-ADMITTED = ("command", "power", "lower", "upper")
-"""What the gate admits to an axis, as the tracking plans with it."""
+ADMITTED = ("power", "lower", "upper")
+"""What the gate admits to an axis besides its torque, as the tracking plans with it."""
 SETTLED = 0.01
 """Commanded speeds below this end a stop within a tick [rad/s or m/s]."""
 CONTRADICTED_S = 0.2
@@ -66,10 +66,14 @@ class Rendering:
         elasticity: SeriesElasticity,
         gains: tuple[Array, Array],
         axes: Sequence[AxisLimits],
+        heat: Heat,
         mark: Mark,
         dt: float,
     ) -> None:
-        """Motor-side gains of the joints: proportional and derivative, (m,) each; what the gate admits."""
+        """Motor-side gains of the joints: proportional and derivative, (m,) each; what the gate admits.
+
+        ``heat`` says how much of that the motors may give now.
+        """
         self.control = control
         self.felt, self.wrench = np.zeros(6), np.zeros(6)
         n = control.arm.n
@@ -82,10 +86,11 @@ class Rendering:
         self._sprung = bool(np.isfinite(elasticity.stiffness).all())
         self._settled = self.coordinated = False
         self._names = [axis.name for axis in axes]
-        self._rated = np.array([axis.command for axis in axes], float)
+        self._able = heat.able
+        rated = np.array([axis.command for axis in axes], float)
         self._link, self._led = joints.link_position, np.zeros(n)
         # the feedback alone then gives this part of a motor's torque
-        self._most_fed_back = ASTRAY_SHARE * self._rated
+        self._most_fed_back = ASTRAY_SHARE * rated
         self._leash = self._most_fed_back / gains[0]
         self._strained, self._longest_strain = np.zeros(n, np.intc), round(STRAIN_S / dt)
         self._yield = 1.0 / gains[0] + 1.0 / elasticity.stiffness
@@ -96,7 +101,9 @@ class Rendering:
             control.arm,
             elasticity,
             *gains,
-            Admitted(*(np.array([getattr(axis, name) for axis in axes], float) for name in ADMITTED)),
+            Admitted(
+                heat.able, *(np.array([getattr(axis, name) for axis in axes], float) for name in ADMITTED)
+            ),
             control.ability or Ability(control.arm.n),
             {
                 **{"q": control.q, "qd": control.qd, "qdd": control.qdd, "J": control.handle.J},
@@ -186,8 +193,8 @@ class Rendering:
         self.astray = self._nowhere if follows.all() else (~follows).tolist()
 
     def _weigh(self, ability: Ability) -> None:
-        """Whether more is asked of a motor than it can hold, however the arm moves."""
-        over = np.abs(ability.load) > self._rated
+        """Whether more is asked of a motor than it can hold by now, however the arm moves."""
+        over = np.abs(ability.load) > self._able
         self._since += 1
         if over.any():
             self.overload, self._since = self._names[int(over.argmax())], 0

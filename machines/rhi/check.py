@@ -11,6 +11,7 @@ from ...devices.joint_drive import JointDrive
 from ...devices.safety_plc import SafetyPlc
 from ...models import Robot
 from ...runtime.core.machine import MOST_PERMILLE, RAMP_SHARE
+from ..rendering.check import check_no_peaks
 from .body_check import body_lengths, check_bodies
 from .config import RhiConfig
 from .machine import drive_names, redundant_arm
@@ -30,7 +31,12 @@ def check_rhi(config: RhiConfig, robot: Robot) -> Found:
     found = _lengths(config, robot) or _transmission(config) or check_bodies(config.rhi.bodies)
     if found:
         return found
-    found = _motors(config) + _task(config, robot) + _devices(config)
+    found = (
+        check_no_peaks(config.devices, "the interface")
+        + _motors(config)
+        + _task(config, robot)
+        + _devices(config)
+    )
     return found + check_model(config, robot) + check_rates(config, robot)
 
 

@@ -21,6 +21,7 @@ from ..rendering.check import (
     check_devices,
     check_gains,
     check_inertia,
+    check_no_peaks,
     check_ramp,
     check_weight,
     check_wire,
@@ -98,6 +99,7 @@ def check_station(
     if found := check_devices(config.devices, needed, f"the {name} station"):
         return found
     found = check_ramp(braking(station), config.safety.stop_time)
+    found += check_no_peaks(config.devices, "the station")
     for side in SIDES:
         chain: OwnChain = getattr(station.arms, side)
         sensor = config.devices[f"{side}_force_torque"]

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import inf
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ...devices.device import Device
 from ...devices.image import ProcessImage
-from ...devices.torque_drive import JointDrives
-from ...safety import Axes, AxisLimits, Balance, Pairs, Springs, Thresholds
+from ...devices.torque_drive import JointDrives, TorqueDrive
+from ...safety import Axes, AxisLimits, Balance, Heat, Pairs, Peak, Springs, Thresholds
+from ...safety.heat import PLANNED
 from .machine import GATE_SHARE, SPEED_MARGIN
 from .measured import Array, axes
 from .sections import Config
@@ -46,11 +48,12 @@ class TorqueAxes:
     Attributes:
         names: of the drives.
         lower, upper: limits of the controller.
-        velocity, torque: largest magnitudes.
+        velocity, torque: largest magnitudes; of a motor that may give more for a time, the torque for ever.
         stiffness: of the spring behind each motor, infinite where nothing yields; None where none does.
         margin: behind the limits, where the monitor stops the machine; None: the configuration's for all.
         rotor: inertias before the springs, as the joints see them; None where nothing yields.
         doubt: share by which the stiffness may be another.
+        peaks: what each may give for a time; None where that is no more, or nowhere.
     """
 
     names: Sequence[str]
@@ -62,6 +65,7 @@ class TorqueAxes:
     margin: Sequence[float] | None = None
     rotor: Sequence[float] | None = None
     doubt: float = 0.0
+    peaks: Sequence[Peak | None] | None = None
 
     def margins(self, config: Config) -> Sequence[float]:
         """One a motor."""
@@ -69,15 +73,22 @@ class TorqueAxes:
 
     def limits(self, config: Config) -> tuple[AxisLimits, ...]:
         """For the gate. A motor may take its whole torque at once: meeting a limit does; the drive slews."""
+        peaks = self.peaks or [None] * len(self.names)
         rows = zip(
-            *(self.names, self.torque, self.velocity, self.lower, self.upper, self.margins(config)),
+            *(self.names, self.torque, self.velocity, self.lower, self.upper, self.margins(config), peaks),
             strict=True,
         )
         return tuple(
             AxisLimits(
-                name, torque, inf, torque * velocity, low - GATE_SHARE * margin, high + GATE_SHARE * margin
+                name,
+                torque,
+                inf,
+                torque * velocity,
+                low - GATE_SHARE * margin,
+                high + GATE_SHARE * margin,
+                peak,
             )
-            for name, torque, velocity, low, high, margin in rows
+            for name, torque, velocity, low, high, margin, peak in rows
         )
 
     def thresholds(self, config: Config, image: ProcessImage) -> Thresholds:
@@ -90,7 +101,19 @@ class TorqueAxes:
     def swing(self) -> tuple[float, ...]:
         """How much faster than its link a motor may turn, because the spring between them gives."""
         stiffness = self.stiffness or [inf] * len(self.names)
-        return tuple(torque / k / SWING_S for torque, k in zip(self.torque, stiffness, strict=True))
+        return tuple(torque / k / SWING_S for torque, k in zip(self.most, stiffness, strict=True))
+
+    @property
+    def most(self) -> tuple[float, ...]:
+        """What each motor may ever give."""
+        peaks = self.peaks or [None] * len(self.names)
+        rows = zip(self.torque, peaks, strict=True)
+        return tuple(max(torque, peak.torque) if peak else torque for torque, peak in rows)
+
+    def heat(self, image: ProcessImage, dt: float) -> Heat:
+        """Budgets of the motors, as their controller plans with them; it is a check's to take each tick."""
+        told = JointDrives(image).target_torque
+        return Heat(told, self.torque, self.peaks or [None] * len(self.names), PLANNED, dt)
 
     @property
     def believed(self) -> Array:
@@ -103,6 +126,7 @@ class TorqueAxes:
         image: ProcessImage,
         balance: Array | None = None,
         stiffness: Array | None = None,
+        heat: Heat | None = None,
     ) -> Axes:
         """For the plausibility of what they measure.
 
@@ -111,6 +135,7 @@ class TorqueAxes:
             image: its devices.
             balance: torques that balance what the motors are told, (n,); None: the measured loads.
             stiffness: where estimates of the springs' are written, (n,); None: nowhere.
+            heat: budgets of the motors, for whoever plans with them.
         """
         drives, n, dt = JointDrives(image), len(self.names), 1.0 / config.loop.rate
         stiff = self.believed if stiffness is None else stiffness
@@ -138,9 +163,8 @@ class TorqueAxes:
             RELAXING_S / dt,
             torques[1].bounds if torques else None,
         )
-        if torques is None:
-            return replace(found, pairs=[pairs])
-        return replace(found, pairs=[pairs], balances=[torques[0]], springs=[torques[1]])
+        found = replace(found, pairs=[pairs], heats=[heat] if heat and self.peaks else [])
+        return replace(found, balances=[torques[0]], springs=[torques[1]]) if torques else found
 
     def _torques(
         self,
@@ -165,6 +189,18 @@ class TorqueAxes:
             EASING * dt,
         )
         return balance, springs
+
+
+def peaks_of(devices: Mapping[str, Device], names: Sequence[str]) -> list[Peak | None] | None:
+    """What drives by these names may give for a time; None where none may give more than for ever."""
+    drives = [devices.get(name) for name in names]
+    peaks = [
+        Peak(drive.rated, drive.peak, drive.peak_time)
+        if isinstance(drive, TorqueDrive) and drive.peak_time
+        else None
+        for drive in drives
+    ]
+    return peaks if any(peaks) else None
 
 
 def thresholds(

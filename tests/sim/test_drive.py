@@ -1,19 +1,20 @@
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
+import msgspec
 import numpy as np
 import pytest
+from hapticd.configs.quantities import PeakTime, Torque
 from hapticd.devices.axis_drive import AxisDrive
 from hapticd.devices.cia301 import AlState
 from hapticd.devices.cia402 import State
+from hapticd.devices.device import Device
 from hapticd.devices.errors import NetworkError
+from hapticd.devices.joint_drive import JointDrive
 from hapticd.sim.axis_drive import SimAxisDrive
 from hapticd.sim.drive import Drives, SimDrive
 from hapticd.sim.joint_drive import SimJointDrive
 
-if TYPE_CHECKING:
-    from ..conftest import Rig
+from ..conftest import Rig
 
 
 def command(rig: Rig, controlword: int, ticks: int = 1) -> State:
@@ -170,3 +171,68 @@ def test_drives_of_several_groups_do_not_lie_side_by_side(make_rig: type[Rig]) -
     assert Drives([a, c])["velocity"].shape == (2,)
     with pytest.raises(NetworkError, match=r"of a, b do not lie side by side; make them one group"):
         Drives([a, b])
+
+
+@pytest.fixture
+def heated(devices: list[Device]) -> Rig:
+    """Joint 1 may give 150 instead of 100 N m for 0.5 s; it is enabled."""
+    first = devices[0]
+    assert isinstance(first, JointDrive)
+    devices[0] = msgspec.structs.replace(first, peak_torque=Torque(150.0), peak_time=PeakTime(0.5))
+    rig = Rig(devices)
+    rig.bring_up()
+    rig.run(3)
+    rig.walk(State.OPERATION_ENABLED)
+    return rig
+
+
+def tell(rig: Rig, torque: float, ticks: int) -> list[float]:
+    """Tells joint 1 a torque; what it gives in each tick."""
+    rig.image["joints.target_torque"][0] = torque
+    given = []
+    for _ in range(ticks):
+        rig.run(1)
+        given.append(joint(rig).torque)
+    return given
+
+
+def test_a_drive_folds_back_to_its_rated_torque_after_the_time_of_its_peak(heated: Rig) -> None:
+    given = tell(heated, 150.0, 560)
+    assert 498 <= np.count_nonzero(np.isclose(given, 150.0)) <= 502
+    np.testing.assert_allclose(given[-50:], 100.0)
+    assert joint(heated).folded
+    assert heated.image.word("joints.statusword")[0] & 0x0800  # internal limit active
+    assert not heated.image.word("joints.statusword")[1] & 0x0800
+    assert heated.image.emcy[0] == 0
+    tell(heated, 0.0, 100)
+    assert not joint(heated).folded
+    assert not heated.image.word("joints.statusword")[0] & 0x0800
+    np.testing.assert_allclose(tell(heated, 200.0, 10)[1:], 150.0)  # never more than the peak (6072h)
+
+
+def test_a_drive_that_is_told_more_while_it_is_folded_back_has_a_fault_until_it_cooled(heated: Rig) -> None:
+    tell(heated, 150.0, 610)
+    assert joint(heated).state is State.FAULT
+    assert heated.image.emcy[0] == 0x2350
+    heated.image["joints.target_torque"][0] = 0.0
+    assert command(heated, 0x80) is State.FAULT  # still hot
+    heated.run(60)
+    command(heated, 0x00)
+    assert command(heated, 0x80) is State.SWITCH_ON_DISABLED
+
+
+def test_a_motor_does_not_cool_because_its_drive_restarts_and_stays_cool_below_its_rated_torque(
+    heated: Rig,
+) -> None:
+    tell(heated, 150.0, 250)
+    used = joint(heated).used
+    assert used == pytest.approx(0.5, abs=0.01)
+    joint(heated).reset()
+    assert joint(heated).used == used
+    others = heated.nodes.of(SimJointDrive)[1]
+    assert others.used == 0.0
+
+
+def test_a_drive_without_a_peak_gives_what_it_is_told(enabled: Rig) -> None:
+    np.testing.assert_allclose(tell(enabled, 150.0, 100)[1:], 150.0)
+    assert not joint(enabled).folded
