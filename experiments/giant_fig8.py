@@ -26,7 +26,7 @@ def moments(trace: Trace) -> dict[str, float | None]:
     low, high = q <= lower + NEAR, q >= upper - NEAR
     at_rest = np.abs(qd[:, SWING]) < MOVING
     return seen(
-        trace,
+        trace.t,
         {
             "t_a": high[:, BUCKET] & low[:, BOOM],
             "t_b": low[:, STICK],

@@ -31,7 +31,7 @@ def phases(trace: Trace, closer: float) -> dict[str, float | None]:
     hinge, speed, push = trace.q[:, HINGE], trace.qd[:, HINGE], trace.torque[:, HINGE]
     locked, shut = trace.held[:, HINGE] != FREE, hinge <= SHUT
     return seen(
-        trace,
+        trace.t,
         {
             "t_a": locked & shut & (push > FIRM),
             "t_b": ~locked & shut & (push < -FIRM),

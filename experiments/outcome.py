@@ -7,11 +7,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from ..runtime.errors import HapticdError
+
 HEAD = """# Fidelity
 
 Every figure and table of the papers that can be run in simulation: the paper's number beside ours. Written by
 `make fidelity`; each experiment replaces its own section. Where the paper's number cannot be
-reproduced from its text, the note says why.
+reproduced from its text, the note says why. Everything is simulated or computed; what a clock measured is
+marked as a timing and differs from run to run.
 """
 COLUMNS = "| quantity | paper | here | note |\n|---|---|---|---|\n"
 COLOURS, LINES = ("tab:blue", "tab:orange", "tab:green", "tab:red"), ("-", "--", "-.", ":")
@@ -21,14 +24,31 @@ Draw = Callable[[Any], None]
 """Draws on an empty matplotlib figure."""
 
 
+class ExperimentError(HapticdError):
+    """An experiment cannot be run as asked."""
+
+    code = "experiment"
+    exit_status = 2
+
+
 @dataclass(frozen=True, slots=True)
 class Row:
-    """A quantity: as the paper has it ("-" where it has none), as it came out here, and a remark."""
+    """A quantity: as the paper has it ("-" where it has none), as it came out here, and a remark.
+
+    Attributes:
+        timing: whether it was measured by a clock, and differs from run to run.
+    """
 
     quantity: str
     paper: str
     here: str
     note: str = ""
+    timing: bool = False
+
+    @property
+    def remark(self) -> str:
+        """The note, marked where it is of a timing."""
+        return "; ".join(part for part in ("timing" if self.timing else "", self.note) if part)
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,7 +74,7 @@ def write_rows(page: Path, name: str, title: str, rows: Sequence[Row]) -> None:
     heading = f"## {name}: "
     before, found, rest = text.partition(f"\n{heading}")
     after = rest.partition("\n## ")[2] if found else ""
-    cells = (f"| {r.quantity} | {r.paper} | {r.here} | {r.note} |" for r in rows)
+    cells = (f"| {r.quantity} | {r.paper} | {r.here} | {r.remark} |" for r in rows)
     body = f"\n{heading}{title}\n\n![{title}](figures/{name}.svg)\n\n{COLUMNS}" + "\n".join(cells) + "\n"
     page.write_text(before.rstrip("\n") + "\n" + body + (f"\n## {after}" if after else ""), encoding="utf-8")
 

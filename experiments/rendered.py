@@ -150,8 +150,8 @@ def rendered(twin: str, rule: Detection, seconds: float, progress: Callable[[str
     return watch.trace(begin, str(trip.verdict.detail) if trip else "")
 
 
-def seen(trace: Trace, signs: Mapping[str, NDArray[np.bool_]]) -> dict[str, float | None]:
-    """First time of each sign, (k,), after the first time of the one before [s]; None where there is none."""
+def seen(times: Array, signs: Mapping[str, NDArray[np.bool_]]) -> dict[str, float | None]:
+    """First of k times [s] of each sign, (k,), after that of the one before; None where there is none."""
     found: dict[str, float | None] = {}
     after = 0
     for name, sign in signs.items():
@@ -159,7 +159,7 @@ def seen(trace: Trace, signs: Mapping[str, NDArray[np.bool_]]) -> dict[str, floa
         if not later.size:
             return {**found, **dict.fromkeys(list(signs)[len(found) :], None)}
         after += int(later[0])
-        found[name] = float(trace.t[after])
+        found[name] = float(times[after])
     return found
 
 

@@ -258,7 +258,17 @@ def _add_experiment(commands: Commands) -> None:
     which.add_argument(
         "name", type=name, nargs="?", metavar="NAME", help="a figure or a table; a wrong name lists them"
     )
-    which.add_argument("--all", action="store_true", help="every experiment; takes some minutes")
+    which.add_argument(
+        "--all", action="store_true", help="every experiment, two at a time; takes some minutes"
+    )
+    experiment.add_argument(
+        "--machine", type=name, metavar="MACHINE", help="with --all: those of giant, rhi or bimanual"
+    )
+    experiment.add_argument(
+        "--full",
+        action="store_true",
+        help="more trials where an experiment has a study of many; takes longer",
+    )
     experiment.add_argument(
         "--out",
         type=folder,
@@ -399,7 +409,7 @@ def newest_log() -> str:
 def _experiment(options: argparse.Namespace) -> int:
     # by name: experiments build on the runtime, which must not import them
     command = import_module("hapticd.experiments.command")
-    return int(command.run(options.name, options.out, options.json))
+    return int(command.run(options.name, options.machine, options.out, options.json, options.full))
 
 
 def _check(options: argparse.Namespace) -> int:

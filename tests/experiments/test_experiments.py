@@ -7,6 +7,7 @@ import msgspec
 import numpy as np
 import pytest
 from hapticd.experiments import (
+    command,
     giant_redundancy,
     rhi_fig3,
     rhi_fig6,
@@ -209,6 +210,55 @@ def test_the_command_line_writes_plot_and_rows_where_it_is_told_and_nowhere_else
     assert main(["experiment", "rhi_fig6", "--out", str(there)]) == 0
     assert (there / "figures" / "rhi_fig6.svg").read_bytes() == first
     assert list(here.iterdir()) == []
+
+
+def test_all_of_a_machine_several_at_a_time_are_what_each_is_alone(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("matplotlib")
+    names = ("rhi_fig3", "rhi_fig6", "rhi_fig7")
+    monkeypatch.setattr(command, "NAMES", (*names, "bimanual_fig6"))
+    together, alone = tmp_path / "together", tmp_path / "alone"
+    assert main(["experiment", "--all", "--machine", "rhi", "--json", "--out", str(together)]) == 0
+    out = capsys.readouterr()
+    assert "3 of 3: " in out.err and "s of a processor" in out.err
+    figures = ""
+    for name in names:
+        assert main(["experiment", name, "--json", "--out", str(alone)]) == 0
+        figures += capsys.readouterr().out
+    assert out.out == figures
+    files = sorted(path.relative_to(together) for path in together.rglob("*.*"))
+    assert len(files) == 1 + len(names)
+    for file in files:
+        assert (together / file).read_bytes() == (alone / file).read_bytes()
+
+
+def test_a_machine_is_chosen_among_all_experiments_and_must_have_some(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    assert main(["experiment", "rhi_fig6", "--machine", "rhi"]) == 2
+    assert "leave it or 'rhi_fig6' out" in capsys.readouterr().err
+    assert main(["experiment", "--all", "--machine", "gaint"]) == 2
+    assert "did you mean 'giant'?" in capsys.readouterr().err
+    assert set(command._of("bimanual")) == {name for name in NAMES if "bimanual" in name}
+    assert set(command.MACHINES) == {"giant", "rhi", "bimanual"}
+    assert set(command.ALONE) < set(NAMES)
+
+
+def test_a_study_of_many_trials_runs_when_it_is_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    def study(progress: Callable[[str], None]) -> Outcome:
+        return Outcome([], {"trials": 100}, lambda figure: None)
+
+    monkeypatch.setattr(rhi_fig6, "study", study, raising=False)
+    assert command.perform("rhi_fig6", None, True, quiet).figures == {"trials": 100}
+    assert command.perform("rhi_fig6", None, False, quiet).figures != {"trials": 100}
+    assert command.perform("rhi_fig7", None, True, quiet).figures["K"] > 0.0  # which has no study
+
+
+def test_rows_of_timings_are_marked(tmp_path: Path) -> None:
+    write_rows(tmp_path / "x.md", "a", "first", [Row("x", "1", "2", "why", timing=True), Row("y", "3", "4")])
+    text = (tmp_path / "x.md").read_text()
+    assert "| x | 1 | 2 | timing; why |" in text and "| y | 3 | 4 |  |" in text
 
 
 def test_what_must_fail_fails_before_an_experiment_begins_and_leaves_nothing_behind(

@@ -14,8 +14,15 @@ from hapticd.experiments import (
     bimanual_fig6,
     bimanual_fig7,
     bimanual_table1,
+    giant_fig5,
+    giant_fig6,
     giant_fig8,
     giant_fig9,
+    giant_forces,
+    giant_table1,
+    giant_table3,
+    giant_timing,
+    haptify,
     mounting,
     palpation,
     rhi_fig9,
@@ -60,8 +67,30 @@ def little_work(monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setattr(rhi_fig10, name, count)
     monkeypatch.setattr(rhi_fig11, "switched", lambda rho, paper: palpation.Device().palpate(0.02, 0.5, 0.02))
     monkeypatch.setattr(rhi_fig11, "SWITCH", 10)
-    for module in (giant_fig8, giant_fig9):
-        monkeypatch.setattr(module, "SECONDS", 0.5)
+    for module in (giant_fig6, giant_fig8, giant_fig9):
+        monkeypatch.setattr(module, "SECONDS", 0.6)
+    for name in ("COUNT", "GRIPS", "SUBSET"):
+        monkeypatch.setattr(giant_fig5, name, 50)
+    stages = {"solve": {"mean": 2.0}, "log": {"mean": 1.0}}
+    compute = {"mean": 4.0, "p999": 5.0, "max": 6.0}
+    summary = {
+        "ticks": 9,
+        "shed": 0,
+        "skipped": 1,
+        "rate_hz": 1e3,
+        "compute_us": compute,
+        "stages_us": stages,
+    }
+    monkeypatch.setattr(giant_timing, "live", lambda seconds: summary)
+
+    def felt(*_: Any) -> haptify.Felt:
+        noise = np.random.default_rng(0).normal(size=(7, 13_000, 3))
+        return haptify.Felt(np.arange(13_000) / 1000.0, *noise, "")
+
+    monkeypatch.setattr(haptify, "felt", felt)
+    monkeypatch.setattr(giant_table3, "SAMPLES", 20_000)
+    for module in (giant_table1, giant_forces):
+        monkeypatch.setattr(module, "POSTURES", 20)
     monkeypatch.setattr(rhi_table1, "identify", lambda device, stiff: (1.0, 2.0))
     monkeypatch.setattr(bimanual_fig6, "SPEEDS", ())
     monkeypatch.setattr(bimanual_fig6, "SECONDS", 3.0)
