@@ -10,6 +10,8 @@ enum { INSTANTS = 24, BISECTIONS = 40 };
 static const double SLACK = 2e-3;
 /* Share of what is within a motor's reach that a stop counts on, and the least of a rated deceleration. */
 static const double BRAKING_SHARE = 0.7, LEAST_SHARE = 0.1;
+/* What is slower stands [rad/s or m/s]. */
+static const double STILL = 1e-3;
 
 typedef struct {
     double R[9 * SERIAL_MAX_JOINTS], p[3 * SERIAL_MAX_JOINTS];
@@ -115,22 +117,28 @@ static void assume(const look_ahead *l, const double *q, posture *at) {
     serial_places(l->chain, q, at->R, at->p);
 }
 
-/* How hard each joint brakes. */
+/* How hard each joint brakes at least: all of them together ask of each motor no more than its share. */
 static void brake(look_ahead *l) {
     const int base = l->n - l->m;
-    for (int i = 0; i < l->n; i++) l->braking[i] = l->rated[i];
+    double wanted[SERIAL_MAX_JOINTS];
+    for (int i = 0; i < l->n; i++) {
+        const double v = l->rate[i];
+        l->braking[i] = l->rated[i];
+        wanted[i] = fabs(v) < STILL ? 0.0 : -copysign(l->rated[i], v);
+    }
     for (int i = 0; i < l->m && l->inertia; i++) {
-        const double rated = l->rated[base + i];
-        const double room = l->rate[base + i] > 0.0 ? l->load[i] - l->least[i] : l->most[i] - l->load[i];
-        const double able = BRAKING_SHARE * room / l->inertia[(l->m + 1) * i];
-        l->braking[base + i] = clamp(able, LEAST_SHARE * rated, rated);
+        double torque = 0.0;
+        for (int j = 0; j < l->m; j++) torque += l->inertia[l->m * i + j] * wanted[base + j];
+        const double room = torque > 0.0 ? l->most[i] - l->load[i] : l->load[i] - l->least[i];
+        const double share = torque == 0.0 ? 1.0 : BRAKING_SHARE * room / fabs(torque);
+        l->braking[base + i] *= clamp(share, LEAST_SHARE, 1.0);
     }
 }
 
 /* Way of a joint within t of a stop, its speed then, and the way that is left: it goes on until the stop is
  * felt, then brakes. */
-static double way(const look_ahead *l, int i, double t, double *speed, double *left) {
-    const double felt = fmin(t, l->reaction[i]), v = fabs(l->rate[i]), a = l->braking[i];
+static double way(const look_ahead *l, const double *braking, int i, double t, double *speed, double *left) {
+    const double felt = fmin(t, l->reaction[i]), v = fabs(l->rate[i]), a = braking[i];
     const double braked = fmin(t - felt, v / a), slower = v - a * braked;
     *speed = t < l->reaction[i] ? fmax(fabs(l->drift[i]), v) : slower;
     *left = fabs(l->drift[i]) * (l->reaction[i] - felt) + 0.5 * slower * slower / a;
@@ -170,24 +178,25 @@ static int find_near(look_ahead *l, const double *ahead, int *near) {
     return count;
 }
 
-int look_ahead_update(look_ahead *l) {
+/* Follows the pairs that may come too near through a stop in which the joints brake so hard. */
+static int follow(look_ahead *l, const double *braking, const int *candidates, int count) {
     const int n = l->n;
-    double left[SERIAL_MAX_JOINTS], speed[SERIAL_MAX_JOINTS], q[SERIAL_MAX_JOINTS];
-    double gap[LOOK_MAX_PAIRS], end = 0.0;
+    double left[SERIAL_MAX_JOINTS], speed[SERIAL_MAX_JOINTS], q[SERIAL_MAX_JOINTS], end = 0.0;
+    double gap[LOOK_MAX_PAIRS];
     int near[LOOK_MAX_PAIRS];
-    brake(l);
     for (int i = 0; i < n; i++) {
-        end = fmax(end, l->reaction[i] + fabs(l->rate[i]) / l->braking[i]);
-        way(l, i, 0.0, &speed[i], &left[i]);
+        end = fmax(end, l->reaction[i] + fabs(l->rate[i]) / braking[i]);
+        way(l, braking, i, 0.0, &speed[i], &left[i]);
     }
-    l->looks = 0;
-    int count = find_near(l, left, near);
-    for (int j = 0; j < count; j++) gap[j] = l->known[near[j]] - l->allowed[near[j]];
+    for (int j = 0; j < count; j++) {
+        near[j] = candidates[j];
+        gap[j] = l->known[near[j]] - l->allowed[near[j]];
+    }
     for (double t = 0.0; count && t < end;) {
         double step = end;
         for (int j = 0; j < count; j++) step = fmin(step, gap[j] / fmax(along(l, near[j], speed), 1e-12));
         t = fmin(end, t + fmax(step, end / INSTANTS));
-        for (int i = 0; i < n; i++) q[i] = l->q[i] + way(l, i, t, &speed[i], &left[i]);
+        for (int i = 0; i < n; i++) q[i] = l->q[i] + way(l, braking, i, t, &speed[i], &left[i]);
         posture there;
         assume(l, q, &there), l->looks++;
         int kept = 0, met = -1;
@@ -205,6 +214,18 @@ int look_ahead_update(look_ahead *l) {
         count = kept;
     }
     return -1;
+}
+
+int look_ahead_update(look_ahead *l) {
+    double ahead[SERIAL_MAX_JOINTS], speed;
+    int near[LOOK_MAX_PAIRS];
+    brake(l);
+    for (int i = 0; i < l->n; i++) way(l, l->braking, i, 0.0, &speed, &ahead[i]);
+    l->looks = 0;
+    const int count = find_near(l, ahead, near);
+    const int met = follow(l, l->braking, near, count);
+    /* joints that make up for one another's motion do so no longer where some of them stop sooner */
+    return met < 0 ? follow(l, l->rated, near, count) : met;
 }
 
 void look_ahead_distances(const look_ahead *l, const double *q, double *distances) {

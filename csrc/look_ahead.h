@@ -33,7 +33,7 @@ typedef struct {
     const double *reach SHAPE(pairs, n); /* most that a pair comes closer by a unit of a joint's way */
     double margin;                       /* no pair may come nearer [m] */
     /* inputs of a tick: where the joints are, how fast they go on until the stop is felt and for how long,
-     * and from which speed they brake then, as hard as rated or as the motors can: inertia with rotors,
+     * and from which speed they brake then, as hard as rated or only as the motors can: inertia with rotors,
      * torque at rest, and what may be commanded (csrc/tracking.h) */
     const double *q SHAPE(n), *drift SHAPE(n), *reaction SHAPE(n), *rate SHAPE(n), *rated SHAPE(n);
     const double *inertia OPTIONAL(m, m), *load OPTIONAL(m), *least OPTIONAL(m), *most OPTIONAL(m);
