@@ -1,4 +1,4 @@
-"""Random motions of a machine that could meet itself and its surroundings: what the look-ahead halts.
+"""Beyond the papers: random motions of machines that could meet themselves and what is around them.
 
 Where the machine truly is judges, by coal on the shapes of its URDF, not where it believes to be. A halt
 counts as justified where the same session without the look-ahead comes to a contact.
@@ -6,6 +6,7 @@ counts as justified where the same session without the look-ahead comes to a con
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import count
@@ -27,17 +28,21 @@ from ..machines.rendering.sections import LookAhead as Section
 from ..machines.rendering.sections import Obstacle
 from ..machines.rendering.surroundings import obstacles, watched
 from ..models import Array, Robot
-from ..runtime.configuration.config import Loaded
+from ..runtime.configuration.config import Loaded, load
 from ..runtime.configuration.session import build
 from ..runtime.configuration.system import Stance, find_system
 from ..runtime.core.modes import Mode
 from ..runtime.live.lockstep import Lockstep, unswept
+from .outcome import Outcome, Progress, Row
 from .own_plant import Doubt
 from .random_hand import stranger
 from .temper import Temper
 
+TITLE = "random motions towards collisions and past them"
 SECONDS, BEGINS = 6.0, 2.0
 """Of a motion, and when its hand begins to move [s]."""
+LATER = 1.5
+"""A motion that nothing halts goes on so much longer: what halts at its end would touch after it [s]."""
 AFTER = 0.3
 """So long a halted machine is watched, whose hand goes on pulling [s]."""
 CLEAR = 0.08
@@ -48,6 +53,8 @@ FOLDING = 2.8
 """How far the giant's joints 2 and 3 turn here, either way [rad]."""
 LEG = 0.7
 """How far from where it began a hand wants to lead an arm, in each direction [m]."""
+TOWARDS, AWAY = ("halted", "too late", "missed"), ("free", "kept away", "halted for nothing")
+"""What becomes of motions with and without a contact where nothing halts."""
 REASON = "collision_ahead"
 
 
@@ -125,9 +132,16 @@ class Motion:
 
 @dataclass(frozen=True, slots=True)
 class Verdict:
-    """A motion, and the same without the look-ahead where that halted it."""
+    """A motion, and the same without the look-ahead where that halted it.
+
+    Attributes:
+        seed: of all that is random in it.
+        margin: of the look-ahead [m].
+        ahead, without: the same motion twice.
+    """
 
     seed: int
+    margin: float
     ahead: Motion
     without: Motion | None
 
@@ -141,18 +155,21 @@ class Verdict:
             return "other stop" if ahead.stop else "free"
         if ahead.contact < inf:
             return "too late"
-        return "halted" if without.contact < inf else "halted for nothing"
+        if without.contact < inf:
+            return "halted"
+        return "kept away" if without.least < self.margin else "halted for nothing"
 
 
 def judge(loaded: Loaded, seed: int) -> Verdict:
     """A random motion in random surroundings, of a machine that is not as its controller believes."""
     drawn, truth = _draw(loaded, seed)
-    ahead = _run(drawn, truth)
+    config: Any = drawn.config
+    ahead = _run(drawn, truth, SECONDS)
     without = None
     if ahead.stop == REASON:
         blind = msgspec.structs.replace(drawn.config, look_ahead=None)
-        without = _run(replace(drawn, config=blind), truth)
-    return Verdict(seed, ahead, without)
+        without = _run(replace(drawn, config=blind), truth, SECONDS + LATER)
+    return Verdict(seed, float(config.look_ahead.margin), ahead, without)
 
 
 def _draw(loaded: Loaded, seed: int) -> tuple[Loaded, Truth]:
@@ -284,16 +301,16 @@ def _place(plant: Any) -> Array:
     return np.array([*(plant.ppu.position if hasattr(plant, "ppu") else ()), *plant.arm.q])
 
 
-def _run(loaded: Loaded, truth: Truth) -> Motion:
+def _run(loaded: Loaded, truth: Truth, seconds: float) -> Motion:
     with unswept():
-        return _watch(Lockstep(build(loaded)), truth)
+        return _watch(Lockstep(build(loaded)), truth, seconds)
 
 
-def _watch(lockstep: Lockstep, truth: Truth) -> Motion:
+def _watch(lockstep: Lockstep, truth: Truth, seconds: float) -> Motion:
     cycle, rate = lockstep.session.cycle, lockstep.session.config.loop.rate
     least, contact, left, stopped, tick = inf, inf, round(AFTER * rate), inf, 0
     reason = detail = ""
-    while tick < SECONDS * rate and left:
+    while tick < seconds * rate and left:
         lockstep.tick()
         tick += 1
         if cycle.stops.last:
@@ -307,3 +324,55 @@ def _watch(lockstep: Lockstep, truth: Truth) -> Motion:
             contact = tick / rate
             break
     return Motion(reason, stopped, detail, least, contact)
+
+
+MACHINES = ("giant", "panda")
+COUNT = 30
+"""Motions of each machine; the seeds on which the margins were chosen are below FIRST."""
+FIRST = 1000
+
+
+def run(progress: Progress) -> Outcome:
+    """Some random motions of each machine, and what became of them."""
+    rows, figures, found = [], {}, {}
+    for name in MACHINES:
+        loaded, verdicts = load(name), []
+        for i in range(COUNT):
+            progress(f"{name}, motion {i + 1} of {COUNT}")
+            verdicts.append(judge(loaded, FIRST + i))
+        found[name] = verdicts
+        figures[name] = dict(Counter(verdict.kind for verdict in verdicts))
+        rows += _rows(name, verdicts)
+
+    def draw(figure: Any) -> None:
+        for axes, (name, verdicts) in zip(
+            figure.subplots(1, len(found), sharey=True), found.items(), strict=True
+        ):
+            pairs = [(v.ahead.least, v.without.least) for v in verdicts if v.without]
+            for label, least in zip(("with look-ahead", "without"), zip(*pairs, strict=True), strict=True):
+                axes.plot(1e3 * np.sort(least), marker="o", ms=3, label=label)
+            axes.set(title=name, xlabel="motions that were halted")
+        figure.axes[0].set_ylabel("least distance [mm]")
+        figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=2)
+
+    return Outcome(rows, figures, draw)
+
+
+def _rows(name: str, verdicts: Sequence[Verdict]) -> list[Row]:
+    kinds = Counter(verdict.kind for verdict in verdicts)
+    towards, rest = (sum(kinds[kind] for kind in of) for of in (TOWARDS, AWAY))
+    least = min((v.ahead.least for v in verdicts if v.without), default=inf)
+    return [
+        Row(
+            f"{name}: motions that come to a contact without the look-ahead, halted before it",
+            "-",
+            f"{kinds['halted']} of {towards}",
+            f"nothing came nearer than {1e3 * least:.1f} mm" if least < inf else "",
+        ),
+        Row(
+            f"{name}: other motions, halted",
+            "-",
+            f"{kinds['halted for nothing'] + kinds['kept away']} of {rest}",
+            f"of these {kinds['kept away']} would have passed something within the margin",
+        ),
+    ]

@@ -12,6 +12,7 @@ import numpy as np
 import pinocchio as pin
 
 from ...configs.numerals import number
+from ...configs.ranges import RANGES
 from ...configs.words import counted, nearest
 from ...models import Array
 from ...models.xml_tree import Element, parse
@@ -28,6 +29,7 @@ UNKNOWN_MASS, UNKNOWN_RADIUS = 0.1, 0.03
 """What is guessed of a link that a joint moves and that has no mass [kg, m]."""
 GRASPING = ("gripper", "finger", "thumb", "jaw", "claw")
 """Words in the names of joints that close a gripper; of the links that they move, all but the first."""
+SMALLEST, LARGEST = RANGES["size"].lower, RANGES["size"].upper
 TIPS = ("tcp", "tool0", "tool", "ee", "flange", "hand", "gripper")
 """Words in the names of links that people hold an arm at, best first."""
 
@@ -77,6 +79,16 @@ class Joint:
         return self.kind in MOVING and not self.follows and self.lower < self.upper
 
 
+@dataclass(frozen=True, slots=True)
+class Primitive:
+    """A collision shape of a link: what the URDF calls it, its numbers by their names, and its place."""
+
+    kind: str
+    numbers: dict[str, tuple[float, ...]]
+    xyz: tuple[float, ...]
+    rpy: tuple[float, ...]
+
+
 @dataclass(slots=True)
 class Description:
     """A serial arm.
@@ -86,6 +98,7 @@ class Description:
         joints: that move, from base to tip, by their names.
         links: bodies of the links, by their names; None where one is a mere frame.
         frozen: fixed joints.
+        shapes: for collisions, of links that have any.
         handle: mass of the handle that is put on the tip [kg].
         remarks: what was left out, frozen, mended or guessed, a sentence each.
         source: name of the file.
@@ -95,6 +108,7 @@ class Description:
     joints: dict[str, Joint]
     links: dict[str, Body | None]
     frozen: list[Joint]
+    shapes: dict[str, list[Primitive]] = field(default_factory=dict)
     handle: float = 0.3
     remarks: list[str] = field(default_factory=list)
     source: str = ""
@@ -113,11 +127,15 @@ def read_arm(text: str, source: str, tip: str | None) -> Description:
     _require_expanded(root, source)
     links = {_name(link, source): _body(link, source) for link in root.all("link")}
     joints = [_joint(joint, source) for joint in root.all("joint")]
-    tree = _Tree(links, joints, source)
+    shapes = {_name(link, source): _primitives(link, source) for link in root.all("link")}
+    tree = _Tree(links, joints, source, shapes)
     remarks: list[str] = []
-    shapes = sum(len(link.all("visual")) + len(link.all("collision")) for link in root.all("link"))
-    if shapes:
-        remarks.append(f"{shapes} shapes and their meshes are left out: nothing here needs them")
+    every = sum(len(link.all("visual")) + len(link.all("collision")) for link in root.all("link"))
+    unused = every - sum(map(len, shapes.values()))
+    if unused:
+        remarks.append(
+            f"{unused} shapes and their meshes are left out: only primitives for collisions are kept"
+        )
     end = tree.end(tip)
     if tip is None:
         remarks.append(f"the tip is taken to be '{end}'; --tip names another")
@@ -135,8 +153,14 @@ def read_arm(text: str, source: str, tip: str | None) -> Description:
 class _Tree:
     """Links and the joints between them."""
 
-    def __init__(self, links: Mapping[str, Body | None], joints: Sequence[Joint], source: str) -> None:
-        self.links, self.source = links, source
+    def __init__(
+        self,
+        links: Mapping[str, Body | None],
+        joints: Sequence[Joint],
+        source: str,
+        shapes: Mapping[str, list[Primitive]],
+    ) -> None:
+        self.links, self.source, self.shapes = links, source, shapes
         self.above: dict[str, Joint] = {}
         self.below: dict[str, list[Joint]] = {name: [] for name in links}
         for joint in joints:
@@ -288,7 +312,8 @@ def _gather(name: str, chain: Sequence[Joint], tree: _Tree, remarks: list[str]) 
             other = branches.pop()
             branches += tree.below[other.child]
             stuck += [other.name] if other.kind != "fixed" else []
-            if tree.links[other.child] is None and not tree.below[other.child]:
+            empty = tree.links[other.child] is None and not tree.shapes[other.child]
+            if empty and not tree.below[other.child]:
                 dropped.append(other.child)
             else:
                 kept[other.child] = tree.links[other.child]
@@ -298,7 +323,8 @@ def _gather(name: str, chain: Sequence[Joint], tree: _Tree, remarks: list[str]) 
     if dropped:
         remarks.append(f"merged into what carries them, for they weigh nothing: {', '.join(sorted(dropped))}")
     kept[chain[first].parent] = None  # what does not move needs no mass
-    return _renamed(Description(name, joints, kept, frozen, remarks=remarks), chain[-1].child)
+    shapes = {link: tree.shapes[link] for link in kept if tree.shapes[link]}
+    return _renamed(Description(name, joints, kept, frozen, shapes, remarks=remarks), chain[-1].child)
 
 
 def _frozen(joint: Joint) -> Joint:
@@ -350,6 +376,7 @@ def _renamed(arm: Description, tip: str) -> Description:
         joints,
         {**links, SENSOR: None, HANDLE: None},
         [*map(rename, arm.frozen), *mounts],
+        {new["link", name]: shapes for name, shapes in arm.shapes.items()},
         remarks=arm.remarks,
     )
 
@@ -450,6 +477,32 @@ def _body(link: Element, source: str) -> Body | None:
     return Body(mass, np.array(xyz), R @ matrix @ R.T)
 
 
+SIZES: dict[str, dict[str, tuple[float, ...]]] = {
+    "box": {"size": (0.0, 0.0, 0.0)},
+    "cylinder": {"radius": (0.0,), "length": (0.0,)},
+    "capsule": {"radius": (0.0,), "length": (0.0,)},
+    "sphere": {"radius": (0.0,)},
+}
+"""Numbers of primitives, by their names in a URDF."""
+
+
+def _primitives(link: Element, source: str) -> list[Primitive]:
+    """Collision shapes of a link that are no meshes; what has no size is none."""
+    found: list[Primitive] = []
+    for element in link.all("collision"):
+        geometry = element.child("geometry")
+        for kind, sizes in SIZES.items():
+            described = geometry.child(kind) if geometry else None
+            if described is None:
+                continue
+            numbers = {key: _numbers(described, key, zero, source) for key, zero in sizes.items()}
+            shape = Primitive(kind, numbers, *_pose(element, source))
+            fits = all(SMALLEST <= value <= LARGEST for values in numbers.values() for value in values)
+            if fits and shape not in found:
+                found.append(shape)
+    return found
+
+
 def _joint(element: Element, source: str) -> Joint:
     name, kind = _name(element, source), element.attributes.get("type", "")
     if kind not in (*MOVING, "fixed", "floating", "planar"):
@@ -514,6 +567,11 @@ def write_urdf(arm: Description) -> str:
             ET.SubElement(
                 inertial, "inertia", {key: repr(float(body.inertia[at])) for key, at in entries.items()}
             )
+        for shape in arm.shapes.get(name, ()):
+            collision = ET.SubElement(link, "collision")
+            ET.SubElement(collision, "origin", xyz=_text(shape.xyz), rpy=_text(shape.rpy))
+            sizes = {key: _text(values) for key, values in shape.numbers.items()}
+            ET.SubElement(ET.SubElement(collision, "geometry"), shape.kind, sizes)
     for joint in (*arm.joints.values(), *arm.frozen):
         _write_joint(robot, joint)
     ET.indent(robot)

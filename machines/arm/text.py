@@ -27,6 +27,7 @@ def write_toml(guess: Guess, source: str, model: str) -> str:
         _devices(guess),
         _arm(guess),
         _joints(guess),
+        _surroundings(guess),
         _simulation(guess),
         _hand(guess),
     ]
@@ -202,6 +203,22 @@ d_gain = "{_number(guess.d_gain[i])} {DAMPER[slides]}"
 def _down(value: float) -> str:
     """Never above the model's."""
     return _number(value * (1.0 - 1e-5))
+
+
+def _surroundings(guess: Guess) -> str:
+    own = (
+        "links, by the collision shapes of the model"
+        if guess.arm.shapes
+        else "no links: the model has no shapes"
+    )
+    return f"""# {87 * "-"} surroundings
+
+# the arm halts before it meets anything that stands here: {own};
+# uncomment the floor, and add [[look_ahead.obstacles]] with name, centre and size
+[look_ahead]
+margin = "15 mm"
+# floor = "0 m"
+"""
 
 
 def _simulation(guess: Guess) -> str:
