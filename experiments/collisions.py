@@ -173,7 +173,7 @@ def judge(loaded: Loaded, seed: int) -> Verdict:
 
 
 def _draw(loaded: Loaded, seed: int) -> tuple[Loaded, Truth]:
-    """A machine without the limits that keep it from collisions, in surroundings where nothing is near yet."""
+    """A machine without the limits that keep it from collisions, where nothing is near yet."""
     course = GiantCourse() if isinstance(loaded.config, GiantConfig) else ArmCourse()
     free = course.free(loaded)
     robot = Robot.from_urdf(free.model_text, free.model_source)

@@ -206,15 +206,12 @@ def _down(value: float) -> str:
 
 
 def _surroundings(guess: Guess) -> str:
-    own = (
-        "links, by the collision shapes of the model"
-        if guess.arm.shapes
-        else "no links: the model has no shapes"
-    )
+    shaped = len(guess.arm.shapes) > 1  # the handle has a shape anyhow
+    own = "or itself" if shaped else "but not itself: the model has no shapes for collisions but meshes"
     return f"""# {87 * "-"} surroundings
 
-# the arm halts before it meets anything that stands here: {own};
-# uncomment the floor, and add [[look_ahead.obstacles]] with name, centre and size
+# The arm halts before it meets what stands here, {own}.
+# Uncomment the floor, and add [[look_ahead.obstacles]] with name, centre and size.
 [look_ahead]
 margin = "15 mm"
 # floor = "0 m"

@@ -6,6 +6,7 @@ import json
 import re
 import xml.etree.ElementTree as ET
 from collections.abc import Callable
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +15,9 @@ from hapticd.devices.force_torque import ForceTorque
 from hapticd.machines.arm.config import ArmConfig
 from hapticd.machines.arm.errors import InitError
 from hapticd.machines.arm.init import Made, init
+from hapticd.machines.arm.machine import foreseen_limits
+from hapticd.machines.rendering.surroundings import unwatched, watched
+from hapticd.models import Robot
 from hapticd.runtime.command_line.cli import main
 from hapticd.runtime.configuration.config import parse
 
@@ -30,6 +34,38 @@ def test_what_is_written_is_accepted_and_always_the_same(text: Callable[[], str]
     assert first == made(text())
     said = first.toml.replace("\n#   ", " ")
     assert all(f"# * {remark}" in said for remark in first.remarks)
+
+
+def test_primitives_for_collisions_are_kept_and_watched() -> None:
+    shape = '<collision><origin xyz="0.2 0 0.1"/><geometry><box size="0.3 0.1 0.08"/></geometry></collision>'
+    text = planar()
+    for name in ("upper", "fore", "hand"):
+        at = text.index("</link>", text.index(f'<link name="{name}">'))
+        text = text[:at] + shape + text[at:]
+    found = made(text)
+    described = Robot.from_urdf(found.urdf, "x.clean.urdf").shapes
+    assert [(each.link, each.kind) for each in described] == [
+        *((name, "box") for name in ("upper", "fore", "hand")),
+        ("handle", "cylinder"),
+    ]
+    np.testing.assert_allclose(described[1].T[:3, 3], [0.2, 0.0, 0.1])
+    assert described[1].size == (0.3, 0.1, 0.08)
+    config = parse(found.toml, "x.toml")
+    assert isinstance(config, ArmConfig) and config.look_ahead
+    robot = Robot.from_urdf(found.urdf, "x.clean.urdf")
+    limits = foreseen_limits(config, robot)
+    pairs, _ = watched(robot, config.look_ahead, limits)
+    assert ("hand", "upper") in [(first.name, second.name) for first, second in pairs]
+    # a box lies within its capsule: its corners do
+    first = next(first for first, _ in pairs if first.name == "hand")
+    corners = np.array([0.2, 0.0, 0.1]) + np.array([0.15, 0.05, 0.04]) * np.array(
+        list(product((-1, 1), repeat=3))
+    )
+    way = first.b - first.a
+    for corner in corners:
+        nearest = first.a + np.clip((corner - first.a) @ way / (way @ way), 0.0, 1.0) * way
+        assert np.linalg.norm(corner - nearest) <= first.radius + 1e-12
+    assert unwatched(robot, config.look_ahead, limits) == []
 
 
 @pytest.mark.parametrize("seed", range(8, 14))
