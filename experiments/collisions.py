@@ -6,7 +6,6 @@ counts as justified where the same session without the look-ahead comes to a con
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import count
@@ -28,17 +27,15 @@ from ..machines.rendering.sections import LookAhead as Section
 from ..machines.rendering.sections import Obstacle
 from ..machines.rendering.surroundings import obstacles, watched
 from ..models import Array, Robot
-from ..runtime.configuration.config import Loaded, load
+from ..runtime.configuration.config import Loaded
 from ..runtime.configuration.session import build
 from ..runtime.configuration.system import Stance, find_system
 from ..runtime.core.modes import Mode
 from ..runtime.live.lockstep import Lockstep, unswept
-from .outcome import Outcome, Progress, Row
 from .own_plant import Doubt
 from .random_hand import stranger
 from .temper import Temper
 
-TITLE = "random motions towards collisions and past them"
 SECONDS, BEGINS = 6.0, 2.0
 """Of a motion, and when its hand begins to move [s]."""
 LATER = 1.5
@@ -80,8 +77,13 @@ class Truth:
             if abs(shapes[i].parentJoint - shapes[j].parentJoint) > 1
             and frozenset((links[i], links[j])) not in together
         ]
-        self._around = [_solid(body) for body in obstacles(section)]
-        self._moving = [i for i, shape in enumerate(shapes) if shape.parentJoint > 0]
+        around = [(body.name, _solid(body)) for body in obstacles(section)]
+        self._around = [
+            (i, solid)
+            for i, shape in enumerate(shapes)
+            for name, solid in around
+            if shape.parentJoint > 0 and frozenset((links[i], name)) not in together
+        ]
 
     def near(self, q: Array) -> float:
         """Least distance at joints (n,) [m]; coal's, where it is small."""
@@ -99,7 +101,7 @@ class Truth:
             for shape, M in zip(shapes, at, strict=True)
         ]
         own = [_distance(solids[i], solids[j]) for i, j in self._pairs]
-        return min(own + [_distance(solids[i], solid) for i in self._moving for solid in self._around])
+        return min(own + [_distance(solids[i], solid) for i, solid in self._around])
 
 
 def _solid(body: Body) -> tuple[Any, Any]:
@@ -324,55 +326,3 @@ def _watch(lockstep: Lockstep, truth: Truth, seconds: float) -> Motion:
             contact = tick / rate
             break
     return Motion(reason, stopped, detail, least, contact)
-
-
-MACHINES = ("giant", "panda")
-COUNT = 30
-"""Motions of each machine; the seeds on which the margins were chosen are below FIRST."""
-FIRST = 1000
-
-
-def run(progress: Progress) -> Outcome:
-    """Some random motions of each machine, and what became of them."""
-    rows, figures, found = [], {}, {}
-    for name in MACHINES:
-        loaded, verdicts = load(name), []
-        for i in range(COUNT):
-            progress(f"{name}, motion {i + 1} of {COUNT}")
-            verdicts.append(judge(loaded, FIRST + i))
-        found[name] = verdicts
-        figures[name] = dict(Counter(verdict.kind for verdict in verdicts))
-        rows += _rows(name, verdicts)
-
-    def draw(figure: Any) -> None:
-        for axes, (name, verdicts) in zip(
-            figure.subplots(1, len(found), sharey=True), found.items(), strict=True
-        ):
-            pairs = [(v.ahead.least, v.without.least) for v in verdicts if v.without]
-            for label, least in zip(("with look-ahead", "without"), zip(*pairs, strict=True), strict=True):
-                axes.plot(1e3 * np.sort(least), marker="o", ms=3, label=label)
-            axes.set(title=name, xlabel="motions that were halted")
-        figure.axes[0].set_ylabel("least distance [mm]")
-        figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=2)
-
-    return Outcome(rows, figures, draw)
-
-
-def _rows(name: str, verdicts: Sequence[Verdict]) -> list[Row]:
-    kinds = Counter(verdict.kind for verdict in verdicts)
-    towards, rest = (sum(kinds[kind] for kind in of) for of in (TOWARDS, AWAY))
-    least = min((v.ahead.least for v in verdicts if v.without), default=inf)
-    return [
-        Row(
-            f"{name}: motions that come to a contact without the look-ahead, halted before it",
-            "-",
-            f"{kinds['halted']} of {towards}",
-            f"nothing came nearer than {1e3 * least:.1f} mm" if least < inf else "",
-        ),
-        Row(
-            f"{name}: other motions, halted",
-            "-",
-            f"{kinds['halted for nothing'] + kinds['kept away']} of {rest}",
-            f"of these {kinds['kept away']} would have passed something within the margin",
-        ),
-    ]

@@ -28,6 +28,7 @@ NAMES = (
     "rhi_fig10",
     "rhi_fig11",
     "giant_redundancy",
+    "giant_collisions",
     "giant_table1",
     "giant_forces",
     "giant_fig5",

@@ -414,7 +414,7 @@ def _mend(arm: Description) -> None:
     across = mass * (3.0 * r * r + h * h) / 12.0
     centre = np.array([0.0, 0.0, -0.3 * h])
     arm.links[HANDLE] = Body(mass, centre, np.diag([across, across, mass * r * r / 2.0]))
-    grip = {"radius": (r,), "length": (h,)}
+    grip: dict[str, tuple[float, ...]] = {"radius": (r,), "length": (h,)}
     arm.shapes[HANDLE] = [Primitive("cylinder", grip, tuple(centre.tolist()), (0.0, 0.0, 0.0))]
     arm.remarks.append(
         f"a handle of {mass:g} kg on a force-torque sensor is put on the tip, along its z axis"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from importlib import import_module
+from math import inf
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,8 @@ from hapticd.experiments import (
     bimanual_fig6,
     bimanual_fig7,
     bimanual_table1,
+    collisions,
+    giant_collisions,
     giant_fig5,
     giant_fig6,
     giant_fig8,
@@ -67,6 +70,11 @@ def little_work(monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setattr(rhi_fig10, name, count)
     monkeypatch.setattr(rhi_fig11, "switched", lambda rho, paper: palpation.Device().palpate(0.02, 0.5, 0.02))
     monkeypatch.setattr(rhi_fig11, "SWITCH", 10)
+    touched, free = (
+        collisions.Motion(stop, 1.0, "", least, inf) for stop, least in (("", -0.01), ("x", 0.02))
+    )
+    verdict = collisions.Verdict(1, 0.02, free, touched)
+    monkeypatch.setattr(giant_collisions, "judge", lambda loaded, seed: verdict)
     for module in (giant_fig6, giant_fig8, giant_fig9):
         monkeypatch.setattr(module, "SECONDS", 0.6)
     for name in ("COUNT", "GRIPS", "SUBSET"):
