@@ -185,6 +185,14 @@ class LookAhead:
         seconds = max(core.apart, 0.0) / closing if closing > 0.0 else 0.0
         return Meeting((first.name, second.name), core.apart, core.after, seconds)
 
+    def pressed(self, share: float) -> str:
+        """What came nearer than a share of the margin while it is held, for people; "" for nothing."""
+        found = lib.look_ahead_pressed(self._core, share)
+        if found < 0:
+            return ""
+        first, second = self.pairs[found]
+        return f"{first.name} is pushed towards {second.name}, {1e3 * self._core.apart:.0f} mm away"
+
     def distances(self, q: Array) -> Array:
         """Distances of all pairs at a posture (n,), (pairs,) [m]; own buffer; not for the tick."""
         at, out = (pointer(x, kind, len(x)) for x, kind in ((q, "const double"), (self._distances, "double")))

@@ -157,16 +157,20 @@ void look_ahead_reset(look_ahead *l) {
     for (int k = 0; k < l->pairs; k++) l->known[k] = l->allowed[k] = -INFINITY;
 }
 
+/* How near each pair may have come since the last tick. */
+static void recall(look_ahead *l) {
+    double moved[SERIAL_MAX_JOINTS];
+    for (int i = 0; i < l->n; i++) moved[i] = fabs(l->q[i] - l->seen[i]), l->seen[i] = l->q[i];
+    for (int k = 0; k < l->pairs; k++) l->known[k] -= along(l, k, moved);
+}
+
 /* What comes no nearer than it may, whatever the joints do on so much of their way, needs no look. */
 static int find_near(look_ahead *l, const double *ahead, int *near) {
-    double moved[SERIAL_MAX_JOINTS];
     posture here;
     int stale = 0, count = 0;
-    for (int i = 0; i < l->n; i++) moved[i] = fabs(l->q[i] - l->seen[i]), l->seen[i] = l->q[i];
-    for (int k = 0; k < l->pairs; k++) {
-        l->known[k] -= along(l, k, moved);
+    recall(l);
+    for (int k = 0; k < l->pairs; k++)
         if (!(l->known[k] - l->allowed[k] > along(l, k, ahead))) near[stale++] = k;
-    }
     if (stale) assume(l, l->q, &here), l->looks++;
     for (int j = 0; j < stale; j++) {
         const int k = near[j];
@@ -226,6 +230,25 @@ int look_ahead_update(look_ahead *l) {
     const int met = follow(l, l->braking, near, count);
     /* joints that make up for one another's motion do so no longer where some of them stop sooner */
     return met < 0 ? follow(l, l->rated, near, count) : met;
+}
+
+int look_ahead_pressed(look_ahead *l, double share) {
+    posture here;
+    int placed = 0;
+    recall(l);
+    l->looks = 0;
+    for (int k = 0; k < l->pairs; k++) {
+        const double least = share * l->allowed[k];
+        if (!(l->allowed[k] > 0.0) || l->known[k] >= least) continue;
+        if (!placed) assume(l, l->q, &here), l->looks++;
+        placed = 1;
+        l->known[k] = distance(l, k, &here);
+        if (l->known[k] < least) {
+            l->apart = l->known[k];
+            return k;
+        }
+    }
+    return -1;
 }
 
 void look_ahead_distances(const look_ahead *l, const double *q, double *distances) {

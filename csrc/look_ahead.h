@@ -52,6 +52,9 @@ void look_ahead_reset(look_ahead *l);
 /* The pair that would come too near in a stop from here, or -1. */
 int look_ahead_update(look_ahead *l);
 
+/* A pair that is nearer than a share of what it may be, of a machine that is held; or -1. */
+int look_ahead_pressed(look_ahead *l, double share);
+
 /* Distances of all pairs (pairs) at a posture (n); what overlaps is below 0, a box at -radius. */
 void look_ahead_distances(const look_ahead *l, const double *q, double *distance);
 

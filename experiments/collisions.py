@@ -164,17 +164,17 @@ class Verdict:
 
 def judge(loaded: Loaded, seed: int) -> Verdict:
     """A random motion in random surroundings, of a machine that is not as its controller believes."""
-    drawn, truth = _draw(loaded, seed)
+    drawn, truth = draw(loaded, seed)
     config: Any = drawn.config
-    ahead = _run(drawn, truth, SECONDS)
+    ahead = run(drawn, truth, SECONDS)
     without = None
     if ahead.stop == REASON:
         blind = msgspec.structs.replace(drawn.config, look_ahead=None)
-        without = _run(replace(drawn, config=blind), truth, SECONDS + LATER)
+        without = run(replace(drawn, config=blind), truth, SECONDS + LATER)
     return Verdict(seed, float(config.look_ahead.margin), ahead, without)
 
 
-def _draw(loaded: Loaded, seed: int) -> tuple[Loaded, Truth]:
+def draw(loaded: Loaded, seed: int) -> tuple[Loaded, Truth]:
     """A machine without the limits that keep it from collisions, where nothing is near yet."""
     course = GiantCourse() if isinstance(loaded.config, GiantConfig) else ArmCourse()
     free = course.free(loaded)
@@ -303,7 +303,8 @@ def _place(plant: Any) -> Array:
     return np.array([*(plant.ppu.position if hasattr(plant, "ppu") else ()), *plant.arm.q])
 
 
-def _run(loaded: Loaded, truth: Truth, seconds: float) -> Motion:
+def run(loaded: Loaded, truth: Truth, seconds: float) -> Motion:
+    """A motion of so many seconds, until something touches, or a while after a stop."""
     with unswept():
         return _watch(Lockstep(build(loaded)), truth, seconds)
 

@@ -264,6 +264,8 @@ def _following(t: Thresholds, trust: Trust) -> Check:
 
 def _collision(t: Thresholds, trust: Trust) -> Check:
     def check(seen: Observation) -> Verdict:
+        if seen.pressed:
+            return Verdict(Reaction.RAMP, "collision_ahead", seen.pressed)
         return Verdict(Reaction.HOLD, "collision_ahead", seen.ahead) if seen.ahead else PASS
 
     return check

@@ -54,6 +54,7 @@ class Observation:
         astray: per axis, whether it is further from where its controller has it than loads explain.
         overload: axis of which more torque is asked than is rated, now or lately; "" for none.
         ahead: what the machine would have met if it went on, for people; "" for nothing.
+        pressed: what a hand pushes together that is held, for people; "" for nothing.
         position, velocity: measured, one an axis.
         way: speed by the way that the encoder nearest to the person went lately, one an axis.
         armed: whether the drives are meant to run.
@@ -83,6 +84,7 @@ class Observation:
     astray: Sequence[bool] = ()
     overload: str = ""
     ahead: str = ""
+    pressed: str = ""
     position: Sequence[float] = ()
     velocity: Sequence[float] = ()
     way: Sequence[float] = ()

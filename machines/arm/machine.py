@@ -138,6 +138,11 @@ class SerialArm:
         return self._foresight.ahead
 
     @property
+    def pressed(self) -> str:
+        """What the hand pushes together while the arm is held; see ``Foreseeing``."""
+        return self._foresight.pressed
+
+    @property
     def inside_limits(self) -> bool:
         """Whether the measured posture may be engaged."""
         return all(a.lower <= q <= a.upper for a, q in zip(self.axes, self.position, strict=True))
@@ -185,6 +190,7 @@ class SerialArm:
         self._rendering.slow_down(STILL, wrench, together=not any(dropped))
         self.astray = self._rendering.astray
         self.overload = self._rendering.overload
+        self._foresight.hold()
         self._command()
         return self._standstill.update(self.plausibility.speed, dropped) and self._rendering.still
 

@@ -163,9 +163,13 @@ class Giant:
         )
         self._foresight = Foresight(config.look_ahead, robot, foreseen_limits(config), self._place, stop)
 
+    def _locate(self) -> None:
+        k = len(PPU_JOINTS)
+        self._place[:k], self._place[k:] = self._axes.position, self._joints.link_position
+
     def _look_ahead(self) -> None:
         k, control = len(PPU_JOINTS), self.force_control
-        self._place[:k], self._place[k:] = self._axes.position, self._joints.link_position
+        self._locate()
         self._drift[:k], self._drift[k:] = self._observer.qd, control.qd
         self._rate[:k], self._rate[k:] = self._axes.target_velocity, control.qd
         self._foresight.update()
@@ -174,6 +178,11 @@ class Giant:
     def ahead(self) -> str:
         """What the machine would have met if it went on; see ``Foreseeing``."""
         return self._foresight.ahead
+
+    @property
+    def pressed(self) -> str:
+        """What the hand pushes together while the machine is held; see ``Foreseeing``."""
+        return self._foresight.pressed
 
     @property
     def felt(self) -> Array:
@@ -248,6 +257,8 @@ class Giant:
         self._rendering.slow_down(self._base, wrench, carried, self.inertial and not any(dropped))
         self.astray = self._rendering.astray + self._gantry_follows
         self.overload = self._rendering.overload
+        self._locate()
+        self._foresight.hold()
         self._prepositioning.velocity[:] = self._axes.target_velocity
         self._prepositioning.stop()
         self._command(1.0)

@@ -154,9 +154,11 @@ class Foreseeing(Protocol):
 
     Attributes:
         ahead: what it would have met, in words, as its last ``update`` saw it; "" for nothing.
+        pressed: what comes too near while it is held, as its last ``brake`` saw it; "" for nothing.
     """
 
     ahead: str
+    pressed: str
 
 
 @dataclass(frozen=True, slots=True)

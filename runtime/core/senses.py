@@ -118,7 +118,9 @@ class Senses:
         seen.unbalanced = found.unbalanced
         seen.astray = machine.astray if mode in RENDERING else ()
         seen.overload = machine.overload
-        seen.ahead = self._foreseeing.ahead if self._foreseeing and mode in RENDERING else ""
+        if self._foreseeing:
+            seen.ahead = self._foreseeing.ahead if mode in RENDERING else ""
+            seen.pressed = self._foreseeing.pressed if mode is Mode.HOLDING else ""
         seen.position, seen.velocity = machine.position, machine.velocity
         seen.way = machine.plausibility.way
         seen.armed = mode.powered

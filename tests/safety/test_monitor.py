@@ -89,6 +89,7 @@ def test_a_healthy_machine_passes(monitor: Monitor) -> None:
         ({"skipped": 20}, Reaction.RAMP, "stall"),
         ({"skipped": 20, "armed": False}, Reaction.RECORD, "overrun"),
         ({"solved": False}, Reaction.SANITISE, "solve_failed"),
+        ({"pressed": "a link is pushed towards the floor"}, Reaction.RAMP, "collision_ahead"),
         ({"ahead": "a link would have met the floor"}, Reaction.HOLD, "collision_ahead"),
     ],
 )
