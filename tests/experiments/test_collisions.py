@@ -40,7 +40,7 @@ def test_a_motion_to_a_contact_is_halted_before_it(seed: int, met: str) -> None:
 
 
 def test_a_hand_that_pushes_a_held_machine_on_is_met_by_its_brakes(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Springs that are not as believed contradict the sensor after 0.2 s: what holds against the hand fades."""
+    """Springs that are not as believed contradict the sensor: what holds against the hand fades."""
     loaded = load("panda")
     config: Any = loaded.config
     near = msgspec.structs.replace(config.look_ahead, margin=Clearance(0.01))
