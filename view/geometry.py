@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import msgspec
@@ -9,6 +10,7 @@ import numpy as np
 import pinocchio as pin
 
 from ..models import Array, Robot
+from ..runtime.core.scene import Grip, MachineScene
 
 BODY, JOINT, TIP = (0.62, 0.66, 0.71), (0.93, 0.50, 0.13), (0.20, 0.45, 0.75)
 """Colours of a machine whose model shows no shapes."""
@@ -34,6 +36,34 @@ class Shape(msgspec.Struct, frozen=True):
     colour: list[float]
 
 
+def drawn(robot: Robot, scene: MachineScene) -> Robot:
+    """The joints of a model that a scene draws; the others stand where the model has them at zero."""
+    others = [name for name in robot.names if not name.startswith(scene.parts)]
+    return robot.without(others) if others else robot
+
+
+class Grips:
+    """Where hands hold a machine, and what they do to it there."""
+
+    def __init__(self, robot: Robot, grips: Sequence[Grip]) -> None:
+        self._robot = robot
+        self._grips = [
+            (robot.frame(grip.frame), pin.SE3(pin.exp3(np.array(grip.turned)), np.array(grip.offset)), grip)
+            for grip in grips
+        ]
+
+    def place(self, posture: Sequence[float], wrenches: Sequence[float]) -> list[tuple[pin.SE3, Array]]:
+        """Pose of each grip, and the wrench there, (6,) [N, N m], both in the base's axes."""
+        model, data = self._robot.model, self._robot.data
+        pin.forwardKinematics(model, data, self._robot.configuration(np.array(posture, float)))
+        found = []
+        rows = np.array(wrenches, float).reshape(-1, 2, 3)
+        for (frame, inside, grip), wrench in zip(self._grips, rows, strict=True):
+            at = pin.updateFramePlacement(model, data, frame) * inside
+            found.append((at, (wrench @ at.rotation.T if grip.own_axes else wrench).ravel()))
+        return found
+
+
 class Geometry:
     """Shapes of a model.
 
@@ -41,18 +71,25 @@ class Geometry:
         shapes: all of them.
     """
 
-    def __init__(self, robot: Robot, urdf: str, handle: str) -> None:
+    def __init__(self, robot: Robot, urdf: str, grips: Sequence[Grip]) -> None:
         """The shapes that the description shows, or else a skeleton of its joints."""
-        self._robot, self._handle = robot, robot.frame(handle)
-        self.shapes = _visible(robot, urdf) or _skeleton(robot, self._handle)
+        self._robot, self._grips = robot, Grips(robot, grips)
+        self.shapes = _visible(robot, urdf) or _skeleton(robot, [robot.frame(grip.frame) for grip in grips])
 
-    def place(self, posture: Array) -> tuple[list[float], list[float]]:
-        """Poses of the joints from the first on, seven numbers each, and the place of the handle [m]."""
-        model, data = self._robot.model, self._robot.data
-        pin.forwardKinematics(model, data, self._robot.configuration(np.array(posture, float)))
-        handle = pin.updateFramePlacement(model, data, self._handle).translation
-        poses = [value for joint in range(1, model.njoints) for value in pose(data.oMi[joint])]
-        return poses, [round(float(v), 5) for v in handle]
+    def place(
+        self, posture: Sequence[float], wrenches: Sequence[float]
+    ) -> tuple[list[float], list[float], list[float]]:
+        """Where everything is.
+
+        Returns:
+            Poses of the joints from the first on, seven numbers each; places of the grips [m]; the wrenches
+            there in the base's axes.
+        """
+        grips = self._grips.place(posture, wrenches)
+        data = self._robot.data
+        poses = [value for joint in range(1, self._robot.model.njoints) for value in pose(data.oMi[joint])]
+        places = [round(float(v), 5) for at, _ in grips for v in at.translation]
+        return poses, places, [float(v) for _, wrench in grips for v in wrench]
 
 
 def pose(placement: Any) -> list[float]:
@@ -83,13 +120,14 @@ def _shape(visual: Any) -> Shape | None:
     return Shape(int(visual.parentJoint), kind, size, pose(visual.placement), colour)
 
 
-def _skeleton(robot: Robot, handle: int) -> list[Shape]:
+def _skeleton(robot: Robot, grips: Sequence[int]) -> list[Shape]:
     """A capsule from each joint to the next, and a drum about each that turns."""
     model = robot.model
-    frame = model.frames[handle]
+    frames = [model.frames[grip] for grip in grips]
     ends = [(model.parents[j], model.jointPlacements[j].translation) for j in range(1, model.njoints)]
-    ends.append((frame.parentJoint, frame.placement.translation))
-    thick = THICKNESS * max(sum(float(np.linalg.norm(end)) for _, end in ends), 1e-3)
+    ends += [(frame.parentJoint, frame.placement.translation) for frame in frames]
+    reach = sum(float(np.linalg.norm(end)) for _, end in ends) / len(frames)  # of each of its arms
+    thick = THICKNESS * max(reach, 1e-3)
     shapes = [link for joint, end in ends if (link := _link(int(joint), end, thick))]
     for joint in range(1, model.njoints):
         axis = np.array(pin.computeJointJacobian(model, model.createData(), pin.neutral(model), joint)[3:])
@@ -97,8 +135,10 @@ def _skeleton(robot: Robot, handle: int) -> list[Shape]:
         if np.linalg.norm(axis) > 0.5:
             turned = _along(axis / np.linalg.norm(axis), np.zeros(3))
             shapes.append(Shape(joint, "cylinder", [1.3 * thick, 3.0 * thick], pose(turned), list(JOINT)))
-    tip = pin.SE3(np.eye(3), np.array(frame.placement.translation))
-    return [*shapes, Shape(int(frame.parentJoint), "sphere", [0.6 * thick], pose(tip), list(TIP))]
+    for frame in frames:
+        tip = pin.SE3(np.eye(3), np.array(frame.placement.translation))
+        shapes.append(Shape(int(frame.parentJoint), "sphere", [0.6 * thick], pose(tip), list(TIP)))
+    return shapes
 
 
 def _link(joint: int, end: Array, thick: float) -> Shape | None:

@@ -10,19 +10,19 @@ from time import monotonic, sleep
 from typing import Any, Protocol
 
 import msgspec
-import numpy as np
 
 from ..runtime.configuration.config import Loaded, parse
 from ..runtime.configuration.known import built_in
 from ..runtime.configuration.session import Session, build
 from ..runtime.core.machine import near
+from ..runtime.core.scene import MachineScene
 from ..runtime.invocation import program
 from ..runtime.recording.channels import Channels
 from ..runtime.recording.frames import BARS_PER_OCTAVE, LEAST_US, Frame, FrameMaker, Said
 from ..runtime.recording.log import Log
 from ..runtime.recording.published import ORDERS, SUFFIX, About, SessionError, Subscriber, run_folder, running
 from ..runtime.recording.summary import Summary
-from .geometry import Geometry
+from .geometry import Geometry, drawn
 
 MOST_FRAMES, LEAST_TICKS = 3000, 20
 """Frames of a recording at most, and ticks of one at least."""
@@ -58,10 +58,10 @@ class Drawn:
     """Puts frames into the form that a page reads: the posture becomes poses of the joints."""
 
     def __init__(self, session: Session) -> None:
-        system, robot = session.system, session.robot
+        system = session.system
         self.session, self.channels = session, Channels(session)
         self.scene = system.scene(session.config) if system.scene else None
-        self._geometry = Geometry(robot, session.loaded.model_text, self.scene.handle) if self.scene else None
+        self._geometry = _geometry(session, self.scene) if self.scene else None
 
     def hello(self, name: str, live: bool, words: list[str]) -> bytes:
         """What a page must know before the first frame."""
@@ -83,6 +83,7 @@ class Drawn:
                     }
                     for spec in self.channels.specs
                 ],
+                "grips": [grip.name for grip in scene.grips] if scene else [],
                 "shapes": self._geometry.shapes if self._geometry else [],
                 "boxes": [
                     {
@@ -106,8 +107,13 @@ class Drawn:
         for name in ("low", "high", "mean", "wrench"):
             said[name] = [_short(value) for value in said[name]]
         if self._geometry and len(frame.posture):
-            said["joints"], said["handle"] = self._geometry.place(np.array(frame.posture))
+            said["joints"], said["grips"], wrenches = self._geometry.place(frame.posture, frame.wrench)
+            said["wrench"] = [_short(value) for value in wrenches]
         return msgspec.json.encode(said)
+
+
+def _geometry(session: Session, scene: MachineScene) -> Geometry:
+    return Geometry(drawn(session.robot, scene), session.loaded.model_text, scene.grips)
 
 
 def _bound(value: float) -> float | None:

@@ -1,4 +1,4 @@
-"""Work that the hand does on a machine: its wrench along the way of the handle."""
+"""Work that hands do on a machine: their wrenches along the ways of the grips."""
 
 from __future__ import annotations
 
@@ -7,33 +7,27 @@ import pinocchio as pin
 
 from ..models import Array, Robot
 from ..runtime.core.scene import MachineScene
+from .geometry import Grips, drawn
 
 
 class Work:
-    """Adds up the work of a hand, tick by tick, by the trapezoid rule.
+    """Adds up the work of all hands, tick by tick, by the trapezoid rule.
 
     Attributes:
-        total: since the beginning, positive where the hand put it into the machine [J].
+        total: since the beginning, positive where the hands put it into the machine [J].
     """
 
     def __init__(self, robot: Robot, scene: MachineScene) -> None:
-        self._robot, self._scene = robot, scene
-        self._handle = robot.frame(scene.handle)
-        self._place: pin.SE3 | None = None
-        self._wrench: Array = np.zeros(6)
+        self._scene, self._grips = scene, Grips(drawn(robot, scene), scene.grips)
+        self._before: list[tuple[pin.SE3, Array]] = []
         self.total = 0.0
 
     def add(self, state: np.void) -> float:
         """Take a logged state; the total."""
-        model, data = self._robot.model, self._robot.data
-        pin.forwardKinematics(
-            model, data, self._robot.configuration(np.array(self._scene.posture(state), float))
-        )
-        place = pin.updateFramePlacement(model, data, self._handle).copy()
-        wrench = np.array(self._scene.wrench(state))
-        if self._place is not None:
-            turn = pin.log3(place.rotation @ self._place.rotation.T)
-            way = np.concatenate([place.translation - self._place.translation, turn])
-            self.total += 0.5 * float((wrench + self._wrench) @ way)
-        self._place, self._wrench = place, wrench
+        now = self._grips.place(self._scene.posture(state), self._scene.wrench(state))
+        for (last, pulled), (place, wrench) in zip(self._before, now, strict=False):
+            turn = pin.log3(place.rotation @ last.rotation.T)
+            way = np.concatenate([place.translation - last.translation, turn])
+            self.total += 0.5 * float((wrench + pulled) @ way)
+        self._before = now
         return self.total

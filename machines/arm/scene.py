@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ...runtime.core.scene import Box, Plane
+from ...runtime.core.scene import Box, Grip, Plane
 from ..rendering.scene import felt_wrench, twin_position
 from .config import ArmConfig
 
@@ -14,11 +14,12 @@ from .config import ArmConfig
 class ArmScene:
     """See ``MachineScene``."""
 
+    parts = ("",)
     planes: tuple[Plane, ...] = ()
 
     def __init__(self, config: ArmConfig) -> None:
         arm = config.arm
-        self.handle = str(arm.frames.handle)
+        self.grips = (Grip("", str(arm.frames.handle)),)
         self.boxes: tuple[Box, ...] = tuple(
             Box(box.frame.replace("_", " "), _corner(box.lower), _corner(box.upper))
             for box in arm.boxes or ()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from ...runtime.configuration.system import System
 from ..telemanipulation.limits import StationLimits
+from ..telemanipulation.scene import StationScene
 from .check import check_avatar
 from .config import AvatarConfig
 from .figures import AvatarFigures
@@ -15,5 +16,12 @@ def _limits(config: AvatarConfig) -> StationLimits:
     return StationLimits(config.avatar)
 
 
-AVATAR = System(AvatarConfig, AvatarStation, _limits, AvatarFigures, avatar_plant, check_avatar)
+def _scene(config: AvatarConfig) -> StationScene:
+    return StationScene(config.avatar, "wrench")
+
+
+AVATAR = System(
+    *(AvatarConfig, AvatarStation, _limits, AvatarFigures, avatar_plant, check_avatar),
+    scene=_scene,
+)
 """What hapticd finds by the entry point."""

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ...runtime.core.scene import Box, Plane
+from ...runtime.core.scene import Box, Grip, Plane
 from ..rendering.scene import felt_wrench, twin_position
 from .config import GiantConfig
 
@@ -14,7 +14,8 @@ from .config import GiantConfig
 class GiantScene:
     """See ``MachineScene``."""
 
-    handle = "handle"
+    grips = (Grip("", "handle"),)
+    parts = ("",)
     planes: tuple[Plane, ...] = ()
 
     def __init__(self, config: GiantConfig) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from ...runtime.configuration.system import System
 from ..telemanipulation.limits import StationLimits
+from ..telemanipulation.scene import StationScene
 from .check import check_operator
 from .config import OperatorConfig
 from .figures import OperatorFigures
@@ -15,5 +16,12 @@ def _limits(config: OperatorConfig) -> StationLimits:
     return StationLimits(config.operator)
 
 
-OPERATOR = System(OperatorConfig, OperatorStation, _limits, OperatorFigures, operator_plant, check_operator)
+def _scene(config: OperatorConfig) -> StationScene:
+    return StationScene(config.operator, "hand")
+
+
+OPERATOR = System(
+    *(OperatorConfig, OperatorStation, _limits, OperatorFigures, operator_plant, check_operator),
+    scene=_scene,
+)
 """What hapticd finds by the entry point."""

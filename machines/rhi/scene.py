@@ -7,18 +7,19 @@ from math import hypot
 
 import numpy as np
 
-from ...runtime.core.scene import Box, Plane
+from ...runtime.core.scene import Box, Grip, Plane
 from .config import RhiConfig, RhiPlane
 
 
 class RhiScene:
     """See ``MachineScene``. Of its bodies planes are drawn; directions that its task lacks are zero."""
 
+    parts = ("",)
     boxes: tuple[Box, ...] = ()
 
     def __init__(self, config: RhiConfig) -> None:
         rhi = config.rhi
-        self.handle = str(rhi.task.frame)
+        self.grips = (Grip("", str(rhi.task.frame)),)
         planes = {name: body for name, body in rhi.bodies.items() if isinstance(body, RhiPlane)}
         self.planes: tuple[Plane, ...] = tuple(
             Plane(name, _three(body.point), _three([x / hypot(*body.normal) for x in body.normal]))

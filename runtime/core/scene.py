@@ -38,23 +38,44 @@ class Plane:
     normal: tuple[float, float, float]
 
 
+@dataclass(frozen=True, slots=True)
+class Grip:
+    """Where a hand holds the machine.
+
+    Attributes:
+        name: for people; "" where there is no other.
+        frame: of the model that carries it.
+        offset: of the grip in that frame (3,) [m].
+        turned: rotation vector of the grip's axes in that frame (3,) [rad].
+        own_axes: whether its wrench is given in the grip's axes instead of the base's.
+    """
+
+    name: str
+    frame: str
+    offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    turned: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    own_axes: bool = False
+
+
 class MachineScene(Protocol):
     """How a logged state looks in the room; all of it in the model's base frame.
 
     Attributes:
-        handle: frame of the model that the hand holds.
+        parts: what the names of the joints that are drawn begin with; ("",) draws the whole model.
+        grips: where hands hold the machine.
         boxes, planes: that stand still.
     """
 
-    handle: str
+    parts: tuple[str, ...]
+    grips: tuple[Grip, ...]
     boxes: tuple[Box, ...]
     planes: tuple[Plane, ...]
 
     def posture(self, state: np.void) -> Sequence[float]:
-        """Measured positions of the model's joints, in its order, (nv,) [rad or m]."""
+        """Measured positions of the joints that are drawn, in the model's order, (nv,) [rad or m]."""
 
     def wrench(self, state: np.void) -> Sequence[float]:
-        """Measured wrench of the hand on the machine at the handle, (6,) [N, N m]."""
+        """Measured wrenches of the hands on the machine at the grips, (6 grips,) [N, N m]."""
 
     def twin(self, state: np.void) -> Sequence[float] | None:
-        """Where the rendered twin has the handle, (3,) [m]; None for a machine without one."""
+        """Where what is rendered has the grips, (3 grips,) [m]; None where that has no place."""

@@ -63,7 +63,9 @@ class Channels:
         self._limits, self._figures = system.limits(config), system.figures()
         self._scene = system.scene(config) if system.scene else None
         self._expected = session.cycle.image.expected
-        hand = (*((name, "N") for name in FORCE), *((name, "N m") for name in TORQUE))
+        axes = (*((name, "N") for name in FORCE), *((name, "N m") for name in TORQUE))
+        grips = self._scene.grips if self._scene else ()
+        hand = [(f"{grip.name} {name}".strip(), unit) for grip in grips for name, unit in axes]
         groups = {
             Group.PUNCTUALITY: [Channel(name, "us", Group.PUNCTUALITY) for name in ("lateness", "compute")],
             Group.STAGES: [Channel(stage.name.lower(), "us", Group.STAGES) for stage in Stage],
@@ -77,7 +79,7 @@ class Channels:
                 Channel(spec.name, spec.unit, Group.LIMITS, float(spec.lower), float(spec.upper))
                 for spec in self._limits.specs
             ],
-            Group.HAND: [Channel(name, unit, Group.HAND) for name, unit in hand if self._scene],
+            Group.HAND: [Channel(name, unit, Group.HAND) for name, unit in hand],
             Group.FIGURES: [Channel(spec.name, spec.unit, Group.FIGURES) for spec in self._figures.specs],
         }
         self.specs = tuple(spec for specs in groups.values() for spec in specs)

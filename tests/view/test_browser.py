@@ -104,9 +104,9 @@ def test_a_person_plays_and_the_session_replays(chromium: Any, tmp_path: Path) -
     with running("demo", "panda", "--log", str(log)) as (child, url):
         with opened(chromium, url) as page:
             until(page, "now.mode === 'ACTIVE'")
-            before = page.evaluate("now.handle")
-            page.evaluate("lead([now.handle[0] + .04, now.handle[1] + .08, now.handle[2]])")
-            until(page, f"Math.hypot(...V.sub(now.handle, {before})) > .01 && Math.hypot(...now.wrench) > 1")
+            before = page.evaluate("now.grips")
+            page.evaluate("lead([now.grips[0] + .04, now.grips[1] + .08, now.grips[2]])")
+            until(page, f"Math.hypot(...V.sub(now.grips, {before})) > .01 && Math.hypot(...now.wrench) > 1")
             page.get_by_role("button", name="e-stop").click()
             until(page, "now.stop === 'e_stop' && now.e_stop_closed === false")
             assert "emergency stop" in page.locator("#stop").text_content()

@@ -12,6 +12,7 @@ from hapticd.models import Robot
 from hapticd.runtime.command_line.cli import main
 from hapticd.runtime.configuration.known import built_in
 from hapticd.runtime.core.modes import Mode
+from hapticd.runtime.core.scene import Grip
 from hapticd.runtime.recording.channels import Group
 from hapticd.runtime.recording.log import LoggedEvent, open_log
 from hapticd.runtime.timing.forensics import LateTick
@@ -115,7 +116,8 @@ def test_what_a_recording_says_is_never_markup(found: Recorded) -> None:
 class Lift:
     """A hand that pulls with a force along the way."""
 
-    handle = "handle"
+    parts = ("",)
+    grips = (Grip("", "handle"),)
     boxes = planes = ()
 
     def posture(self, state: Any) -> Any:

@@ -203,5 +203,5 @@ async def test_a_recording_is_sent_as_a_whole(recorded: Callable[[str], Path]) -
     assert ticks == sorted(ticks) and ticks[-1] >= 1500
     moving = frames[-1]
     assert len(moving["mean"]) == len(hello["channels"])
-    assert len(moving["joints"]) % 7 == 0 and len(moving["handle"]) == 3
+    assert len(moving["joints"]) % 7 == 0 and len(moving["grips"]) == 3
     assert any(text.startswith("READY") for frame in frames for _, _, text in frame["events"])

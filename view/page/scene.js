@@ -39,15 +39,15 @@ class Scene {
     return {buffer, count: points.length / 3};
   }
   begin(hello) { // another machine
-    this.boxes = hello.boxes; this.planes = hello.planes; this.joints = []; this.handle = null; this.framed = false;
+    this.boxes = hello.boxes; this.planes = hello.planes; this.joints = []; this.grips = []; this.twin = []; this.framed = false;
     this.shapes = hello.shapes.map(s => ({joint: s.joint, colour: s.colour, parts: parts(s)}));
   }
   show(frame) {
     if (!frame.joints) return;
     this.joints = [M.pose([0, 0, 0, 0, 0, 0, 1])];
     for (let at = 0; at < frame.joints.length; at += 7) this.joints.push(M.pose(frame.joints, at));
-    this.handle = frame.handle; this.wrench = frame.wrench;
-    this.twin = ["ENGAGING", "ACTIVE"].includes(frame.mode) ? frame.twin : null;
+    this.grips = threes(frame.grips); this.wrenches = threes(frame.wrench);
+    this.twin = ["ENGAGING", "ACTIVE"].includes(frame.mode) && frame.twin ? threes(frame.twin) : [];
     if (!this.framed) this.frameAll();
   }
   frameAll() { // the camera sees all of the machine
@@ -100,15 +100,17 @@ class Scene {
         this.body(part.kind, M.times(this.joints[shape.joint], part.matrix), [...shape.colour.map(lighter), 1]);
     }
     for (const b of this.boxes) this.wire(b, [...edge, .75]);
-    if (this.handle) { // in front of the machine that surrounds it
+    if (this.grips.length) { // in front of the machine that surrounds it
       gl.depthRange(0, .02);
       const size = this.extent * .022;
-      gl.depthMask(false); // the twin's place is seen around the handle, and hides nothing
-      if (this.twin) this.body("sphere", ballAt(this.twin, size * 1.5), [...colour("--c3"), .38]);
+      gl.depthMask(false); // the twin's place is seen around the grip, and hides nothing
+      for (const place of this.twin) this.body("sphere", ballAt(place, size * 1.5), [...colour("--c3"), .38]);
       gl.depthMask(true);
-      this.body("sphere", ballAt(this.handle, size * (this.grabbed || this.hover ? 1.5 : 1)), [...accent, 1]);
-      this.arrow();
-      if (this.grabbed) this.segments([this.handle, this.grabbed.place], [...accent, 1]);
+      this.grips.forEach((grip, i) => {
+        this.body("sphere", ballAt(grip, size * (this.grabbed || this.hover ? 1.5 : 1)), [...accent, 1]);
+        this.arrow(grip, this.wrenches[2 * i]);
+      });
+      if (this.grabbed) this.segments([this.grips[0], this.grabbed.place], [...accent, 1]);
       gl.depthRange(0, 1);
     }
     gl.depthMask(false);
@@ -166,12 +168,12 @@ class Scene {
     const at = (a, b) => V.add(V.add(p.point, x, a * r), y, b * r * .6);
     this.segments([at(-1, -1), at(1, -1), at(1, -1), at(1, 1), at(1, 1), at(-1, 1), at(-1, 1), at(-1, -1)], [...c, .8]);
   }
-  arrow() { // of the force of the hand on the machine
-    const force = (this.wrench || [0, 0, 0]).slice(0, 3), size = V.size(force);
+  arrow(grip, force) { // of a hand on the machine
+    const size = V.size(force);
     if (size < .5) return;
     const long = this.extent * .5 * (1 - Math.exp(-size / 40)), way = V.scale(V.unit(force), long), thick = this.extent * .008, c = [...colour("--c2"), 1];
-    this.body("cylinder", M.times(M.along(this.handle, V.scale(way, .8), thick), M.axes([1, 0, 0], [0, 1, 0], [0, 0, 1], [0, 0, .5])), c);
-    this.body("cone", M.along(V.add(this.handle, way, .78), V.scale(way, .22), thick * 2.6), c);
+    this.body("cylinder", M.times(M.along(grip, V.scale(way, .8), thick), M.axes([1, 0, 0], [0, 1, 0], [0, 0, 1], [0, 0, .5])), c);
+    this.body("cone", M.along(V.add(grip, way, .78), V.scale(way, .22), thick * 2.6), c);
   }
   seen(p) { // on the canvas, in CSS pixels
     const [x, y, , w] = M.point(this.view, p);
@@ -185,13 +187,13 @@ class Scene {
   pointers() {
     const canvas = this.canvas, down = new Map();
     const at = event => { const box = canvas.getBoundingClientRect(); return [event.clientX - box.left, event.clientY - box.top]; };
-    const near = p => { const s = this.handle && this.view && this.seen(this.handle); return s && Math.hypot(s[0] - p[0], s[1] - p[1]) < 30; };
+    const near = p => { const s = this.grips.length && this.view && this.seen(this.grips[0]); return s && Math.hypot(s[0] - p[0], s[1] - p[1]) < 30; };
     const drop = event => { down.delete(event.pointerId); if (this.grabbed?.id === event.pointerId) this.grabbed = null; this.draw(); };
     canvas.addEventListener("pointerdown", event => {
       canvas.setPointerCapture(event.pointerId); down.set(event.pointerId, at(event));
       if (down.size === 1 && this.onlead && near(at(event))) {
         const eye = this.eye();
-        this.grabbed = {id: event.pointerId, place: this.handle, origin: this.handle, normal: V.unit(V.sub(this.camera.target, eye))};
+        this.grabbed = {id: event.pointerId, place: this.grips[0], origin: this.grips[0], normal: V.unit(V.sub(this.camera.target, eye))};
       }
     });
     canvas.addEventListener("pointermove", event => {
@@ -220,6 +222,7 @@ class Scene {
   }
 }
 const FOV = .6, LIGHT = V.unit([.35, -.45, .9]);
+const threes = list => list.flatMap((_, i) => i % 3 ? [] : [list.slice(i, i + 3)]);
 const lighter = c => .08 + .92 * c;
 const ballAt = (p, r) => M.axes([r, 0, 0], [0, r, 0], [0, 0, r], p);
 function normals(m) { // columns over the squares of their sizes: right for stretched bodies

@@ -63,8 +63,8 @@ function show() {
   lamp(now.mode, LAMPS[now.mode]);
   $("time").textContent = (now.tick / hello.rate).toFixed(1) + " s";
   $("next").textContent = hello.live ? nextStep() : "";
-  const force = Math.hypot(...now.wrench.slice(0, 3));
-  $("force").textContent = now.wrench.length ? `hand ${force.toFixed(force < 10 ? 1 : 0)} N` : "";
+  const forces = threes(now.wrench).filter((_, i) => i % 2 === 0).map(V.size);
+  $("force").textContent = forces.map((f, i) => `${hello.grips[i]} hand ${f.toFixed(f < 10 ? 1 : 0)} N`.trim()).join(", ");
   $("held").textContent = showLimits() || "no limit";
   if (now.stop) $("stop").textContent = events.findLast(e => e.severity === "stop" && e.tick <= now.tick)?.text ?? now.stop;
   $("estop").classList.toggle("on", now.e_stop_closed === false);
