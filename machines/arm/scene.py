@@ -14,12 +14,12 @@ from .config import ArmConfig
 class ArmScene:
     """See ``MachineScene``."""
 
-    parts = ("",)
+    parts: tuple[str, ...] = ("",)
     planes: tuple[Plane, ...] = ()
 
     def __init__(self, config: ArmConfig) -> None:
         arm = config.arm
-        self.grips = (Grip("", str(arm.frames.handle)),)
+        self.grips: tuple[Grip, ...] = (Grip("", str(arm.frames.handle)),)
         self.boxes: tuple[Box, ...] = tuple(
             Box(box.frame.replace("_", " "), _corner(box.lower), _corner(box.upper))
             for box in arm.boxes or ()

@@ -14,8 +14,8 @@ from .config import GiantConfig
 class GiantScene:
     """See ``MachineScene``."""
 
-    grips = (Grip("", "handle"),)
-    parts = ("",)
+    grips: tuple[Grip, ...] = (Grip("", "handle"),)
+    parts: tuple[str, ...] = ("",)
     planes: tuple[Plane, ...] = ()
 
     def __init__(self, config: GiantConfig) -> None:

@@ -14,12 +14,12 @@ from .config import RhiConfig, RhiPlane
 class RhiScene:
     """See ``MachineScene``. Of its bodies planes are drawn; directions that its task lacks are zero."""
 
-    parts = ("",)
+    parts: tuple[str, ...] = ("",)
     boxes: tuple[Box, ...] = ()
 
     def __init__(self, config: RhiConfig) -> None:
         rhi = config.rhi
-        self.grips = (Grip("", str(rhi.task.frame)),)
+        self.grips: tuple[Grip, ...] = (Grip("", str(rhi.task.frame)),)
         planes = {name: body for name, body in rhi.bodies.items() if isinstance(body, RhiPlane)}
         self.planes: tuple[Plane, ...] = tuple(
             Plane(name, _three(body.point), _three([x / hypot(*body.normal) for x in body.normal]))

@@ -4,7 +4,7 @@ class Scene {
   constructor(canvas) {
     this.canvas = canvas;
     const gl = this.gl = canvas.getContext("webgl", {antialias: true, alpha: true, stencil: true, premultipliedAlpha: true});
-    this.shapes = []; this.boxes = []; this.planes = []; this.joints = [];
+    this.shapes = []; this.boxes = []; this.planes = []; this.joints = []; this.grips = []; this.twin = [];
     this.camera = {yaw: -.9, pitch: .42, distance: 5, target: [0, 0, 0]};
     this.floor = 0; this.extent = 1; this.grabbed = null; this.onlead = null; this.framed = false;
     if (!gl) return;
