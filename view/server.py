@@ -33,8 +33,8 @@ from websockets.typing import Origin
 
 from ..runtime.errors import HapticdError
 from ..runtime.live.interrupts import asking
+from .errors import ViewError
 from .source import LiveSource, Recording, newest
-from .view_command import ViewError
 
 LOOK_S = 0.02
 """Between two looks at what the recorder has published."""

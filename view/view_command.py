@@ -6,21 +6,14 @@ import argparse
 from typing import TYPE_CHECKING
 
 from ..runtime.command_line.arguments import Commands, count, file, name
-from ..runtime.errors import HapticdError
 from ..runtime.invocation import install
+from .errors import ViewError
 
 if TYPE_CHECKING:
     from .source import LiveSource, Recording
 
 PORT = 8420
 MOST_PORT = 65535
-
-
-class ViewError(HapticdError):
-    """The dashboard cannot be served as asked."""
-
-    code = "view"
-    exit_status = 2
 
 
 def add_view(commands: Commands) -> None:

@@ -16,9 +16,9 @@ from hapticd.runtime.command_line.cli import main
 from hapticd.runtime.recording.log import open_log
 
 pytest.importorskip("websockets", reason="the extra `view` is not installed")
+from hapticd.view.errors import ViewError
 from hapticd.view.server import MOST_WAITING, Address, Dashboard, Visit, loopback, page
 from hapticd.view.source import Recording
-from hapticd.view.view_command import ViewError
 from websockets.asyncio.client import connect
 from websockets.exceptions import InvalidStatus
 
