@@ -262,7 +262,10 @@ def _add_experiment(commands: Commands) -> None:
         "--all", action="store_true", help="every experiment, two at a time; takes some minutes"
     )
     experiment.add_argument(
-        "--machine", type=name, metavar="MACHINE", help="with --all: those of giant, rhi or bimanual"
+        "--machine",
+        type=name,
+        metavar="MACHINE",
+        help="with --all: those of one machine alone; a wrong name lists them",
     )
     experiment.add_argument(
         "--full",
