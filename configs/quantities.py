@@ -63,6 +63,7 @@ class Clearance(Length):
 
 
 class LimitMargin(Angle):
+    strict = True
     range = Range(1e-2, 1.0, "rad", "the play of a gear; half the range of a motor")
 
 
@@ -116,6 +117,14 @@ class AngularDamping(Quantity):
     strict = False
 
 
+class DampingGain(Damping):
+    strict = True
+
+
+class AngularDampingGain(AngularDamping):
+    strict = True
+
+
 class Rate(Quantity):
     dimension = "rate"
 
@@ -165,6 +174,7 @@ class HandStiffness(Stiffness):
 
 
 class HandDamping(Damping):
+    strict = True
     range = Range(1e-3, 1e3, "N s/m", "a loose finger; a tense arm")
 
 
@@ -173,6 +183,7 @@ class HandAngularStiffness(AngularStiffness):
 
 
 class HandAngularDamping(AngularDamping):
+    strict = True
     range = Range(1e-6, 100.0, "N m s/rad", "a loose finger; a tense arm")
 
 

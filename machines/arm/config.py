@@ -12,12 +12,14 @@ from ...configs.quantities import (
     Angles3,
     AngularAcceleration,
     AngularDamping,
+    AngularDampingGain,
     AngularSpeed,
     AngularStiffness,
     AnyAngle,
     AnyLength,
     Corner,
     Damping,
+    DampingGain,
     Force,
     HandAngularDamping,
     HandAngularStiffness,
@@ -59,7 +61,7 @@ class RevoluteJoint(Strict, frozen=True, tag_field="type", tag="revolute"):
     acceleration: AngularAcceleration
     rotor_inertia: Inertia
     p_gain: AngularStiffness
-    d_gain: AngularDamping
+    d_gain: AngularDampingGain
     stiffness: AngularStiffness | None = None
     home: AnyAngle | None = None
 
@@ -72,7 +74,7 @@ class PrismaticJoint(Strict, frozen=True, tag_field="type", tag="prismatic"):
     acceleration: Acceleration
     rotor_inertia: Mass
     p_gain: Stiffness
-    d_gain: Damping
+    d_gain: DampingGain
     stiffness: Stiffness | None = None
     home: AnyLength | None = None
 

@@ -8,9 +8,11 @@ from msgspec import Meta
 
 from ...configs.quantities import (
     AngularDamping,
+    AngularDampingGain,
     AngularSpeed,
     AngularStiffness,
     Damping,
+    DampingGain,
     EitherAngle,
     Fade,
     Instant,
@@ -29,8 +31,8 @@ class Impedance(Strict, frozen=True):
 
     stiffness: Stiffness
     rotational_stiffness: AngularStiffness
-    damping: Damping
-    rotational_damping: AngularDamping
+    damping: DampingGain
+    rotational_damping: AngularDampingGain
     fade: Fade
 
 

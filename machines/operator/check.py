@@ -27,6 +27,7 @@ def check_operator(config: OperatorConfig, robot: Robot) -> Found:
         others |= {f"{side}_glove": SenseGlove for side in SIDES}
         others |= {f"{side}_hand": RemoteHand for side in SIDES}
     found = check_station("operator", config, own, config.simulation, robot, others)
+    found += _presses(config)
     if own.avatar is None:
         return found
     for side in SIDES:
@@ -36,6 +37,20 @@ def check_operator(config: OperatorConfig, robot: Robot) -> Found:
             wrong = _foreseeable(key, chain, robot)
         found += wrong
     return found
+
+
+def _presses(config: OperatorConfig) -> Found:
+    """Buttons that are let go of before they are pressed."""
+    presses = (config.simulation and config.simulation.buttons) or ()
+    return [
+        (
+            f"simulation.buttons[{i}].until",
+            f"{push.until:g} s is not after {push.at:g} s",
+            "give a later time",
+        )
+        for i, push in enumerate(presses)
+        if push.until <= push.at
+    ]
 
 
 def _foreseeable(key: str, chain: Chain, robot: Robot) -> Found:

@@ -10,7 +10,7 @@ from ...configs.quantities import (
     Angles,
     Angles3,
     AngularAccelerations,
-    AngularDamping,
+    AngularDampingGain,
     AngularDampings,
     AngularSpeeds,
     AngularStiffness,
@@ -65,7 +65,7 @@ class Posture(Strict, frozen=True):
     """What draws the elbow home, where the palm leaves it free."""
 
     stiffness: AngularStiffness
-    damping: AngularDamping
+    damping: AngularDampingGain
 
 
 class Hold(Strict, frozen=True):

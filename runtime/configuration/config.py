@@ -24,7 +24,7 @@ from ..core.sections import Config
 from ..errors import ConfigError, Finding
 from ..invocation import program
 from .known import BETWEEN, CONFIGS, TWINS, built_in, machine_folders, twins
-from .schema import advice, known_fields, value_type
+from .schema import advice, known_fields, steps, value_type
 from .system import ScriptError, find_system, system_names
 from .toml_lines import key_lines, line_of
 from .toml_reader import MAX_BYTES, read
@@ -367,8 +367,8 @@ def _name_dict_keys(path: str, tree: dict[str, Any], root: type[Struct]) -> str:
         return path
     head, _, tail = path.partition("[...]")
     node: Any = tree
-    for part in filter(None, head.split(".")):
-        node = node[part]
+    for step in steps(head):
+        node = node[step]
     kind = value_type(head, root, tree)
     for key, value in node.items():
         try:

@@ -3,11 +3,16 @@
 from __future__ import annotations
 
 import re
-from types import UnionType
+from types import NoneType, UnionType
 from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
 import msgspec
 from msgspec import Struct
+
+
+def steps(path: str) -> list[int | str]:
+    """Keys of tables and places in lists on the way to a path: ``sums[0].weights`` takes three."""
+    return [int(place) if place else key for place, key in re.findall(r"\[(\d+)\]|([^.\[\]]+)", path)]
 
 
 def known_fields(path: str, root: type[Struct], tree: dict[str, Any]) -> list[str]:
@@ -40,27 +45,27 @@ def advice(path: str, root: type[Struct], tree: dict[str, Any]) -> str:
 
 def value_type(path: str, root: type[Struct], tree: dict[str, Any]) -> Any:
     """What the table of anything at a path holds under each of its keys."""
-    return get_args(_type_at(path, root, tree))[1]
+    return get_args(_unwrapped(_type_at(path, root, tree)))[1]
 
 
 def _type_at(path: str, root: Any, tree: Any, chosen: bool = True) -> Any:
     """The annotation at a path; at its end, if ``chosen``, only the kind of section that the tree names."""
     kind, node = root, tree
-    for part in re.findall(r"\[\d+\]|[^.\[\]]+", path):
+    for step in steps(path):
         kind = _choose(kind, node)
-        if part.startswith("["):
-            index = int(part[1:-1])
-            kind = _item(kind, index)
-            node = node[index] if isinstance(node, list) and index < len(node) else None
+        if isinstance(step, int):
+            kind = _item(kind, step)
+            node = node[step] if isinstance(node, list) and step < len(node) else None
         else:
-            kind = _field(kind, part)
-            node = node.get(part) if isinstance(node, dict) else None
+            kind = _field(kind, step)
+            node = node.get(step) if isinstance(node, dict) else None
     return _choose(kind, node) if chosen else kind
 
 
 def _field(kind: Any, name: str) -> Any:
     if _is_struct(kind):
         return next((f.type for f in msgspec.structs.fields(kind) if f.encode_name == name), None)
+    kind = _unwrapped(kind)
     return get_args(kind)[1] if get_origin(kind) is dict else None
 
 
@@ -99,7 +104,11 @@ def _bounds(annotation: Any) -> list[msgspec.Meta]:
 
 
 def _unwrapped(kind: Any) -> Any:
-    return get_args(kind)[0] if get_origin(kind) is Annotated else kind
+    """An annotation without its bounds, and without the None that says that it may be left out."""
+    if get_origin(kind) is Annotated:
+        return _unwrapped(get_args(kind)[0])
+    present = [each for each in get_args(kind) if each is not NoneType] if _is_union(kind) else []
+    return _unwrapped(present[0]) if len(present) == 1 else kind
 
 
 def _is_union(kind: Any) -> bool:

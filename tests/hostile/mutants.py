@@ -131,7 +131,10 @@ def _xml(change: Change) -> Mutation:
         inner = [element for element in root.iter() if element is not root]
         if inner:
             change(rng, root, inner, {child: parent for parent in root.iter() for child in parent})
-        return ET.tostring(root)
+        try:
+            return ET.tostring(root)
+        except RecursionError:  # nested twice over
+            return data
 
     return mutate
 
@@ -258,6 +261,8 @@ VALUES = [
     *(b"[inf, 1]", b'["1 m"]', b""),
 ]
 
+EXTREMES = [b"0", b"-1", b"-1e-3", b"1e-9", b"1e-4", b"100", b"1e4", b"1e6", b"1e9", b"nan", b"inf"]
+
 
 def _pairs(change: Callable[[random.Random, list[bytes], list[int]], None]) -> Mutation:
     def mutate(rng: random.Random, data: bytes) -> bytes:
@@ -312,6 +317,18 @@ def _change_number(rng: random.Random, lines: list[bytes], at: list[int]) -> Non
 
 
 @_pairs
+def _go_to_extremes(rng: random.Random, lines: list[bytes], at: list[int]) -> None:
+    """A number of a key that is as likely as any other, however many lines have the same."""
+    i = {_pair(lines[i])[0]: i for i in at}[rng.choice(sorted({_pair(lines[i])[0] for i in at}))]
+    key, value, rest = _pair(lines[i])
+    found = list(NUMBER.finditer(value))
+    if found:
+        number = rng.choice(found)
+        new = rng.choice(EXTREMES)
+        lines[i] = key + value[: number.start()] + new + value[number.end() :] + rest
+
+
+@_pairs
 def _change_unit(rng: random.Random, lines: list[bytes], at: list[int]) -> None:
     i = rng.choice(at)
     key, value, rest = _pair(lines[i])
@@ -349,7 +366,16 @@ def _sections(rng: random.Random, data: bytes) -> bytes:
 TOML: list[Mutation] = [
     *ANY,
     *(_set_value, _set_value, _swap_values, _delete_pair, _delete_pair, _double_pair, _change_number),
-    *(_change_number, _change_number, _change_unit, _rename_key, _sections, _sections),
+    *(
+        _change_number,
+        _change_number,
+        _go_to_extremes,
+        _go_to_extremes,
+        _change_unit,
+        _rename_key,
+        _sections,
+        _sections,
+    ),
 ]
 
 

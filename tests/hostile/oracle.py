@@ -194,8 +194,28 @@ SCALES = {
     **{"mm": ("m", 1e-3), "mrad": ("rad", 1e-3), "deg": ("rad", math.pi / 180), "mm/s": ("m/s", 1e-3)},
     **{"deg/s": ("rad/s", math.pi / 180), "deg/s^2": ("rad/s^2", math.pi / 180), "g": ("kg", 1e-3)},
 }
-SIGNED = re.compile(r"(lower|upper|tilt|point|home|posture|ppu|centre|position|angles|at|fade)$")
-INFINITE = {"giant.manipulator.lower", "giant.manipulator.upper"}
+NARROWER = {
+    **{"loop.rate": (200.0, 8e3), "arming.fade": (3.0, 60.0), "safety.stop_time": (1e-6, 1.0)},
+    **{"safety.position_margin": (1e-6, 0.2), "safety.ppu_margin": (1e-6, 0.2)},
+    **{"giant.manipulator.tilt": (0.0, math.pi), "simulation.plant.delay": (0, 100)},
+    **{f"{kind}.link.delay": (0.0, 2.0) for kind in ("operator", "avatar")},
+}
+"""Ranges of single keys that docs/configuration.md states, or that a person knows."""
+SIGNED = re.compile(
+    r"(lower|upper|tilt|point|home|posture|ppu|centre|position|angles|palm|turned|left|range|start|normal)$"
+)
+INFINITY = ("inf", "-inf", "+inf")
+FINEST = 1e-9
+"""Errors of sensors may be smaller than anything else."""
+NOTHING = re.compile(r"(noise|damping|friction|delay|at|bias|drift|step)$")
+"""What may be 0, beside what has a sign."""
+DAMPS = re.compile(r"avatar\.impedance\.\w+|(operator|avatar)\.(avatar\.)?posture\.\w+|simulation\.hand\.\w+")
+"""What would swing without end."""
+INFINITE = re.compile(
+    r"giant\.manipulator\.(lower|upper)|arm\.(boxes\.(lower|upper)|(joints\.\w+|sums)\.range)"
+)
+FACTOR = (0.01, 100)
+SENSORS = "motor_encoder motor_speed link_encoder load_torque force torque acceleration angular_rate".split()
 PLAIN = {
     "node": (1, 127),
     "counts_per_turn": (64, 2**30),
@@ -203,7 +223,7 @@ PLAIN = {
     "counts_per_metre": (1000, 1e8),
     "gear_ratio": (1, 1e5),
     "transmission": (-100, 100),
-    "normal": (-1000, 1000),
+    "rhi.wall.normal": (-1000, 1000),
     "spread": (1, 1000),
     "ratio": (0, 2),
     "steepness": (0.01, 100),
@@ -215,11 +235,30 @@ PLAIN = {
     "seed": (0, 2**53),
     "substeps": (1, 64),
     "cpu": (0, 4095),
+    **{f"arm.sums.weights.joint_{i}": (-100, 100) for i in range(1, 8)},
+    **{f"operator.{name}": (0, 10) for name in ("assist", "feedback", "scale")},
+    "periods": (1, 100),
+    "tool_mass": (0.1, 10),
+    **{f"simulation.plant.{name}": FACTOR for name in ("masses", "rotor_inertia", "stiffness")},
+    "simulation.plant.viscous_friction": (0, 100),
+    **{f"simulation.plant.{name}_friction": (0, 1) for name in ("gear", "load", "bearing")},
+    "simulation.plant.delay": (0, 100),
+    **{f"simulation.sensors.{name}.{share}": (0, 1) for name in SENSORS for share in ("gain", "coupling")},
+    "stiffness_tolerance": (0, 0.6),
 }
-OPTIONAL = {
-    *("loop.duration", "loop.on_overrun", "loop.best_effort", "loop.sync", "loop.spin", "loop.cpu"),
-    "rhi.task.follow",
+"""Numbers without a unit, by their key or its last word."""
+MAY_BE_EMPTY = {"dead_man", "sums", "boxes", "walls", "away", "buttons"}
+TRUTHS = {"pressed", "best_effort", "passivity"} | {
+    f"simulation.buttons.{side}" for side in ("left", "right")
 }
+OPTIONAL = re.compile(
+    r"loop\.(duration|on_overrun|best_effort|sync|spin|cpu)|arming\.scanner|rhi\.task\.follow"
+    r"|simulation\.touches\..*"  # a promise less is a configuration, too
+    r"|simulation\.(hand\.dead_man|hand\.away|supervisor|buttons|walls)\.\w+"
+    r"|simulation\.(plant|sensors)\..*|simulation\.arms\.tool_mass|[\w.]+\.stiffness_tolerance"
+    r"|operator\.(assist|feedback|scale)|(operator|avatar)\.link\.\w+|arm\.(sums|boxes)\..*"
+)
+"""What may be missing, by docs/configuration.md, alone or together with the rest of its table."""
 
 
 def judge_toml(data: bytes, built_in: bytes) -> str:
@@ -229,19 +268,50 @@ def judge_toml(data: bytes, built_in: bytes) -> str:
     except (tomllib.TOMLDecodeError, UnicodeDecodeError, ValueError, RecursionError) as error:
         return f"no TOML: {str(error)[:80]}"
     have, pattern = (dict(_leaves(_renamed(t))) for t in (tree, tomllib.loads(built_in.decode())))
-    keys = {re.sub(r"\[\d+\]", "", key) for key in have}
-    known = {re.sub(r"\[\d+\]", "", key) for key in pattern}
-    # a promise less is a configuration, too
-    promises = {key for key in known if key.startswith("simulation.touches.")}
-    presses = {"simulation.hand.dead_man.at", "simulation.hand.dead_man.pressed"}
-    if lost := known - keys - OPTIONAL - promises - presses:
-        return f"lacks {sorted(lost)[:3]}"
-    if more := keys - known - OPTIONAL:
-        return f"knows {sorted(more)[:3]}"
+    keys, known = ({_plain(key) for key in leaves} for leaves in (have, pattern))
+    if lost := [key for key in sorted(known - keys) if not OPTIONAL.fullmatch(key)]:
+        return f"lacks {lost[:3]}"
+    if more := [key for key in sorted(keys - known) if not OPTIONAL.fullmatch(key)]:
+        return f"knows {more[:3]}"
+    counts = {_plain(key): _count(value) for key, value in pattern.items()}
     for key, value in have.items():
-        if problem := _judge_value(re.sub(r"\[\d+\]", "", key), value):
+        plain = _plain(key)
+        if problem := _judge_value(plain, value):
             return f"{key} = {value!r}: {problem}"
-    return _judge_order(tree)
+        if plain in counts and _count(value) != counts[plain]:
+            return f"{key} = {value!r}: {counts[plain]} numbers"
+    return _judge_rows(have, pattern) or _judge_order(tree)
+
+
+def _plain(key: str) -> str:
+    return re.sub(r"\[\d+\]", "", key)
+
+
+def _count(value: Any) -> int:
+    """How many numbers a text holds."""
+    return sum(_is_number(word) for word in value.split()) if isinstance(value, str) else 0
+
+
+def _is_number(word: str) -> bool:
+    return bool(NUMBER.fullmatch(word)) or word in INFINITY
+
+
+def _judge_rows(have: dict[str, Any], pattern: dict[str, Any]) -> str:
+    """Every row of a list of tables has what the first one of the original has."""
+    needed = _rows(pattern)
+    for (table, row), keys in _rows(have).items():
+        if table != "simulation.buttons" and (lost := needed.get((table, "0"), keys) - keys):
+            return f"{table}[{row}] lacks {sorted(lost)}"
+    return ""
+
+
+def _rows(leaves: dict[str, Any]) -> dict[tuple[str, str], set[str]]:
+    """Keys of each row, by the name of its list and its place."""
+    rows: dict[tuple[str, str], set[str]] = {}
+    for key in leaves:
+        if found := re.match(r"([^\[]+)\[(\d+)\]\.(\w+)", key):
+            rows.setdefault((found[1], found[2]), set()).add(found[3])
+    return rows
 
 
 def _renamed(tree: dict[str, Any]) -> dict[str, Any]:
@@ -267,15 +337,16 @@ def _leaves(node: Any, path: str = "") -> Any:
 
 def _judge_value(key: str, value: Any) -> str:
     name = key.rpartition(".")[2]
+    bounds = PLAIN.get(key) or PLAIN.get(name)
     if isinstance(value, bool):
-        return "" if name in ("pressed", "best_effort") else "no truth is asked for"
+        return "" if name in TRUTHS or key in TRUTHS else "no truth is asked for"
     if isinstance(value, int | float):
-        low, high = PLAIN.get(name, (math.nan, math.nan))
+        low, high = bounds or (math.nan, math.nan)
         denormal = 0 < abs(value) < 2.3e-308
         return "" if low <= value <= high and not denormal else "out of range"
     if not isinstance(value, str):
-        return "" if value == [] and name == "dead_man" else f"a {type(value).__name__}"
-    if name in PLAIN:
+        return "" if value == [] and name in MAY_BE_EMPTY else f"a {type(value).__name__}"
+    if bounds:
         return "a text for a number"
     if " " not in value.strip():
         return ""  # a name
@@ -285,23 +356,28 @@ def _judge_value(key: str, value: Any) -> str:
 def _judge_quantity(key: str, name: str, value: str) -> str:
     words = value.split()
     numbers = []
-    while words and (NUMBER.fullmatch(words[0]) or words[0] in ("inf", "-inf", "+inf")):
+    while words and _is_number(words[0]):
         numbers.append(float(words.pop(0)))
+    shown_infinite = sum(word in INFINITY for word in value.split())
     unit = " ".join(words)
     unit, scale = SCALES.get(unit, (unit, 1.0))
     if unit not in RANGES or not numbers:
         return "not a quantity"
     low, high = RANGES[unit]
+    low = FINEST if key.startswith("simulation.sensors.") else low
+    narrow_low, narrow_high = NARROWER.get(key, (-math.inf, math.inf))
     for number in numbers:
         if math.isinf(number):
-            if key not in INFINITE or "1e" in value:
+            if not INFINITE.fullmatch(key) or shown_infinite < sum(map(math.isinf, numbers)):
                 return "infinite"
             continue
         if number != 0 and not low * 0.999 <= abs(number * scale) <= high * 1.001:
             return "out of range"
+        if not narrow_low - 1e-9 <= number * scale <= narrow_high + 1e-9:
+            return "out of the key's range"
         if number < 0 and not SIGNED.search(name):
             return "negative"
-        if number == 0 and not (SIGNED.search(name) or "noise" in name or "damping" in name):
+        if number == 0 and (DAMPS.fullmatch(key) or not (SIGNED.search(name) or NOTHING.search(name))):
             return "nothing"
     return ""
 
@@ -312,6 +388,9 @@ def _judge_order(tree: dict[str, Any]) -> str:
         times = [_seconds(entry["at"]) for entry in hand.get(name, [])]
         if any(b <= a for a, b in pairwise(times)):
             return f"{name} out of order"
+    for push in tree.get("simulation", {}).get("buttons", []):
+        if _seconds(push["until"]) <= _seconds(push["at"]):
+            return "a button is let go of first"
     nodes = [device["node"] for device in tree["devices"].values()]
     return "" if len(nodes) == len(set(nodes)) else "two devices on one node"
 

@@ -161,6 +161,40 @@ def test_a_mistake_is_named_with_its_line_and_a_fix(old: str, new: str, problem:
         assert abs(found.line - line_with(text, new)) <= 12
 
 
+ABOVE_0 = "give a finite number > 0"
+
+
+@pytest.mark.parametrize(
+    ("machine", "old", "new", "key", "fix"),
+    [
+        ("panda", "joint_2 = 1.0", "joint_2 = 1e4", "arm.sums[0].weights.joint_2", "gears have ratios"),
+        ("panda", "joint_4 = -1.0", "joint_4 = nan", "arm.sums[0].weights.joint_4", "gears have ratios"),
+        ("panda", '"inf inf inf m"', '"inf inf m"', "arm.boxes[1].upper", "give 3"),
+        ("panda", 'frame = "link_4"', 'fram = "link_4"', "arm.boxes[1].fram", 'did you mean "frame"?'),
+        ("panda", '"revolute"\nweights', '"hinge"\nweights', "arm.sums[0].type", "revolute, prismatic"),
+        ("panda", 'd_gain = "72 ', 'd_gain = "0 ', "arm.joints.joint_1.d_gain", ABOVE_0),
+        ("rhi", 'margin = "0.15 rad"', 'margin = "0 rad"', "rhi.null_space.margin", ABOVE_0),
+        ("avatar", 'normal = "-1', 'normel = "-1', "simulation.walls[0].normel", 'did you mean "normal"?'),
+        ("avatar", 'damping = "110 ', 'damping = "0 ', "avatar.impedance.damping", ABOVE_0),
+        ("avatar", 'damping = "5.5 ', 'damping = "0 ', "avatar.impedance.rotational_damping", ABOVE_0),
+        ("avatar", 'damping = "4 N', 'damping = "0 N', "avatar.posture.damping", ABOVE_0),
+        ("avatar", 'damping = "30 N s/m"', 'damping = "0 N s/m"', "simulation.hand.damping", ABOVE_0),
+        ("panda", 'damping = "0.8 N', 'damping = "0 N', "simulation.hand.rotational_damping", ABOVE_0),
+        ("operator", 'damping = "4 N', 'damping = "0 N', "operator.avatar.posture.damping", ABOVE_0),
+    ],
+)
+def test_a_mistake_in_a_list_or_in_a_controller_is_named(
+    machine: str, old: str, new: str, key: str, fix: str
+) -> None:
+    text = changed((old, new), machine=machine)
+    with pytest.raises(ConfigError) as caught:
+        config.parse(text, "x.toml")
+    (found,) = caught.value.findings
+    assert found.key == key
+    assert fix in f"{found.problem}; {found.fix}"
+    assert key.rpartition(".")[2] in text.splitlines()[found.line - 1]
+
+
 def test_the_line_is_exact_for_a_plain_mistake() -> None:
     change = ('d_gain = "20 1/s"', 'd_gain = "20 1/ms"')
     assert finding(change).line == line_with(changed(change), "1/ms")

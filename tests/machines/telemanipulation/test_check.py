@@ -1,0 +1,37 @@
+"""A station's configuration agrees with its model and with itself, or is refused."""
+
+from __future__ import annotations
+
+import pytest
+from hapticd.configs import read_text
+from hapticd.runtime.configuration import config
+from hapticd.runtime.configuration.session import build
+from hapticd.runtime.errors import ConfigError
+
+BUTTONS = """
+[[simulation.buttons]]
+at = "1 s"
+until = "2 s"
+
+[[simulation.buttons]]
+at = "3 s"
+until = "4 s"
+"""
+
+
+def findings(text: str) -> dict[str, str]:
+    """Key and problem of everything that is wrong with an operator's configuration."""
+    model = read_text("bimanual.urdf")
+    try:
+        build(config.Loaded("operator", config.parse(text, "o.toml"), text, "o.toml", model, "bimanual.urdf"))
+    except ConfigError as error:
+        return {found.key: found.problem for found in error.findings}
+    return {}
+
+
+@pytest.mark.parametrize("until", ["3 s", "0 s"])
+def test_a_button_is_let_go_of_after_it_was_pressed(until: str) -> None:
+    text = read_text("operator.toml") + BUTTONS
+    assert findings(text) == {}
+    found = findings(text.replace('until = "4 s"', f'until = "{until}"'))
+    assert found == {"simulation.buttons[1].until": f"{until} is not after 3 s"}
