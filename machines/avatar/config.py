@@ -7,7 +7,6 @@ from typing import Annotated, Literal
 from msgspec import Meta
 
 from ...configs.quantities import (
-    AngularDamping,
     AngularDampingGain,
     AngularSpeed,
     AngularStiffness,

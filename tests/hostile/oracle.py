@@ -202,7 +202,7 @@ NARROWER = {
 }
 """Ranges of single keys that docs/configuration.md states, or that a person knows."""
 SIGNED = re.compile(
-    r"(lower|upper|tilt|point|home|posture|ppu|centre|position|angles|palm|turned|left|range|start|normal)$"
+    r"(lower|upper|tilt|point|home|posture|ppu|centre|position|angles|palm|turned|left|range|start|normal|floor)$"
 )
 INFINITY = ("inf", "-inf", "+inf")
 FINEST = 1e-9
@@ -223,7 +223,6 @@ PLAIN = {
     "counts_per_metre": (1000, 1e8),
     "gear_ratio": (1, 1e5),
     "transmission": (-100, 100),
-    "rhi.wall.normal": (-1000, 1000),
     "spread": (1, 1000),
     "ratio": (0, 2),
     "steepness": (0.01, 100),
@@ -245,18 +244,23 @@ PLAIN = {
     "simulation.plant.delay": (0, 100),
     **{f"simulation.sensors.{name}.{share}": (0, 1) for name in SENSORS for share in ("gain", "coupling")},
     "stiffness_tolerance": (0, 0.6),
+    **{f"simulation.fingers.{side}": (0, 1) for side in ("left", "right")},
+    "simulation.things.share": (0, 1),
 }
 """Numbers without a unit, by their key or its last word."""
-MAY_BE_EMPTY = {"dead_man", "sums", "boxes", "walls", "away", "buttons"}
+PATTERNS = [(r"rhi\.bodies\.\w+\.normal", (-1000, 1000)), (r"avatar\.hands\..*\.follows\.\w+", (-100, 100))]
+"""The same where a person names what is on the way."""
+MAY_BE_EMPTY = {"dead_man", "sums", "boxes", "walls", "away", "buttons", "things", "fingers"}
 TRUTHS = {"pressed", "best_effort", "passivity"} | {
     f"simulation.buttons.{side}" for side in ("left", "right")
 }
 OPTIONAL = re.compile(
     r"loop\.(duration|on_overrun|best_effort|sync|spin|cpu)|arming\.scanner|rhi\.task\.follow"
     r"|simulation\.touches\..*"  # a promise less is a configuration, too
-    r"|simulation\.(hand\.dead_man|hand\.away|supervisor|buttons|walls)\.\w+"
+    r"|simulation\.(hand\.dead_man|hand\.away|supervisor|buttons|walls|things|fingers)\.\w+"
     r"|simulation\.(plant|sensors)\..*|simulation\.arms\.tool_mass|[\w.]+\.stiffness_tolerance"
     r"|operator\.(assist|feedback|scale)|(operator|avatar)\.link\.\w+|arm\.(sums|boxes)\..*"
+    r"|look_ahead\..*|avatar\.hands\..*\.follows\.\w+"
 )
 """What may be missing, by docs/configuration.md, alone or together with the rest of its table."""
 
@@ -337,7 +341,8 @@ def _leaves(node: Any, path: str = "") -> Any:
 
 def _judge_value(key: str, value: Any) -> str:
     name = key.rpartition(".")[2]
-    bounds = PLAIN.get(key) or PLAIN.get(name)
+    named = (bounds for pattern, bounds in PATTERNS if re.fullmatch(pattern, key))
+    bounds = PLAIN.get(key) or PLAIN.get(name) or next(named, None)
     if isinstance(value, bool):
         return "" if name in TRUTHS or key in TRUTHS else "no truth is asked for"
     if isinstance(value, int | float):
