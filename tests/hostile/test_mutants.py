@@ -64,7 +64,7 @@ FULL = {"giant": additions.giant(), "operator": additions.operator()}
 BUILT_IN = {
     name: read_text(f"{name}.toml").encode() for name in ("giant", "rhi", "panda", "operator", "avatar")
 }
-FEW = COUNT // 5
+FEW = max(COUNT // 5, 40)
 
 
 def configuration(machine: str) -> bytes:
