@@ -329,6 +329,10 @@ class Lengths3(Vector):
     dimension, length = "length", 3
 
 
+class Sizes3(Vector):
+    dimension, length, minimum = "length", 3, 0.0
+
+
 class Angles(Vector):
     dimension = "angle"
 

@@ -18,6 +18,9 @@ from ._kernels import ffi, lib
 from .ability import Ability
 from .serial import SerialChain
 
+MOST_PAIRS = int(lib.LOOK_MAX_PAIRS)
+"""That can be watched at once."""
+
 
 @dataclass(frozen=True, slots=True)
 class Capsule:
@@ -127,11 +130,11 @@ class LookAhead:
 
         Raises:
             ModelError: the robot is no serial chain.
-            ValueError: too many pairs, or the wrong order in one.
+            ValueError: more than MOST_PAIRS.
         """
         self.pairs = list(pairs)
-        if len(self.pairs) > lib.LOOK_MAX_PAIRS:
-            raise ValueError(f"{len(self.pairs)} pairs; at most {lib.LOOK_MAX_PAIRS}")
+        if len(self.pairs) > MOST_PAIRS:
+            raise ValueError(f"{len(self.pairs)} pairs; at most {MOST_PAIRS}")
         n, count = robot.nv, len(self.pairs)
         self._n, self._chain = n, SerialChain(robot, [])
         bodies: list[Body] = list({id(body): body for pair in self.pairs for body in pair}.values())

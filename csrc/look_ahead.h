@@ -9,7 +9,7 @@
 #include "serial_model.h"
 #include "shape.h"
 
-enum { LOOK_CAPSULE = 0, LOOK_BOX = 1, LOOK_PLANE = 2, LOOK_MAX_PAIRS = 512 };
+enum { LOOK_CAPSULE = 0, LOOK_BOX = 1, LOOK_PLANE = 2, LOOK_MAX_PAIRS = 1024 };
 
 typedef struct {
     int kind;

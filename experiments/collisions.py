@@ -18,7 +18,7 @@ import msgspec
 import numpy as np
 import pinocchio as pin
 
-from ..configs.quantities import AngleLimits6, AnyAngle, AnyLength, Lengths3
+from ..configs.quantities import AngleLimits6, AnyAngle, AnyLength, Lengths3, Sizes3
 from ..control.look_ahead import Body, Box, standing
 from ..machines.arm.machine import foreseen_limits as arm_limits
 from ..machines.giant.config import GiantConfig
@@ -200,7 +200,7 @@ def _surroundings(config: Any, room: Room, random: Random, towards: bool) -> Sec
     if towards:
         places[0] = list(config.simulation.hand.path[random.randint(5, 6)].position)
     boxes = tuple(
-        Obstacle(f"box {i + 1}", Lengths3(place), Lengths3([random.uniform(0.1, 0.6) for _ in range(3)]))
+        Obstacle(f"box {i + 1}", Lengths3(place), Sizes3([random.uniform(0.1, 0.6) for _ in range(3)]))
         for i, place in enumerate(places)
     )
     return Section(config.look_ahead.margin, AnyLength(random.uniform(*floor)), boxes)

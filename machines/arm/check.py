@@ -33,6 +33,7 @@ from ..rendering.check import (
 )
 from ..rendering.own_plant import check_own_plant, own_robot
 from ..rendering.sections import ChainTwin
+from ..rendering.surroundings import check_pairs
 from ..rendering.tool import check_tool
 from .config import DIRECTIONS, ArmConfig, PrismaticJoint, PrismaticPlant, PrismaticSum
 from .machine import directions, joint_ratings, joint_sums
@@ -51,6 +52,7 @@ def check_arm(config: ArmConfig, robot: Robot) -> Found:
     if wrong:
         return wrong
     found = _limits(config, robot) + _sums(config) + _boxes(config) + _posture(config)
+    found += check_pairs(robot, config.look_ahead)
     arm = config.arm
     frames = arm.frames.handle, arm.frames.sensor
     found += check_tool(arm.handle, config.devices, robot, frames, ("arm.handle", "force_torque"))

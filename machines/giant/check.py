@@ -13,6 +13,7 @@ from ...devices.safety_plc import SafetyPlc
 from ...models import Robot
 from ...runtime.core.machine import MOST_PERMILLE
 from ..rendering.check import Found, check_devices, check_peak, check_ramp, check_range, check_wire
+from ..rendering.surroundings import check_pairs
 from ..rendering.tool import check_tool
 from .config import GiantConfig
 from .geometry import check_geometry
@@ -55,6 +56,7 @@ def check_giant(config: GiantConfig, robot: Robot) -> Found:
         found.append(
             ("giant.box.lower", f"the elbow's constant height {-DROP} m is outside", "let the box contain it")
         )
+    found += check_pairs(robot, config.look_ahead)
     found += check_ramp(braking_time(config), config.safety.stop_time)
     return found + _devices_of_giant(config, robot) + check_rates(config) + check_plant(config, robot)
 

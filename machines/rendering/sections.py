@@ -36,6 +36,7 @@ from ...configs.quantities import (
     Mass,
     Rate,
     RateSquared,
+    Sizes3,
     SomeAngle,
     Speed,
     Stiffness,
@@ -200,7 +201,7 @@ class Obstacle(Strict, frozen=True):
 
     name: Name
     centre: Lengths3
-    size: Lengths3
+    size: Sizes3
     angles: Angles3 | None = None
 
 

@@ -7,9 +7,10 @@ from collections.abc import Iterator
 import numpy as np
 import pinocchio as pin
 
-from ...control.look_ahead import Body, Box, Capsule, Plane, standing
+from ...control.look_ahead import MOST_PAIRS, Body, Box, Capsule, Plane, standing
 from ...models import Array, Robot
 from ...models.shapes import Shape
+from .check import Found
 from .sections import LookAhead as Section
 
 FLOOR = "the floor"
@@ -66,6 +67,15 @@ def pairs(robot: Robot, section: Section) -> Iterator[tuple[Capsule, Body]]:
         yield from ((first, obstacle) for obstacle in obstacles(section))
         yield from ((first, second) for second in fixed if first.joint >= 1)
         yield from ((first, second) for second in moving if first.joint > second.joint + 1)
+
+
+def check_pairs(robot: Robot, section: Section | None) -> Found:
+    """More pairs than can be watched."""
+    count = len(list(pairs(robot, section))) if section else 0
+    if count <= MOST_PAIRS:
+        return []
+    problem = f"{count} pairs of shapes could meet, at most {MOST_PAIRS} can be watched"
+    return [("look_ahead", problem, "give fewer obstacles, or the links fewer collision shapes")]
 
 
 def watched(

@@ -64,7 +64,7 @@ def test_of_two_dozen_motions_none_comes_to_a_contact_and_few_are_halted_for_not
     loaded = load(machine)
     kinds = [judge(loaded, FIRST + i).kind for i in range(2 * DOZEN)]
     assert not {"missed", "too late", "other stop"} & set(kinds)
-    assert kinds.count("halted") > 3
+    assert kinds.count("halted") >= 3
     assert kinds.count("halted for nothing") <= 1
 
 

@@ -16,7 +16,7 @@ from hapticd.machines.arm.config import ArmConfig
 from hapticd.machines.arm.errors import InitError
 from hapticd.machines.arm.init import Made, init
 from hapticd.machines.arm.machine import foreseen_limits
-from hapticd.machines.rendering.surroundings import unwatched, watched
+from hapticd.machines.rendering.surroundings import check_pairs, unwatched, watched
 from hapticd.models import Robot
 from hapticd.runtime.command_line.cli import main
 from hapticd.runtime.configuration.config import parse
@@ -66,6 +66,10 @@ def test_primitives_for_collisions_are_kept_and_watched() -> None:
         nearest = first.a + np.clip((corner - first.a) @ way / (way @ way), 0.0, 1.0) * way
         assert np.linalg.norm(corner - nearest) <= first.radius + 1e-12
     assert unwatched(robot, config.look_ahead, limits) == []
+    assert check_pairs(robot, config.look_ahead) == []
+    robot.shapes *= 30
+    ((key, problem, _),) = check_pairs(robot, config.look_ahead)
+    assert key == "look_ahead" and "at most 1024" in problem
 
 
 @pytest.mark.parametrize("seed", range(8, 14))
