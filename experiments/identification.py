@@ -173,20 +173,25 @@ def _motor(
         return 0
     fit, late, columns = best
     direction, load = columns[:, 1], columns[:, 2]
+    names = list(MOTOR)
+    swing = 2.0 * float(np.abs(load).std())
+    if swing < LEAST_LOAD * torque:  # it would pass for viscous friction, or the other way round
+        refused.append(
+            f"load_friction: what it acts on varied by {swing:.3g} of {torque:g}; it takes {LEAST_LOAD:.0%}"
+        )
+        names.remove("load_friction")
+        _, target = _rows(runs, top_speed, dt, late)
+        fit = _fit([columns[:, k] for k in (0, 1, 3, 4)], target)
     if min(np.mean(direction > 0.0), np.mean(direction < 0.0)) < LEAST_SHARE:
         refused.append("rotor and friction: the joint moved in one direction only: lead it to and fro")
         return late
     residual["motor"] = fit.residual
-    estimates = dict(zip(MOTOR, zip(fit.values[:-1], fit.errors[:-1], strict=True), strict=True))
-    for name, swing, least in (
-        ("rotor_inertia", 2.0 * float((columns[:, 0] * fit.values[0]).std()), LEAST_INERTIAL),
-        ("load_friction", 2.0 * float(np.abs(load).std()), LEAST_LOAD),
-    ):
-        if swing < least * torque:
-            del estimates[name]
-            refused.append(
-                f"{name}: what it acts on varied by {swing:.3g} of {torque:g}; it takes {least:.0%}"
-            )
+    estimates = dict(zip(names, zip(fit.values[:-1], fit.errors[:-1], strict=True), strict=True))
+    taken = 2.0 * float((columns[:, 0] * fit.values[0]).std())
+    if taken < LEAST_INERTIAL * torque:
+        del estimates["rotor_inertia"]
+        least = f"it takes {LEAST_INERTIAL:.0%}"
+        refused.append(f"rotor_inertia: what it acts on varied by {taken:.3g} of {torque:g}; {least}")
     _keep(found, refused, estimates, {"rotor_inertia"})
     return late
 

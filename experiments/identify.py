@@ -1,17 +1,25 @@
-"""Springs, rotors and friction of a machine's joints from a recording."""
+"""Springs, rotors and friction of a machine's joints, from a recording or from motion of their own."""
 
 from __future__ import annotations
 
 import argparse
+import sys
 from collections.abc import Sequence
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 import msgspec
+import numpy as np
 
 from ..configs.printable import printable
+from ..runtime.configuration import config
+from ..runtime.invocation import install
 from ..runtime.recording.log import open_log
+from .excited_joints import Excited, excite, links_of
 from .identification import Identified, identify
+from .link_parameters import LinkFit
+from .own_plant import Doubt
 from .recorded_joints import Believed, IdentifyError, recorded
 
 UNITS = {
@@ -28,16 +36,92 @@ WANTED = ("stiffness", "rotor_inertia")
 
 def run(options: argparse.Namespace) -> int:
     """Print, and write, what was identified; 1 where a stiffness or an inertia was refused, else 0."""
-    log = open_log(options.log)
-    dt = 1.0 / log.loaded.config.loop.rate
-    found = [(joint, identify(runs, joint.torque, joint.speed, dt)) for joint, runs in recorded(log)]
-    print(as_json(found) if options.json else "\n".join(table(found)))
+    if options.plot and not find_spec("matplotlib"):
+        raise IdentifyError(f"--plot needs matplotlib; type: {install('matplotlib')}")
+    if options.out and options.out.exists():  # rather than after a minute of motion
+        raise IdentifyError(f"{options.out} is there already; name another file")
+    if of_a_machine(options.what):
+        found, tag, led = _excited(options)
+    else:
+        if options.plot or options.wrong_model or options.errors:
+            raise IdentifyError("--plot, --wrong-model and --errors need a machine, not a recording")
+        log = open_log(options.what)
+        dt, tag, led = 1.0 / log.loaded.config.loop.rate, str(log.loaded.config.__struct_config__.tag), None
+        found = [(joint, identify(runs, joint.torque, joint.speed, dt)) for joint, runs in recorded(log)]
+    if options.json:
+        print(as_json(found, led))
+    else:
+        print("\n".join([*table(found), *(_led_table(found, *led) if led else [])]))
     if options.out:
-        write(options.out, "\n".join(toml(found, str(log.loaded.config.__struct_config__.tag))))
+        write(options.out, "\n".join(toml(found, tag)))
     return int(any(key not in seen.found for _, seen in found for key in WANTED))
 
 
 Found = Sequence[tuple[Believed, Identified]]
+BAR = 30
+
+
+def of_a_machine(what: str) -> bool:
+    """Whether a word names a configuration; a recording otherwise."""
+    return what.endswith(".toml") or not (what.endswith(".mcap") or Path(what).exists())
+
+
+def _excited(options: argparse.Namespace) -> tuple[Found, str, tuple[Excited, LinkFit]]:
+    """Lead the joints of a simulated machine, and identify what was measured."""
+    loaded = config.load(options.what)
+    dt, show = 1.0 / loaded.config.loop.rate, sys.stderr.isatty() and not options.json
+
+    def progress(share: float, what: str) -> None:
+        if show:
+            bar = round(BAR * share)
+            sys.stderr.write(f"\r[{'#' * bar}{'.' * (BAR - bar)}] {what}\x1b[K")
+            sys.stderr.flush()
+
+    doubt = Doubt(options.wrong_model, options.errors)
+    excited = excite(loaded, options.seconds, options.seed, doubt, progress)
+    if show:
+        sys.stderr.write("\r\x1b[K")
+    found = [(joint, identify(runs, joint.torque, joint.speed, dt)) for joint, runs in excited.joints]
+    fit = links_of(excited, dt)
+    if options.plot:
+        _draw(options.plot, found, excited, fit, dt)
+    return found, str(loaded.config.__struct_config__.tag), (excited, fit)
+
+
+def _led_table(found: Found, excited: Excited, fit: LinkFit) -> list[str]:
+    """The course, and what the loads say of the links."""
+    lines = [
+        f"course of {excited.course.seconds:g} s, condition number {excited.condition:.0f}; as measured"
+        f" {fit.condition:.0f}",
+        f"links: {len(fit.values)} base parameters; of each load the believed and the identified ones leave:",
+    ]
+    rows = zip(found, fit.before, fit.after, fit.damping, fit.dry, strict=True)
+    for (joint, _), before, after, damping, dry in rows:
+        unit, viscous = UNITS["coulomb"][joint.slides], UNITS["viscous"][joint.slides]
+        lines.append(
+            f"  {printable(joint.name):16}{before:8.3g} {after:8.3g} {unit} (RMS); behind the spring:"
+            f" {damping:.3g} {viscous}, {dry:.3g} {unit}"
+        )
+    return lines
+
+
+def _draw(path: Path, found: Found, excited: Excited, fit: LinkFit, dt: float) -> None:
+    """Loads along the course, and what is left of them."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(9.0, 1.5 * len(found)), layout="constrained")
+    axes = figure.subplots(len(found), 1, sharex=True, squeeze=False)[:, 0]
+    t = dt * np.arange(len(excited.load))
+    for i, ((joint, _), panel) in enumerate(zip(found, axes, strict=True)):
+        panel.plot(t, excited.load[:, i], linewidth=0.7, label="load")
+        panel.plot(t[fit.at], fit.left[:, i], linewidth=0.7, label="left by the identified model")
+        panel.set_ylabel(f"{joint.name}\n[{UNITS['coulomb'][joint.slides]}]", fontsize=8)
+    axes[0].legend(loc="upper right", fontsize=8)
+    axes[-1].set_xlabel("time along the course [s]")
+    try:
+        figure.savefig(path)
+    except OSError as error:
+        raise IdentifyError(f"cannot write {path}: {error.strerror}") from error
 
 
 def table(found: Found) -> list[str]:
@@ -61,8 +145,8 @@ def table(found: Found) -> list[str]:
     return lines
 
 
-def as_json(found: Found) -> str:
-    """The same as one JSON object."""
+def as_json(found: Found, led: tuple[Excited, LinkFit] | None = None) -> str:
+    """The same as one JSON object; with the course that was led, and the links."""
     joints: dict[str, Any] = {}
     for joint, seen in found:
         believed = {key: getattr(joint, key) for key in WANTED}
@@ -70,7 +154,20 @@ def as_json(found: Found) -> str:
             **{"believed": believed, "identified": seen.found, "residual": seen.residual},
             **{"late": seen.late, "refused": seen.refused},
         }
-    return msgspec.json.encode({"joints": joints}).decode()
+    if led is None:
+        return msgspec.json.encode({"joints": joints}).decode()
+    excited, fit = led
+    rows = zip(excited.links.names, excited.links.believed, fit.values, fit.errors, strict=True)
+    parameters = {name: {"believed": b, "value": v, "error": e} for name, b, v, e in rows}
+    sides = zip(found, fit.before, fit.after, fit.damping, fit.dry, strict=True)
+    residual = {
+        joint.name: {"believed": before, "identified": after, "viscous": damping, "coulomb": dry}
+        for (joint, _), before, after, damping, dry in sides
+    }
+    course = {"seconds": excited.course.seconds, "condition": excited.condition}
+    links = {"condition": fit.condition, "parameters": parameters, "residual": residual}
+    whole = {"joints": joints, "course": course, "links": links}
+    return msgspec.json.encode(whole, enc_hook=float).decode()
 
 
 def toml(found: Found, system: str) -> list[str]:

@@ -1,21 +1,33 @@
-"""``hapticd identify``: springs, rotors and friction of a machine's joints from a recording."""
+"""``hapticd identify``: springs, rotors, friction and links of a machine, led on purpose or recorded."""
 
 from __future__ import annotations
 
 import argparse
 
-from ..runtime.command_line.arguments import Commands, name, new_configuration
+from ..runtime.command_line.arguments import Commands, count, name, new_configuration, number
+from ..runtime.command_line.outputs import picture
 from ..runtime.invocation import program
 
 DESCRIPTION = """Identify the stiffness of each joint's spring, the inertia of its rotor, and the viscous,
-Coulomb and load-dependent friction of its gear from a recorded session: least squares, standard errors.
+Coulomb and load-dependent friction of its gear: least squares, standard errors.
 
-The recording needs motion to and fro at some speed and loads that change: lead the handle through the whole
-workspace, quickly and slowly, and pull. What a recording does not tell is refused, with what it lacks.
-Errors are those of the fit: where a torque sensor's gain is off, stiffness, inertia and friction are off by
-as much. Friction behind the spring, and masses, are not identified."""
+With a MACHINE, a simulated giant or an arm whose joints have springs, all joints are led in lockstep along
+sums of sines inside limits, boxes and torques, chosen for the condition number of what they tell (seeded),
+while nobody holds the handle. Everything that stops the machine otherwise stops it here. The base parameters
+of the links and the friction behind the springs are identified as well. Limits that leave no good course are
+refused with the condition number.
+
+With a LOG, a recorded session: it needs motion to and fro at some speed and loads that change: lead the
+handle through the whole workspace, quickly and slowly, and pull.
+
+What was not excited is refused, with what it lacks; the stiffness of a light wrist needs a hand that pulls.
+Errors are those of the fit: where a torque sensor's gain is off, stiffness and friction are off by as much,
+and a rotor's inertia by as much of what moves with the link."""
 
 EPILOG = """examples:
+  {program} identify panda --plot panda.svg
+  {program} identify giant --wrong-model --errors --seed 3
+      a giant of other masses, rotors and springs than its controller believes, with friction
   {program} run giant --lockstep --log walk.mcap
   {program} identify walk.mcap
   {program} identify walk.mcap --out identified.toml
@@ -23,17 +35,42 @@ EPILOG = """examples:
 
 exit status: 0 every stiffness and inertia was identified, 1 some were refused, 2 nothing to identify from"""
 
+SECONDS, LEAST_SECONDS, MOST_SECONDS = 30.0, 12.0, 600.0
+"""Of a course."""
+
 
 def add_identify(commands: Commands) -> None:
     """Add `hapticd identify`."""
     command = commands.add_parser(
         "identify",
-        help="identify springs, rotors and friction from a recording",
+        help="identify springs, rotors, friction and links of a machine",
         description=DESCRIPTION,
         epilog=EPILOG.format(program=program()),
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    command.add_argument("log", type=name, metavar="LOG", help="a recording that `hapticd run` wrote")
+    command.add_argument(
+        "what",
+        type=name,
+        metavar="MACHINE|LOG",
+        help="a TOML file or the name of a built-in machine; or a recording that `hapticd run` wrote",
+    )
+    command.add_argument(
+        "--seconds",
+        type=seconds,
+        default=SECONDS,
+        metavar="S",
+        help=f"of the course, {LEAST_SECONDS:g} to {MOST_SECONDS:g}; default: {SECONDS:g}",
+    )
+    command.add_argument("--seed", type=count, default=1, metavar="N", help="of the course; default: 1")
+    command.add_argument(
+        "--wrong-model", action="store_true", help="a machine of another model than its controller's"
+    )
+    command.add_argument(
+        "--errors", action="store_true", help="sensors that err as is typical, and joints that rub"
+    )
+    command.add_argument(
+        "--plot", type=picture, metavar="FILE", help="draw the loads and what is left of them"
+    )
     command.add_argument(
         "--out", type=new_configuration, metavar="FILE.toml", help="write what was identified as TOML"
     )
@@ -41,9 +78,18 @@ def add_identify(commands: Commands) -> None:
         "--json",
         action="store_true",
         help="print {joints: {NAME: {believed, identified: {KEY: {value, error}}, residual, late, refused}}}"
-        " as JSON",
+        " as JSON; of a machine also"
+        " {course: {seconds, condition}, links: {condition, parameters, residual}}",
     )
     command.set_defaults(handler=_run)
+
+
+def seconds(text: str) -> float:
+    """Length of a course [s]."""
+    value = number(MOST_SECONDS)(text)
+    if value < LEAST_SECONDS:
+        raise argparse.ArgumentTypeError(f"'{text}' is less than {LEAST_SECONDS:g} s, too short to tell much")
+    return value
 
 
 def _run(options: argparse.Namespace) -> int:

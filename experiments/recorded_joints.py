@@ -12,7 +12,7 @@ from ..devices.torque_drive import JointDrives
 from ..machines.arm.config import ArmConfig
 from ..machines.giant.config import GiantConfig
 from ..machines.giant.names import JOINTS
-from ..models import Array
+from ..models import Array, Robot
 from ..runtime.configuration.session import build
 from ..runtime.core.modes import RENDERING
 from ..runtime.core.sections import Config
@@ -52,10 +52,7 @@ def recorded(log: Log) -> list[tuple[Believed, list[Recorded]]]:
         LogError: the recording is damaged.
     """
     session = build(log.loaded)
-    robot = session.robot
-    known = zip(robot.names, robot.effort.tolist(), robot.sliding, strict=True)
-    limits = {name: (effort, bool(slides)) for name, effort, slides in known}
-    joints = [Believed(*row, *limits[row[0]]) for row in _elastic(log.loaded.config)]
+    joints = elastic(log.loaded.config, session.robot)
     runs = [np.array(run) for run in _runs(log, session.cycle.image, len(joints))]
     if not runs:
         raise IdentifyError(f"{log.path}: nothing was moved in it; record a session in which joints move")
@@ -63,6 +60,17 @@ def recorded(log: Log) -> list[tuple[Believed, list[Recorded]]]:
         (joint, [Recorded(*np.ascontiguousarray(run[:, :, i].T)) for run in runs])
         for i, joint in enumerate(joints)
     ]
+
+
+def elastic(config: Config, robot: Robot) -> list[Believed]:
+    """The joints of a machine as its controller knows them.
+
+    Raises:
+        IdentifyError: it has no springs.
+    """
+    known = zip(robot.names, robot.effort.tolist(), robot.sliding, strict=True)
+    limits = {name: (effort, bool(slides)) for name, effort, slides in known}
+    return [Believed(*row, *limits[row[0]]) for row in _elastic(config)]
 
 
 def _elastic(config: Config) -> list[tuple[str, float, float, float]]:

@@ -1,4 +1,4 @@
-"""How the force-torque sensor of an arm is calibrated: the joints are led, and nobody holds the handle."""
+"""How an arm is calibrated: the joints are led, and nobody holds the handle."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from ...configs.quantities import Duration, Instant
 from ...control.way import Way
 from ...devices.image import ProcessImage
 from ...models import Array, Robot
-from ...runtime.configuration.system import Mount, Rig
+from ...runtime.configuration.system import Course, Mount, Rig
 from ...runtime.core.sections import Arming, Press
 from ...runtime.core.stages import Mark
 from ..rendering.sections import Away
@@ -29,21 +29,24 @@ class LedArm(SerialArm):
 
     def __init__(self, config: ArmConfig, robot: Robot, image: ProcessImage, mark: Mark) -> None:
         super().__init__(config, robot, image, mark)
-        joints = config.arm.joints.values()
-        velocity, acceleration = (
-            PACE * np.array([getattr(joint, key) for joint in joints], float)
-            for key in ("velocity", "acceleration")
-        )
-        self._way = Way(velocity, acceleration, 1.0 / config.loop.rate)
+        velocity, acceleration = rated(config)
+        self._way = Way(PACE * velocity, PACE * acceleration, 1.0 / config.loop.rate)
+        self._course: Course = self._way
 
     @property
     def arrived(self) -> bool:
         """See ``Led``."""
-        return self._way.arrived
+        return self._course.arrived
 
     def go(self, q: Array) -> None:
         """See ``Led``."""
+        self._way.rest(self._course.q.copy())
         self._way.go(q)
+        self._course = self._way
+
+    def follow(self, course: Course) -> None:
+        """See ``Led``."""
+        self._course = course
 
     def unrest(self, first: bool) -> list[str]:
         """What a sensor shows that is not calibrated says nothing."""
@@ -53,16 +56,27 @@ class LedArm(SerialArm):
         """See ``Machine``."""
         super().engage()
         self._way.rest(self.force_control.q)
+        self._course = self._way
 
     def update(self, gain: float, trust: float) -> None:
         """One tick on the way; while the machine engages, it stays."""
         self._standstill.reset()
+        course = self._course
         if gain >= 1.0:
-            self._way.advance()
-        self._rendering.lead(self._way.q, self._way.qd, self._way.qdd, STILL)
+            course.advance()
+        self._rendering.lead(course.q, course.qd, course.qdd, STILL)
         self.astray = self._rendering.astray
         self.overload = self._rendering.overload
         self.commands = self._rendering.torque(STILL)
+
+
+def rated(config: ArmConfig) -> tuple[Array, Array]:
+    """Speeds and accelerations of the joints, (m,) each."""
+    joints = config.arm.joints.values()
+    velocity, acceleration = (
+        np.array([getattr(joint, key) for joint in joints], float) for key in ("velocity", "acceleration")
+    )
+    return velocity, acceleration
 
 
 def arm_rig(config: ArmConfig, robot: Robot) -> Rig[ArmConfig]:
@@ -94,4 +108,4 @@ def arm_rig(config: ArmConfig, robot: Robot) -> Rig[ArmConfig]:
     )
     start = np.array([joint.start for joint in simulation.arm.joints.values()], float)
     mount = Mount("force_torque", 0, arm.frames.sensor)
-    return Rig(calm, LedArm, (mount,), start, lower + MARGIN, upper - MARGIN, inside)
+    return Rig(calm, LedArm, (mount,), robot, start, lower + MARGIN, upper - MARGIN, *rated(config), inside)

@@ -28,6 +28,8 @@ SETTLE_S = 0.4
 STARTS_S = 10.0
 """The machine is up by then, or never."""
 
+NO_SENSOR = "no six-axis sensor that it could turn about"
+
 
 @dataclass(frozen=True, slots=True)
 class Taken:
@@ -63,12 +65,12 @@ def rig_of(loaded: Loaded) -> Rig[Any]:
     kind = str(type(loaded.config).__struct_config__.tag)
     system = find_system(kind)
     if system.rig is None:
-        raise CalibrationError(
-            [f"a machine of the kind {kind} has no six-axis sensor that it could turn about"]
-        )
+        raise CalibrationError([f"a machine of the kind {kind} has {NO_SENSOR}"])
     if loaded.config.simulation is None:
         raise CalibrationError(["the configuration has no [simulation]; only a simulated machine is driven"])
     rig: Rig[Any] = system.rig(loaded.config, session.robot)
+    if not rig.mounts:
+        raise CalibrationError([f"a machine of the kind {kind} has {NO_SENSOR}"])
     return rig
 
 

@@ -10,6 +10,7 @@ from .check import check_giant
 from .config import GiantConfig
 from .limits import GiantLimits
 from .machine import Giant, foreseen_limits
+from .rig import giant_rig
 from .scene import GiantScene
 from .script import giant_led
 from .simulation import giant_plant
@@ -29,4 +30,5 @@ GIANT = System(
         *remarks(config.giant.twin),
         *unwatched(robot, config.look_ahead, foreseen_limits(config)),
     ],
+    giant_rig,
 )

@@ -94,8 +94,27 @@ class Stance(Generic[C]):
     pose: Callable[[Sequence[float]], Sequence[float]] = _same
 
 
+class Course(Protocol):
+    """Motion of joints that begins and ends at rest.
+
+    Attributes:
+        q, qd, qdd: of this tick, (m,) each [rad or m, s].
+    """
+
+    q: Array
+    qd: Array
+    qdd: Array
+
+    @property
+    def arrived(self) -> bool:
+        """Whether it is at its end."""
+
+    def advance(self) -> None:
+        """One period along."""
+
+
 class Led(Machine, Protocol):
-    """A controller that leads the joints from place to place, for calibrations."""
+    """A controller that leads the joints from place to place or along a course, for calibrations."""
 
     @property
     def arrived(self) -> bool:
@@ -103,6 +122,9 @@ class Led(Machine, Protocol):
 
     def go(self, q: Array) -> None:
         """Plan a way from where the joints are led now to others (m,), at rest at both ends [rad or m]."""
+
+    def follow(self, course: Course) -> None:
+        """Go along a course that begins where the joints are at rest now."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,18 +149,23 @@ class Rig(Generic[C]):
     Attributes:
         config: of it, with nobody at its handles.
         machine: builds a controller that leads its joints.
-        mounts: its force-torque sensors.
+        mounts: its force-torque sensors that can be calibrated.
+        robot: model of the joints that are led.
         start: where its joints begin, (m,) [rad or m].
         lower, upper: of the joints on the way, (m,) [rad or m].
+        velocity, acceleration: rated ones, (m,).
         inside: whether the machine may be led through a place (m,).
     """
 
     config: C
     machine: Callable[[C, Robot, ProcessImage, Mark], Led]
     mounts: Sequence[Mount]
+    robot: Robot
     start: Array
     lower: Array
     upper: Array
+    velocity: Array
+    acceleration: Array
     inside: Callable[[Array], bool]
 
 
@@ -158,7 +185,7 @@ class System(Generic[C]):
             the twin as the [hand] of the twin's file says; raises ScriptError.
         scene: how it is drawn; without it nobody sees more of it than its channels.
         remarks: sentences on what people should know of a configuration that is fine.
-        rig: for a machine whose force-torque sensors can be calibrated, how.
+        rig: for a machine whose joints can be led, how: its sensors are calibrated, its motors identified.
         variations: other random beginnings than ``stance``, by name.
     """
 
