@@ -78,8 +78,8 @@ nasty:
 	@$(BIN)/hapticd bench nasty $(ARGS)
 
 fidelity:
-	@./setup.sh plot
-	@$(BIN)/hapticd experiment --all --out docs
+	@./setup.sh fidelity
+	@$(BIN)/hapticd experiment --all --full --out docs
 
 fuzz:
 	@./setup.sh core

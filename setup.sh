@@ -1,5 +1,5 @@
 #!/bin/sh
-# Make the virtual environment .venv ready for what is asked: setup.sh core | test | lint | bench | plot
+# Make the virtual environment .venv ready for what is asked: setup.sh core | test | lint | bench | fidelity
 # Called by the Makefile; does nothing where nothing changed.
 set -eu
 cd "$(dirname "$0")"
@@ -51,6 +51,7 @@ fi
 case $want in
     core) target=. ;;
     bench) target=".[bench,plot]" ;;
+    fidelity) target=".[plot,scene]" ;;
     *) target=".[$want]" ;;
 esac
 echo "setup: installing hapticd ($want) into .venv; the first time takes a minute or two"

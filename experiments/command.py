@@ -40,11 +40,15 @@ NAMES = (
     "bimanual_fig6",
     "bimanual_fig7",
     "bimanual_table1",
+    "bimanual_table2",
+    "bimanual_touch",
 )
 ALONE = ("giant_timing",)
 """What is measured by a clock, and has the processors for itself."""
 MACHINES = tuple(dict.fromkeys(name.partition("_")[0] for name in NAMES))
 WORKERS = min(2, os.cpu_count() or 1)
+SCENES = ("bimanual_table2", "bimanual_touch")
+"""Those with objects."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,12 +79,14 @@ def run(name: str | None, machine: str | None, folder: Path | None, as_json: boo
         full: many trials where an experiment knows a study of them.
 
     Raises:
-        ExperimentError: no such experiment or machine, one of both too many, matplotlib is missing, or the
+        ExperimentError: no such experiment or machine, one of both too many, MuJoCo or matplotlib is missing, or the
             folder cannot be written.
     """
     if name and machine:
         raise ExperimentError(f"--machine chooses among all experiments; leave it or '{name}' out")
     names = [_known(name)] if name else _of(machine)
+    if set(names) & set(SCENES) and not find_spec("mujoco"):
+        raise ExperimentError(f"{' and '.join(SCENES)} need MuJoCo; type: {install('mujoco')}")
     if folder and not find_spec("matplotlib"):
         raise ExperimentError(f"plots need matplotlib; type: {install('matplotlib')}")
     for done in _alone(names, folder, full) if len(names) == 1 else _shared(names, folder, full):

@@ -93,6 +93,13 @@ Orientation = Callable[[Sequence[float], Sequence[float]], tuple[Array, tuple[fl
 """What three angles and their rates mean: a rotation matrix in B, and the angular velocity."""
 
 
+class Course(Protocol):
+    """Where a hand wants to be."""
+
+    def at(self, t: float) -> tuple[Sequence[float], Sequence[float]]:
+        """Coordinates and their rates at time t."""
+
+
 class Hand:
     """Holds the handle while it grips.
 
@@ -103,7 +110,7 @@ class Hand:
     """
 
     def __init__(
-        self, path: Path, grip: Grip, orientation: Orientation, away: Sequence[tuple[float, float]] = ()
+        self, path: Course, grip: Grip, orientation: Orientation, away: Sequence[tuple[float, float]] = ()
     ) -> None:
         """``away``: from when to when the hand lets go of the handle, as long as no person leads it [s]."""
         self._path, self._grip, self._orientation = path, grip, orientation
@@ -117,6 +124,10 @@ class Hand:
     def handle(self) -> list[float]:
         """Where the handle is (3,) [m]."""
         return list(self._handle)
+
+    def follow(self, path: Course) -> None:
+        """Go another way from now on."""
+        self._path = path
 
     def take(self) -> None:
         """A person leads it from now on: it wants to stay where the handle is."""
@@ -167,13 +178,6 @@ class Hand:
             return place, STILL, rotation, STILL
         value, rate = self._path.at(t)
         return value, rate, *self._orientation(value[3:], rate[3:])
-
-
-class Course(Protocol):
-    """Where a hand wants to be."""
-
-    def at(self, t: float) -> tuple[Sequence[float], Sequence[float]]:
-        """Coordinates and their rates at time t."""
 
 
 class PointHand:

@@ -19,7 +19,7 @@ from ...models import Robot
 from ...runtime.core.stages import Mark
 from ..telemanipulation.arm import SIDES, StationArm
 from ..telemanipulation.station import Station, sane_pose
-from .config import AvatarConfig
+from .config import Avatar, AvatarConfig
 from .hand import AvatarHand
 
 PULLS = 2.0
@@ -56,22 +56,27 @@ def state_layout(n: int, drives: int) -> np.dtype[np.void]:
     )
 
 
+def impedance(section: Avatar) -> Gains:
+    """From the palm to where it is to be; its springs never pull harder than is bearable."""
+    k = section.impedance
+    return Gains(
+        k.stiffness,
+        k.rotational_stiffness,
+        k.damping,
+        k.rotational_damping,
+        k.fade,
+        most_pull=PULLS * section.stop.force,
+        most_turn=PULLS * section.stop.torque,
+    )
+
+
 class AvatarStation(Station):
     """See ``Machine``."""
 
     def __init__(self, config: AvatarConfig, robot: Robot, image: ProcessImage, mark: Mark) -> None:
         section = config.avatar
         super().__init__(config, section, robot, image, mark)
-        k = section.impedance
-        gains = Gains(
-            k.stiffness,
-            k.rotational_stiffness,
-            k.damping,
-            k.rotational_damping,
-            k.fade,
-            most_pull=PULLS * section.stop.force,
-            most_turn=PULLS * section.stop.torque,
-        )
+        gains = impedance(section)
         self._laws = [
             AvatarLaw(arm.task, arm.avoidance, gains, arm.force.wrench, self._dt) for arm in self.arms
         ]

@@ -1,15 +1,17 @@
-"""The simulated avatar: two arms whose palms may touch walls."""
+"""The simulated avatar: two arms whose palms may touch walls, or whose hands are in a scene."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from ...devices.network import Network
+from ...devices.robot_hand import RobotHand
 from ...models import Robot
 from ...sim.fingers import Fingers, Grasped, Servo
 from ...sim.hand import Grip
 from ...sim.leading_hands import LeadingHands
 from ...sim.robot_hand import SimRobotHand
+from ...sim.scene import Scene
 from ...sim.wall import Wall, Walls
 from ..telemanipulation.arm import SIDES
 from ..telemanipulation.plant import Closing, SimArm, StationPlant, hands
@@ -23,6 +25,7 @@ class AvatarPlant(StationPlant):
     Attributes:
         walls: that a palm may touch.
         hands: with their fingers, left and right; none where the avatar has none.
+        scene: that its hands are in instead, once they have entered one.
     """
 
     leads = False
@@ -49,6 +52,7 @@ class AvatarPlant(StationPlant):
                 for wall in simulation.walls or ()
             ]
         )
+        self.scene: Scene | None = None
         self._chains = config.avatar.arms
         super().__init__(config.avatar, simulation, robot, network, leading)
         self.link.port = leading
@@ -75,9 +79,8 @@ class AvatarPlant(StationPlant):
     def _grasped(self, thing: Thing) -> Grasped:
         """Where its hand's drives meet it; those that spread fingers or turn the thumb do not."""
         device, fingers = self.hands[SIDES.index(thing.side)]
-        closes = [not {"spread", "opposition"} & set(name.split("_")) for name in device.device.drives]
         at = fingers.lower + thing.share * (fingers.upper - fingers.lower)
-        return Grasped(np.where(closes, at, np.inf), thing.stiffness)
+        return Grasped(np.where(_closing(device.device), at, np.inf), thing.stiffness)
 
     def _sense(self) -> None:
         for i, (device, fingers) in enumerate(self.hands):
@@ -88,9 +91,34 @@ class AvatarPlant(StationPlant):
             device.advance(fingers, self._dt)
         super()._sense()
 
+    def enter(self, scene: Scene) -> None:
+        """From now on the hands are in a scene, and touch what is there; nothing is put into them by a script.
+
+        Their grippers are shut where the fingers that close are more than half closed, and open otherwise.
+        """
+        self.scene, self._things = scene, []
+        for i, arm in enumerate(self.arms):
+            scene.put(i, arm.arm.position, arm.arm.rotation)
+
+    def _move(self, dt: float) -> None:
+        super()._move(dt)
+        if self.scene is not None:
+            for i, (device, fingers) in enumerate(self.hands):
+                share = (fingers.position - fingers.lower) / (fingers.upper - fingers.lower)
+                self.scene.closed[i] = bool(share[_closing(device.device)].mean() > 0.5)
+            self.scene.step([arm.arm.hold.wrench for arm in self.arms])
+
     def _touch(self, i: int, arm: SimArm) -> None:
         held = arm.arm
-        self.walls.press(held.hold, held.position, held.twist[:3])
+        if self.scene is not None:
+            self.scene.hold(i, held.hold, held.position, held.rotation)
+        else:
+            self.walls.press(held.hold, held.position, held.twist[:3])
+
+
+def _closing(hand: RobotHand) -> list[bool]:
+    """Which of its drives close fingers; the others spread them or turn the thumb."""
+    return [not {"spread", "opposition"} & set(name.split("_")) for name in hand.drives]
 
 
 def avatar_plant(config: AvatarConfig, robot: Robot, network: Network) -> AvatarPlant:

@@ -11,9 +11,9 @@ from ...devices.sense_glove import FINGERS
 from ...models import Robot
 from ...sim.buttons import ButtonScript, SimButtons
 from ...sim.fingers import GlovedFingers
-from ...sim.hand import Grip, Hand, turned
+from ...sim.hand import Course, Grip, Hand, turned
 from ...sim.sense_glove import SimSenseGlove
-from ..telemanipulation.plant import Closing, SimArm, StationPlant, hands
+from ..telemanipulation.plant import Closes, Closing, SimArm, StationPlant, hands
 from ..telemanipulation.wire import arms_alike
 from .config import OperatorConfig, OperatorSimulation
 
@@ -66,7 +66,7 @@ class OperatorPlant(StationPlant):
         self.hands = [Hand(way, grip, turned(np.eye(3))) for way in hands(simulation)]
         super().__init__(config.operator, simulation, robot, network, BothHands(self.hands))
         self._avatar, self._far = config.operator.avatar, config.operator.gloves
-        self._closing = Closing(simulation.fingers or ())
+        self._closing: Closes = Closing(simulation.fingers or ())
         self.gloves = [(glove, GlovedFingers()) for glove in self.nodes.of(SimSenseGlove)]
         (buttons,) = self.nodes.of(SimButtons)
         presses = [
@@ -82,6 +82,12 @@ class OperatorPlant(StationPlant):
         if self._far:
             found["hands"] = repr([list(self._far.left), list(self._far.right)])
         return found
+
+    def follow(self, courses: Sequence[Course], closing: Closes) -> None:
+        """The hands go other ways from now on, and close otherwise."""
+        self._closing = closing
+        for hand, course in zip(self.hands, courses, strict=True):
+            hand.follow(course)
 
     def _touch(self, i: int, arm: SimArm) -> None:
         held = arm.arm

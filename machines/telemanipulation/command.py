@@ -22,6 +22,8 @@ EPILOG = """examples:
   {program} bimanual --delay 0.12 --jitter 0.04 --loss 0.05
   {program} bimanual my_operator.toml my_avatar.toml --duration 60 --logs log/first
       writes log/first-operator.mcap and log/first-avatar.mcap
+  {program} bimanual --scene peg --duration 40
+      the person takes a bar and a part, and puts one into the other (extra `scene`)
   {program} bimanual --live --duration 60
 
 exit status: 0 done, 1 a check failed, 2 bad usage or configuration, 3 stopped by safety
@@ -64,7 +66,10 @@ def add_bimanual(commands: Commands) -> None:
         default=1,
         choices=range(MAX_COUNT),
         metavar="N",
-        help="of the network; default: 1",
+        help="of the network, and of the person in a scene; default: 1",
+    )
+    both.add_argument(
+        "--scene", choices=["peg"], metavar="peg", help="a task with objects, in lockstep; needs MuJoCo"
     )
     both.add_argument("--live", action="store_true", help="in real time, over the sealed link of this host")
     both.add_argument("--json", action="store_true", help="print both summaries as one JSON object")
@@ -93,7 +98,10 @@ def run(options: argparse.Namespace) -> int:
     from ...sim.network_model import Conditions, NetworkModel
     from .pair import Pair, PairError, declared
     from .pair_run import pair_run, report
+    from .peg import set_task
 
+    if options.live and options.scene:
+        raise PairError("a scene runs in lockstep, not live; leave out --live or --scene")
     if options.live:
         from .live_pair import live_pair
 
@@ -108,9 +116,10 @@ def run(options: argparse.Namespace) -> int:
     if conditions.longest > 0.0:
         stations = [declared(loaded, conditions.longest) for loaded in stations]
     pair = Pair(stations[0], stations[1], NetworkModel(conditions, options.seed))
+    task = set_task(pair, options.seed) if options.scene else None
     logs = _logs(options.logs)
     outcomes, speed = pair_run(pair, stations, logs, options.duration, not options.json)
-    print(report(stations, logs, outcomes, speed, options.json))
+    print(report(stations, logs, outcomes, speed, options.json, task))
     return max(outcome.status for outcome in outcomes)
 
 

@@ -16,7 +16,9 @@ from ...runtime.live.lockstep import unswept
 from ...runtime.live.outcome import Outcome
 from ...runtime.live.recorded import Recorded
 from ...runtime.recording.summary import table
+from ...sim.peg_task import PegTask
 from .pair import Pair
+from .peg import figures, told
 
 NAMES = ("operator", "avatar")
 DEFAULT_S = 30.0
@@ -79,12 +81,17 @@ def _teller(name: str, tell: bool) -> Callable[[float, Event], None]:
 
 
 def report(
-    stations: Sequence[Loaded], logs: Sequence[Path], outcomes: Sequence[Outcome], speed: float, as_json: bool
+    stations: Sequence[Loaded],
+    logs: Sequence[Path],
+    outcomes: Sequence[Outcome],
+    speed: float,
+    as_json: bool,
+    task: PegTask | None = None,
 ) -> str:
-    """Both summaries, for people or as one JSON object."""
+    """Both summaries, and what became of a task, for people or as one JSON object."""
     if as_json:
         rows = zip(NAMES, logs, outcomes, strict=True)
-        content = {
+        content: dict[str, object] = {
             name: {
                 "status": outcome.status,
                 "message": outcome.message,
@@ -93,9 +100,12 @@ def report(
             }
             for name, log, outcome in rows
         }
+        if task is not None:
+            content["scene"] = figures(task)
         return msgspec.json.encode({**content, "speed_x": speed}).decode()
     lines: list[str] = []
     for name, log, outcome in zip(NAMES, logs, outcomes, strict=True):
         lines += [f"--- {name}", *([table(outcome.report)] if outcome.report else []), f"log: {log}"]
         lines += [outcome.message] if outcome.message else []
+    lines += [told(task)] if task is not None else []
     return "\n".join([*lines, f"lockstep of both: {speed:g} times real time"])

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Protocol
 
 import numpy as np
 import pinocchio as pin
+from numpy.typing import NDArray
 
+from ...control.ft_calibration import Tool as Calibrated
 from ...devices.network import Network
-from ...models import Robot
+from ...models import Array, Robot
 from ...sim.delay import Delay
 from ...sim.drive import Drives
 from ...sim.dynamics import DirectArm
@@ -30,12 +33,62 @@ STILL = np.zeros(3)
 """Acceleration of a base that stands."""
 
 
-class SimArm:
-    """One arm: rigid joints with a rotor each, a tool on its force-torque sensor, something at its palm.
+class Limb:
+    """An arm without its devices: rigid joints with rotors, a tool on its sensor, something at its palm.
 
     Attributes:
         arm: its dynamics; ``arm.hold`` is what acts on the palm.
     """
+
+    def __init__(
+        self,
+        chain: OwnChain,
+        tool: Calibrated,
+        simulation: StationSimulation,
+        robot: Robot,
+        random: np.random.Generator,
+    ) -> None:
+        own = simulation.arms
+        mass = own.tool_mass * tool.mass
+        body = pin.Inertia(mass, tool.centre, np.diag(own.tool_inertia))
+        bare = chain_of(robot, chain)
+        real = own_robot(bare, bare.names, simulation.plant)
+        last = real.model.frames[real.frame(PALM)].parentJoint
+        flange = real.model.frames[real.frame(f"{chain.prefix}flange")].placement
+        real.model.appendBodyToJoint(last, body, flange)
+        real = Robot(real.model)  # whose workspace is of the whole
+        rotor, brake = np.array(own.rotor_inertia, float), np.array(own.brake, float)
+        friction = own_friction(real, simulation.plant)
+        self.arm = arm = DirectArm(real, PALM, rotor, brake, own.substeps, friction)
+        arm.reset(np.array(chain.home, float))
+        T = palm_to_sensor(chain)
+        R = T[:3, :3]
+        hung = Tool(mass, tool.centre.tolist(), own.tool_inertia)
+        self._tool = SensedTool(hung, (R.T @ T[:3, 3]).tolist(), arm, arm.hold.wrench, R)
+        self._tool.base[:] = -GRAVITY
+        self._smoothed = Smoothed(6, own.cutoff, own.periods)
+        self._noise, self._random = np.repeat([own.force_noise, own.torque_noise], 3), random
+        self._late = Delay(int(simulation.plant.delay), real.nv)
+
+    def drive(self, torque: Array, braked: NDArray[np.bool_], dt: float) -> None:
+        """Advance by dt under torques (n,) [N m] that its motors are told, and brakes (n,)."""
+        self.arm.step(self._late(torque, braked), braked, STILL, dt)
+
+    def feel(self, dt: float) -> Array:
+        """What its sensor measures dt [s] after the last time, (6,) in its own axes [N, N m]."""
+        self._tool.update()
+        felt = self._tool.felt + self._noise * self._random.standard_normal(6)
+        return self._smoothed.take(felt, dt)
+
+    def energies(self) -> Energies:
+        """Its base stands."""
+        arm = self.arm
+        power = float(arm.hold.wrench @ arm.twist)
+        return Energies(arm.kinetic_energy(), 0.0, arm.potential_energy(), power)
+
+
+class SimArm(Limb):
+    """A limb behind its simulated drives and its simulated force-torque sensor."""
 
     def __init__(
         self,
@@ -46,54 +99,24 @@ class SimArm:
         sensor: SimForceTorque,
         random: np.random.Generator,
     ) -> None:
-        tool = tool_of(chain.tool, sensor.device)
-        own = simulation.arms
-        mass = own.tool_mass * tool.mass
-        body = pin.Inertia(mass, tool.centre, np.diag(own.tool_inertia))
-        bare = chain_of(robot, chain)
-        real = own_robot(bare, bare.names, simulation.plant)
-        last = real.model.frames[real.frame(PALM)].parentJoint
-        flange = real.model.frames[real.frame(f"{chain.prefix}flange")].placement
-        real.model.appendBodyToJoint(last, body, flange)
-        real = Robot(real.model)  # whose workspace is of the whole
-        n = real.nv
-        rotor, brake = np.array(own.rotor_inertia, float), np.array(own.brake, float)
-        friction = own_friction(real, simulation.plant)
-        self.arm = arm = DirectArm(real, PALM, rotor, brake, own.substeps, friction)
-        arm.reset(np.array(chain.home, float))
+        super().__init__(chain, tool_of(chain.tool, sensor.device), simulation, robot, random)
+        arm = self.arm
         self._drives, self._sensor = Drives(drives), sensor
         self._encoders = (
             *((self._drives["position"], arm.q), (self._drives["velocity"], arm.qd)),
             *((self._drives["link_position"], arm.q), (self._drives["load_torque"], arm.spring)),
         )
-        T = palm_to_sensor(chain)
-        R = T[:3, :3]
-        hung = Tool(mass, tool.centre.tolist(), own.tool_inertia)
-        self._tool = SensedTool(hung, (R.T @ T[:3, 3]).tolist(), arm, arm.hold.wrench, R)
-        self._tool.base[:] = -GRAVITY
-        self._smoothed = Smoothed(6, own.cutoff, own.periods)
-        self._noise, self._random = np.repeat([own.force_noise, own.torque_noise], 3), random
-        self._late = Delay(int(simulation.plant.delay), n)
 
     def move(self, dt: float) -> None:
         """Advance by dt under what the drives do."""
         self._drives.update()
-        torque = self._late(self._drives.command, self._drives.braked)
-        self.arm.step(torque, self._drives.braked, STILL, dt)
+        self.drive(self._drives.command, self._drives.braked, dt)
 
     def sense(self, dt: float) -> None:
         """Give the devices what they would measure dt [s] after the last time."""
         for measured, value in self._encoders:
             measured[:] = value
-        self._tool.update()
-        felt = self._tool.felt + self._noise * self._random.standard_normal(6)
-        self._sensor.wrench = self._smoothed.take(felt, dt)
-
-    def energies(self) -> Energies:
-        """Its base stands."""
-        arm = self.arm
-        power = float(arm.hold.wrench @ arm.twist)
-        return Energies(arm.kinetic_energy(), 0.0, arm.potential_energy(), power)
+        self._sensor.wrench = self.feel(dt)
 
 
 class StationPlant(SimPlant):
@@ -167,6 +190,13 @@ def hands(simulation: StationSimulation) -> tuple[Path, Path]:
     left = np.array([[*point.left, *point.left_turned] for point in simulation.hand.path])
     right = np.array([[*point.position, *point.turned] for point in simulation.hand.path])
     return Path(times, left), Path(times, right)
+
+
+class Closes(Protocol):
+    """How far a person wants the fingers of either hand to be closed."""
+
+    def at(self, time: float) -> list[float]:
+        """Left and right, 0 to 1, at a time [s]."""
 
 
 class Closing:

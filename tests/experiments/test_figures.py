@@ -15,6 +15,8 @@ from hapticd.experiments import (
     bimanual_fig6,
     bimanual_fig7,
     bimanual_table1,
+    bimanual_table2,
+    bimanual_touch,
     collisions,
     giant_collisions,
     giant_fig5,
@@ -35,6 +37,7 @@ from hapticd.experiments import (
 )
 from hapticd.experiments.command import NAMES
 from hapticd.experiments.outcome import Outcome, write_plot
+from hapticd.experiments.peg_trial import Trial
 
 from .figures import faults
 
@@ -106,6 +109,11 @@ def little_work(monkeypatch: pytest.MonkeyPatch) -> None:
     for module, name, value in (
         (bimanual_table1, "COUNT", 150),
         (bimanual_table1, "WORKERS", 1),
+        (bimanual_table2, "WORKERS", 1),
+        (bimanual_table2, "TRIALS", 2),
+        (bimanual_table2, "peg_trial", lambda mode, seed: Trial(True, 20.0 + 0.01 * seed, 8.0, "in")),
+        (bimanual_touch, "SEEDS", (1, 2)),
+        (bimanual_touch, "SECONDS", 0.1),
         (mounting, "FIRST", 10),
         (mounting, "ROUNDS", 1),
         (mounting, "PER_ROUND", 4),
