@@ -79,7 +79,7 @@ nasty:
 
 fidelity:
 	@./setup.sh fidelity
-	@$(BIN)/hapticd experiment --all --full --out docs
+	@$(BIN)/hapticd experiment --all --out docs
 
 fuzz:
 	@./setup.sh core

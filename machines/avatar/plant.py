@@ -92,7 +92,7 @@ class AvatarPlant(StationPlant):
         super()._sense()
 
     def enter(self, scene: Scene) -> None:
-        """From now on the hands are in a scene, and touch what is there; nothing is put into them by a script.
+        """From now on the hands are in a scene, and touch what is there, and nothing else is in them.
 
         Their grippers are shut where the fingers that close are more than half closed, and open otherwise.
         """
