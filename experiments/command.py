@@ -79,8 +79,8 @@ def run(name: str | None, machine: str | None, folder: Path | None, as_json: boo
         full: many trials where an experiment knows a study of them.
 
     Raises:
-        ExperimentError: no such experiment or machine, one of both too many, MuJoCo or matplotlib is missing, or the
-            folder cannot be written.
+        ExperimentError: no such experiment or machine, one of both too many, MuJoCo or matplotlib is missing,
+            or the folder cannot be written.
     """
     if name and machine:
         raise ExperimentError(f"--machine chooses among all experiments; leave it or '{name}' out")
