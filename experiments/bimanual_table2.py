@@ -71,7 +71,7 @@ def outcome(seen: dict[Mode, list[Trial]]) -> Outcome:
             (axes[1], [[t.peak for t in trials] for trials in seen.values()], "largest force [N]"),
         ):
             each.boxplot(values, tick_labels=labels, whis=(0, 100))
-            each.set(ylabel=name, ylim=(0, None))
+            each.set(xlabel="led by", ylabel=name, ylim=(0, None))
         axes[0].set_title("until the bar is in, in simulation")
         axes[1].set_title("at a hand")
 
