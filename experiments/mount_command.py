@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import argparse
 import os
-from pathlib import Path
 
 from ..runtime.command_line.arguments import Commands, count
+from ..runtime.command_line.outputs import picture
 from .hands_command import seed, workers
 
 MOST_POSES = 100_000
@@ -33,7 +33,7 @@ def add_mount(commands: Commands) -> None:
         metavar="W",
         help="processes that share the work; default: all processors",
     )
-    mount.add_argument("--picture", type=Path, metavar="FILE", help="draw it in 3D, as SVG, PNG or PDF")
+    mount.add_argument("--picture", type=picture, metavar="FILE", help="draw it in 3D, as SVG, PNG or PDF")
     mount.add_argument("--json", action="store_true", help="print the figures as JSON")
     mount.set_defaults(handler=_run)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import os
 import sys
+from contextlib import suppress
 from pathlib import Path
 
 from ..runtime.command_line.arguments import Commands, file, name
@@ -39,7 +40,7 @@ def run(options: argparse.Namespace) -> int:
 
     Raises:
         LogError: the recording cannot be read.
-        ReportPathError: the page would take the place of something else.
+        ReportPathError: the page would take the place of something else, or cannot be written.
     """
     import msgspec
 
@@ -88,5 +89,10 @@ def _write(out: Path, content: bytes) -> None:
     try:
         part.write_bytes(content)
         part.replace(out)
+    except OSError as error:
+        raise ReportPathError(
+            f"cannot write {out}: {error.strerror}; name another with --out FILE.html"
+        ) from error
     finally:
-        part.unlink(missing_ok=True)
+        with suppress(OSError):
+            part.unlink(missing_ok=True)

@@ -110,7 +110,7 @@ def test_a_wrong_word_is_named_before_any_work_with_what_was_meant(
 
 def test_every_option_of_a_folder_or_plot_is_checked_when_it_is_read() -> None:
     """A path that a command writes must not wait for the command's end to be refused."""
-    checked = {"--plot": {picture}, "--out": {folder, new_configuration, file}}
+    checked = {"--plot": {picture}, "--picture": {picture}, "--out": {folder, new_configuration, file}}
     for parser in parsers(commands()):
         for action in parser._actions:
             for option in action.option_strings:

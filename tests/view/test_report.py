@@ -1,5 +1,7 @@
 import json
+import os
 from collections.abc import Callable
+from errno import ENOSPC
 from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
@@ -176,3 +178,19 @@ def test_no_other_file_is_replaced(
         place.mkdir()
     assert main(["report", str(recorded("giant")), "--out", str(place)]) == 2
     assert (says or "is a folder") in capsys.readouterr().err
+
+
+def test_a_page_that_cannot_be_written_is_named(
+    recorded: Callable[[str], Path],
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def full(path: Path, content: bytes) -> None:
+        raise OSError(ENOSPC, os.strerror(ENOSPC), str(path))
+
+    monkeypatch.setattr(Path, "write_bytes", full)
+    place = tmp_path / "a.html"
+    assert main(["report", str(recorded("giant")), "--out", str(place)]) == 2
+    assert f"cannot write {place}: {os.strerror(ENOSPC)}" in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())
