@@ -3,10 +3,12 @@
 A recording has, of each joint, what its motor was told, its speed, the torque sensor, and both encoders.
 Means over windows satisfy
 
-    told - load = J dw / T + (c + s |load|) sign(w) + b w + offset      (rotor and gear; HapticGiant, VI-E)
+    told - load = J dw / T + (c + s |load|) sign(w) + b w + e load + offset
+                                                                        (rotor and gear; HapticGiant, VI-E)
     load        = k (motor - link) + d (motor - link)' + offset         (spring)
 
-Neither needs a model of the links, and nothing is differentiated twice. Offsets are those of the sensors.
+Neither needs a model of the links, and nothing is differentiated twice. Offsets, and the error e of its gain,
+are those of the sensors.
 """
 
 from __future__ import annotations
@@ -175,18 +177,21 @@ def _motor(
     direction, load = columns[:, 1], columns[:, 2]
     names = list(MOTOR)
     swing = 2.0 * float(np.abs(load).std())
-    if swing < LEAST_LOAD * torque:  # it would pass for viscous friction, or the other way round
+    if (
+        swing < LEAST_LOAD * torque
+    ):  # what moves with the link would pass for friction, or the other way round
         refused.append(
             f"load_friction: what it acts on varied by {swing:.3g} of {torque:g}; it takes {LEAST_LOAD:.0%}"
         )
         names.remove("load_friction")
         _, target = _rows(runs, top_speed, dt, late)
-        fit = _fit([columns[:, k] for k in (0, 1, 3, 4)], target)
+        fit = _fit([columns[:, k] for k in (0, 1, 3, 5)], target)
     if min(np.mean(direction > 0.0), np.mean(direction < 0.0)) < LEAST_SHARE:
         refused.append("rotor and friction: the joint moved in one direction only: lead it to and fro")
         return late
     residual["motor"] = fit.residual
-    estimates = dict(zip(names, zip(fit.values[:-1], fit.errors[:-1], strict=True), strict=True))
+    m = len(names)
+    estimates = dict(zip(names, zip(fit.values[:m], fit.errors[:m], strict=True), strict=True))
     taken = 2.0 * float((columns[:, 0] * fit.values[0]).std())
     if taken < LEAST_INERTIAL * torque:
         del estimates["rotor_inertia"]
@@ -197,7 +202,7 @@ def _motor(
 
 
 def _rows(runs: Sequence[Recorded], top_speed: float, dt: float, late: int) -> tuple[Array, Array]:
-    """Of windows in which a joint moves in one direction: what the unknowns multiply (w, 5), torque (w,)."""
+    """Of windows in which a joint moves in one direction: what the unknowns multiply (w, 6), torque (w,)."""
     rows, targets = [], []
     for run in runs:
         begin, end = MOST_LATE - 1, len(run.load) - 1  # the same windows, however late
@@ -213,11 +218,11 @@ def _rows(runs: Sequence[Recorded], top_speed: float, dt: float, late: int) -> t
         moving = np.abs(pieces).min(axis=1) > MOVING * top_speed
         moving &= (pieces > 0.0).all(axis=1) | (pieces < 0.0).all(axis=1)
         sign = np.sign(speed)
-        columns = np.column_stack([faster, sign, np.abs(load) * sign, speed, np.ones(windows)])
+        columns = np.column_stack([faster, sign, np.abs(load) * sign, speed, load, np.ones(windows)])
         rows.append(columns[moving])
         targets.append((told - load)[moving])
     if not rows:
-        return np.zeros((0, 5)), np.zeros(0)
+        return np.zeros((0, 6)), np.zeros(0)
     return np.concatenate(rows), np.concatenate(targets)
 
 

@@ -21,8 +21,8 @@ With a LOG, a recorded session: it needs motion to and fro at some speed and loa
 handle through the whole workspace, quickly and slowly, and pull.
 
 What was not excited is refused, with what it lacks; the stiffness of a light wrist needs a hand that pulls.
-Errors are those of the fit: where a torque sensor's gain is off, stiffness and friction are off by as much,
-and a rotor's inertia by as much of what moves with the link."""
+Errors are those of the fit: where a torque sensor's gain is off, the stiffness is off by as much. Where a
+joint carries little, its rotor's inertia is off, too, by as much of what moves with the link."""
 
 EPILOG = """examples:
   {program} identify panda --plot panda.svg

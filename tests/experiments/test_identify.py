@@ -99,6 +99,17 @@ def test_what_was_not_excited_is_refused_and_says_why(name: str) -> None:
     assert any(missing in reason or "rotor and friction" in reason for reason in found.refused)
 
 
+def test_a_torque_sensor_of_another_gain_does_not_move_the_inertia_of_a_rotor() -> None:
+    """Most of a joint's load may be inertia behind its spring: a share of it would pass for the rotor's."""
+    true = joint(3)
+    faster = np.gradient(true.speed, DT)
+    heavy = 20.0 * np.convolve(faster, np.ones(40) / 40, "same")
+    late = np.concatenate([heavy[1:], heavy[-1:]])  # told two ticks before it is measured, held for one
+    told, load = true.told + late, 0.96 * (true.load + heavy)
+    found = of(Recorded(told, load, true.speed, (true.load + heavy) / TRUTH["stiffness"])).found
+    assert found["rotor_inertia"].value == pytest.approx(TRUTH["rotor_inertia"], rel=0.1)
+
+
 def test_runs_with_a_gap_between_are_not_joined() -> None:
     whole = joint(2)
     parts = [
