@@ -14,14 +14,14 @@ from .outcome import Outcome, Progress, Row
 from .peg_trial import exchange
 
 TITLE = "contact with a table out of sight, in simulation"
-SEEDS = range(2001, 2011)
+SEEDS = range(2001, 2005)
 PLACE, TOP = np.array((0.55, 0.32, 0.93)), 0.865
 """Where the left palm begins, and how low it gets on the table [m]."""
 BELIEF = 0.02
 """Error of where the person believes the table to be, standard deviation [m]."""
 LOWERS, FEELS, REACTS = 0.04, 2.0, 0.1
 """Speed down [m/s]; force at which a person who feels it stops [N], after so long [s]."""
-GETS_THERE, SECONDS = 1.5, 5.0
+GETS_THERE, SECONDS = 1.5, 4.0
 
 
 @dataclass(frozen=True, slots=True)
