@@ -52,7 +52,8 @@ MONITOR = {
 
 def test_the_gate_and_the_monitor_hold_the_axes_to_the_built_in_configuration(machine: str) -> None:
     built = build(loaded(machine=machine)).cycle.machine
-    gate = {name: numbers for name, *numbers in map(astuple, built.axes)}
+    assert {axis.peak for axis in built.axes} == {None}
+    gate = {name: numbers for name, *numbers, _peak in map(astuple, built.axes)}
     assert gate == {name: pytest.approx(numbers) for name, numbers in GATE[machine].items()}
     t = built.thresholds
     monitor = dict(zip(t.axes, zip(t.lower, t.upper, t.speed, strict=True), strict=True))
