@@ -18,10 +18,10 @@ from .screen import CLEAR_BELOW
 DEFAULT_S = 30.0
 
 
-def run(loaded: Loaded, log: Path, duration: float | None, live: bool) -> Outcome:
+def run(loaded: Loaded, log: Path, duration: float | None, live: bool, quiet: bool = False) -> Outcome:
     """Run for a duration [s] of virtual time, bring the machine to rest, write the log and sum up.
 
-    Without a duration it is that of the configuration.
+    Without a duration it is that of the configuration; a quiet one tells nobody what happens in it.
     """
     signals: list[int] = []
     with heard(signals.append):
@@ -31,11 +31,17 @@ def run(loaded: Loaded, log: Path, duration: float | None, live: bool) -> Outcom
             return called_off(signals[0])
         seconds = duration or loaded.config.loop.duration or DEFAULT_S
         with unswept():
-            return _run(lockstep, loaded, log, seconds, live, signals)
+            return _run(lockstep, loaded, log, seconds, live, quiet, signals)
 
 
 def _run(
-    lockstep: Lockstep, loaded: Loaded, log: Path, duration: float, live: bool, signals: list[int]
+    lockstep: Lockstep,
+    loaded: Loaded,
+    log: Path,
+    duration: float,
+    live: bool,
+    quiet: bool,
+    signals: list[int],
 ) -> Outcome:
     """A signal ends the session, a second one does not wait for the machine to come to rest."""
     cycle, rate = lockstep.session.cycle, loaded.config.loop.rate
@@ -43,7 +49,8 @@ def _run(
     clear = f"\r{CLEAR_BELOW}" if live else ""
 
     def say(time: float, event: Event) -> None:
-        show(f"{clear}{time:9.3f} s  {event}\n")
+        if not quiet:
+            show(f"{clear}{time:9.3f} s  {event}\n")
 
     begin = perf_counter()
     torn: OSError | None = None

@@ -26,12 +26,14 @@ class Outcome:
         status: exit status of the program.
         message: why, for people.
         speed_x: how many times faster than real time a lockstep session ran; None where it was live.
+        signals: that asked for its end.
     """
 
     report: Report | None
     status: int
     message: str
     speed_x: float | None = None
+    signals: tuple[int, ...] = ()
 
 
 @dataclass(slots=True)
@@ -60,13 +62,15 @@ class Ending:
 def outcome(cycle: Cycle, report: Report | None, ending: Ending, speed_x: float | None = None) -> Outcome:
     """What became of a session that is over."""
     status, message = _judge(cycle, report, ending)
-    return Outcome(report, status, message, speed_x)
+    return Outcome(report, status, message, speed_x, ending.signals)
 
 
 def called_off(number: int) -> Outcome:
     """A session that a signal ended before it began."""
     word = WORDS[Signals(number)]
-    return Outcome(None, exit_status(number), f"{word} before anything moved; there is no log")
+    return Outcome(
+        None, exit_status(number), f"{word} before anything moved; there is no log", None, (number,)
+    )
 
 
 def _judge(cycle: Cycle, report: Report | None, ending: Ending) -> tuple[int, str]:

@@ -1,0 +1,1 @@
+"""Psychophysics: what people can tell apart of what a machine renders."""
