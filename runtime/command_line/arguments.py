@@ -9,8 +9,6 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any, NoReturn, TypeAlias
 
-import msgspec
-
 from ...configs.quantities import BitRate
 from ...configs.units import UnitError
 from ...configs.words import nearest
@@ -48,6 +46,8 @@ class Parser(argparse.ArgumentParser):
     def error(self, message: str) -> NoReturn:
         """As argparse's; a program that asked for JSON is answered so, too."""
         if "--json" in self._typed:
+            import msgspec  # a help does without
+
             print(msgspec.json.encode({"error": "usage", "message": message}).decode())
         super().error(message)
 
