@@ -308,6 +308,16 @@ class Angles3(Vector):
     dimension, length = "angle", 3
 
 
+class Reach3(Vector):
+    dimension, length, minimum = "length", 3, 0.0
+    range = Range(1e-3, 1.0, "m", "nothing moves; further than a neck reaches")
+
+
+class Turn3(Vector):
+    dimension, length, minimum = "angle", 3, 0.0
+    range = Range(1e-2, 1.6, "rad", "nothing turns; further than a neck turns")
+
+
 class Forces3(Vector):
     dimension, length = "force", 3
 

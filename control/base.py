@@ -52,6 +52,11 @@ class Base:
         """Whether it stands."""
         return not self.velocity.any()
 
+    def reset(self) -> None:
+        """It stands, and the paddle must pass its dead zone before it moves."""
+        self.velocity[:] = 0.0
+        self._armed = False
+
     def update(self, paddle: Array, permitted: bool) -> Array:
         """Take the paddle's axes (3,), -1 to 1 of their way; own buffer.
 

@@ -37,13 +37,17 @@ class Lease:
 
     Attributes:
         standing: after the last tick.
+        useless: ticks in which what was heard made no sense.
     """
 
-    def __init__(self, delay: float) -> None:
-        """Longest delay that is no fault [s]."""
-        self._delay = delay
+    def __init__(self, delay: float, dt: float) -> None:
+        """Longest delay that is no fault, and period [s]."""
+        self._delay, self._dt = delay, dt
+        self._unusable = 0.0
+        self.useless = 0
         self._barred = self._act = 0  # nobody has acted yet
         self._bar = Standing.IDLE
+        self._untold = False
         self.standing = Standing.IDLE
 
     @property
@@ -56,7 +60,7 @@ class Lease:
         """Whether the arm may move with its peer."""
         return self.standing is Standing.FOLLOWS
 
-    def update(self, age: float, valid: bool, leads: bool, act: int) -> bool:
+    def update(self, age: float, valid: bool, leads: bool, act: int, told: bool = True) -> bool:
         """Take what is known at a tick; whether the arm may move with its peer.
 
         Args:
@@ -64,27 +68,38 @@ class Lease:
             valid: whether it makes sense; what does not was not heard.
             leads: whether the peer takes part.
             act: the operator's last one.
+            told: whether whoever acts says to know that this arm does not follow.
         """
         # what is not a number is no age
-        silent = age - self._delay if valid and age >= 0.0 else inf
+        usable = valid and age >= 0.0
+        silent = age - self._delay if usable else inf
+        self.useless += not usable
+        # nonsense that keeps coming is a silence as well: its age never grows, so its ticks are counted
+        self._unusable = 0.0 if silent <= FRESH_S else self._unusable + self._dt
         if silent <= FRESH_S:
             self._act = act
+            if self._untold:  # what was done before anybody there knew of the stop ends no stop
+                self._barred, self._untold = act, not told
             if act == self._barred:
                 self.standing = self._bar
             else:
                 self.standing = Standing.FOLLOWS if leads else Standing.RESTS
         elif self._barred == self._act:
             self.standing = self._bar
-        elif valid and silent > ENDS_S:
+        elif (usable and silent > ENDS_S) or self._unusable > ENDS_S:
             self._barred, self._bar = self._act, Standing.ENDED
             self.standing = Standing.ENDED
         else:
             self.standing = Standing.SILENT if silent > TOLD_S else Standing.WAITS
         return self.follows
 
-    def bar(self) -> None:
-        """The arm stopped by itself: the act that led it leads it no more."""
-        self._barred, self._bar = self._act, Standing.BARRED
+    def bar(self, told: bool = True) -> None:
+        """The arm stopped by itself: neither the act that led it leads it, nor any before the operator knows.
+
+        Args:
+            told: whether the operator knows at once; else ``update`` has to say so.
+        """
+        self._barred, self._bar, self._untold = self._act, Standing.BARRED, not told
         self.standing = Standing.BARRED
 
 

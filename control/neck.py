@@ -52,6 +52,11 @@ class Axes:
         self._wanted = np.zeros(3)
         self.at, self.speed = np.zeros(3), np.zeros(3)
 
+    def rest(self, at: Array) -> None:
+        """Stand at a place (3,), or where it is furthest inside."""
+        self.at[:] = self._wanted[:] = np.clip(at, -self._far, self._far)
+        self.speed[:] = 0.0
+
     def aim(self, wanted: Array, gain: float) -> None:
         """A share of the way to another place (3,), inside."""
         self._wanted += gain * (np.clip(wanted, -self._far, self._far) - self._wanted)
@@ -96,6 +101,16 @@ class Neck:
         if self._seen is not None:
             self._middle = self._seen.copy()
             self._following = True
+
+    def resume(self) -> None:
+        """Go on with the middle that there was: the head is back where it was seen last."""
+        self._following = self._seen is not None
+
+    def reset(self, way: Array) -> None:
+        """Begin at rest where the arm is: position and rotation vector from its middle, (6,) [m, rad]."""
+        self._moving.rest(way[:3])
+        self._turning.rest(way[3:])
+        self._following = False
 
     def stop(self) -> None:
         """Come to rest and stay, whatever the head does, until it is recentred."""

@@ -21,6 +21,8 @@ class RemoteFlag(IntFlag):
     """The arm stopped itself, and waits for an act of the operator."""
     CLUTCHED = 0x04
     """The operator moves the hand without the avatar."""
+    TOLD = 0x10
+    """The operator's station knows that the arm at the other side does not follow."""
     WAITING = 0x08
     """The arm holds where it is because it hears nothing that it may follow."""
 
@@ -29,6 +31,7 @@ ENGAGED: Final = RemoteFlag.ENGAGED.value
 STOPPED: Final = RemoteFlag.STOPPED.value
 CLUTCHED: Final = RemoteFlag.CLUTCHED.value
 WAITING: Final = RemoteFlag.WAITING.value
+TOLD: Final = RemoteFlag.TOLD.value
 """Plain numbers: enum arithmetic is slow."""
 
 ACTS: Final = 256
@@ -66,6 +69,16 @@ HAND_SAYS: Final[Mapping[Address, Field]] = {
     (0x2601, i): Quantity("current", CURRENT) for i in range(1, MOST_DRIVES + 1)
 }
 """Currents of a hand's motors."""
+PILOT_SAYS: Final[Mapping[Address, Field]] = {
+    **{(0x2602, i): Quantity("head") for i in range(1, 8)},
+    **{(0x2603, i): Quantity("paddle") for i in range(1, 4)},
+}
+"""Pose of the operator's head, and what the foot does."""
+BODY_SAYS: Final[Mapping[Address, Field]] = {
+    **{(0x2604, i): Quantity("way") for i in range(1, 7)},
+    **{(0x2605, i): Quantity("speed") for i in range(1, 4)},
+}
+"""Where the avatar's head is, seen from its middle, and how fast its base is."""
 HEARD_FLAGS: Final[Mapping[Address, Field]] = {
     (0x2630, 0): Word("flags"),
     (0x2631, 0): Quantity("age", AGE_STEP),

@@ -166,9 +166,9 @@ def call(
 
 
 def ask(
-    credentials: Credentials, address: str, port: int, avatar: str, want: Literal["status", "end"]
+    credentials: Credentials, address: str, port: int, avatar: str, want: Literal["status", "end", "admit"]
 ) -> Status:
-    """Ask an avatar who moves it, or, as a maintainer, end that.
+    """Ask an avatar who moves it; as a maintainer, end that and keep who did out, or admit everybody again.
 
     Raises:
         RefusedError, LinkError: as `call`.

@@ -46,6 +46,7 @@ MAY: Final = {
     "move": (Role.OPERATOR,),
     "status": (Role.OPERATOR, Role.MAINTAINER, Role.OBSERVER),
     "end": (Role.MAINTAINER,),
+    "admit": (Role.MAINTAINER,),
 }
 """What each role may ask for."""
 
@@ -82,6 +83,7 @@ class Host(End):
         self.station: Final = credentials.station
         self.refused: Final[Counter[str]] = Counter()
         """How many were refused, by cause."""
+        self._out: dict[Station, Station] = {}  # whose session a maintainer ended, and which maintainer
         self._context = credentials.context()
         self._listener = listening_socket(address, port)
         self._waker, self._woken = socket.socketpair()
@@ -194,9 +196,18 @@ class Host(End):
             return self._status()
         if request.want == "end":
             with self._lock:
-                if self._living():
+                if self._living() and self._peer is not None:
+                    self._out[self._peer] = there
                     self._end(f"ended by {there}")
             return self._status()
+        if request.want == "admit":
+            if self._out:
+                self._out.clear()
+                self._say("admitted", f"{there} admits everybody again")
+            return self._status()
+        if there in self._out:
+            why = f"{self._out[there]} ended its session; a maintainer has to admit it again"
+            return Refused("ended", why)
         different = refusal(self.terms, request.offer)
         if different:
             return different

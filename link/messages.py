@@ -52,7 +52,7 @@ class Request(msgspec.Struct, frozen=True):
         port: of the asking station's datagram socket; 0: it has none.
     """
 
-    want: Literal["move", "status", "end"]
+    want: Literal["move", "status", "end", "admit"]
     offer: Offer
     port: Port
 

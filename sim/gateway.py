@@ -26,7 +26,9 @@ AVATAR_SAYS: Final = np.dtype(
 )
 GLOVE_SAYS: Final = np.dtype([("angle", "<f4", len(GLOVE_JOINTS)), ("flags", "<u2")], align=False)
 HAND_SAYS: Final = np.dtype([("current", "<f4", MOST_DRIVES), ("flags", "<u2")], align=False)
-"""What a station sends of each arm and hand; a packet holds them side by side."""
+PILOT_SAYS: Final = np.dtype([("head", "<f4", 7), ("paddle", "<f4", 3), ("flags", "<u2")], align=False)
+BODY_SAYS: Final = np.dtype([("way", "<f4", 6), ("speed", "<f4", 3), ("flags", "<u2")], align=False)
+"""What a station sends of each arm and hand, and of head and foot; a packet holds them side by side."""
 OWN: Final = {"flags": "own_flags", "energy": "own_energy"}
 """Fields of both directions, as a gateway calls those that go out."""
 

@@ -12,15 +12,15 @@ from ..devices.remote import ENGAGED, packed
 from ..link.port import Received
 from ..models import Array
 from .fingers import CLOSED
-from .gateway import AVATAR_SAYS, GLOVE_SAYS, OPERATOR_SAYS
+from .gateway import AVATAR_SAYS, GLOVE_SAYS, OPERATOR_SAYS, PILOT_SAYS
 from .hand import MOST_PUSH_N, PUSH_N, Grip, Path
 
 
-class Fingers(Protocol):
-    """Those of a person."""
+class Script(Protocol):
+    """What a person wants."""
 
     def at(self, time: float) -> Sequence[float]:
-        """How far the hands, left and right, are closed at a time [s], 0 to 1."""
+        """The numbers of a time [s]."""
 
 
 class LeadingHands:
@@ -29,7 +29,14 @@ class LeadingHands:
     A hand without mass, a spring and a damper from its way: x' = K / D (F / K - x), |F| <= its strength.
     """
 
-    def __init__(self, ways: Sequence[Path], grip: Grip, dt: float, fingers: Fingers | None = None) -> None:
+    def __init__(
+        self,
+        ways: Sequence[Path],
+        grip: Grip,
+        dt: float,
+        fingers: Script | None = None,
+        body: tuple[Script, Script] | None = None,
+    ) -> None:
         """Lead from now on.
 
         Args:
@@ -37,8 +44,9 @@ class LeadingHands:
             grip: what holds them to it.
             dt: period [s].
             fingers: how far those of each hand are closed, 0 to 1; None: the avatar has no hands.
+            body: position and rotation vector of the head, and axes of the foot paddle; None: it has neither.
         """
-        self._fingers = fingers
+        self._fingers, self._body = fingers, body
         self._ways, self._grip, self._dt = ways, grip, dt
         self._given = np.zeros((len(ways), 3))
         self._own: Array | None = None
@@ -79,7 +87,16 @@ class LeadingHands:
             said[i]["pose"][3:] = pin.Quaternion(rotation).coeffs()
             said[i]["twist"][:3] = rate[:3]
             said[i]["flags"] = packed(ENGAGED, 1)
-        return Received(said.tobytes() + self._gloves(), 0.0)
+        return Received(said.tobytes() + self._gloves() + self._head_and_foot(), 0.0)
+
+    def _head_and_foot(self) -> bytes:
+        if self._body is None:
+            return b""
+        head, paddle = (script.at(self._time) for script in self._body)
+        said = np.zeros(1, PILOT_SAYS)
+        said["head"] = [*head[:3], *pin.Quaternion(pin.exp3(np.array(head[3:]))).coeffs()]
+        said["paddle"], said["flags"] = paddle, packed(ENGAGED, 1)
+        return said.tobytes()
 
     def _gloves(self) -> bytes:
         if self._fingers is None:

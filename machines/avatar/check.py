@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from ...configs.words import meant
+from ...devices.base_drive import BaseDrive
 from ...devices.device import Device
+from ...devices.neck_arm import NeckArm
 from ...devices.remote import MOST_DRIVES
 from ...devices.remote_glove import RemoteGlove
 from ...devices.remote_operator import RemoteOperator
+from ...devices.remote_pilot import RemotePilot
 from ...devices.robot_hand import RobotHand
 from ...devices.sense_glove import GLOVE_JOINTS
 from ...models import Robot
@@ -24,6 +27,8 @@ def check_avatar(config: AvatarConfig, robot: Robot) -> Found:
     if own is not None:
         others |= {f"{side}_hand": RobotHand for side in SIDES}
         others |= {f"{side}_glove": RemoteGlove for side in SIDES}
+    if config.avatar.body is not None:
+        others |= {"neck": NeckArm, "base": BaseDrive, "pilot": RemotePilot}
     found = check_station("avatar", config, config.avatar, config.simulation, robot, others)
     if found:
         return found

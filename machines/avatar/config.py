@@ -7,6 +7,8 @@ from typing import Annotated, Literal
 from msgspec import Meta
 
 from ...configs.quantities import (
+    Acceleration,
+    AngularAcceleration,
     AngularDampingGain,
     AngularSpeed,
     AngularStiffness,
@@ -16,7 +18,10 @@ from ...configs.quantities import (
     Fade,
     Instant,
     Lengths3,
+    Reach3,
+    Speed,
     Stiffness,
+    Turn3,
 )
 from ...configs.strict import Strict
 from ...runtime.core.sections import Config
@@ -58,11 +63,40 @@ class RobotHands(Strict, frozen=True):
     right: RobotHand
 
 
+class Neck(Strict, frozen=True):
+    """How far the head goes from its middle along and about each axis, how fast, and how suddenly."""
+
+    reach: Reach3
+    turn: Turn3
+    speed: Speed
+    rate: AngularSpeed
+    acceleration: Acceleration
+    turning: AngularAcceleration
+
+
+class Base(Strict, frozen=True):
+    """How fast the base goes along the floor and turns, how suddenly, and what of a paddle means nothing."""
+
+    speed: Speed
+    rate: AngularSpeed
+    acceleration: Acceleration
+    turning: AngularAcceleration
+    dead_zone: Annotated[float, Meta(ge=0.02, le=0.5, description="of a paddle's way; a foot rests on it")]
+
+
+class Body(Strict, frozen=True):
+    """The arm that carries the avatar's head, and its holonomic base."""
+
+    neck: Neck
+    base: Base
+
+
 class Avatar(Station, frozen=True, kw_only=True):
-    """What the controller of the avatar needs; without ``hands`` it has arms alone."""
+    """What the controller of the avatar needs; without ``hands`` or ``body`` it has none."""
 
     impedance: Impedance
     hands: RobotHands | None = None
+    body: Body | None = None
 
 
 class Wall(Strict, frozen=True):

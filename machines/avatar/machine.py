@@ -13,18 +13,21 @@ from ...control.lease import Granted
 from ...control.link_passivity import AvatarPort
 from ...control.notice import Notice
 from ...devices.image import ProcessImage
-from ...devices.remote import ENGAGED, STOPPED, WAITING, packed, unpacked
+from ...devices.remote import ENGAGED, STOPPED, TOLD, WAITING, packed, unpacked
 from ...devices.remote_operator import RemoteOperators
 from ...models import Robot
 from ...runtime.core.stages import Mark
 from ..telemanipulation.arm import SIDES, StationArm
 from ..telemanipulation.station import Station, sane_pose
+from .body import AvatarBody
 from .config import Avatar, AvatarConfig
 from .hand import AvatarHand
 
 PULLS = 2.0
 """Most force of the impedance, as a multiple of the one at the palm that stops the arm: it damps what moves
 fast, and a forearm that presses on somebody is felt by no sensor."""
+EVERY = 4
+"""Ticks between what hands, neck and base are told: gloves and trackers measure no faster."""
 DRIFTS, QUIET_S = 5e-3, 0.5
 """How far the link may lead a palm from where it is wanted before people are told [m], [s]."""
 
@@ -51,6 +54,8 @@ def state_layout(n: int, drives: int) -> np.dtype[np.void]:
             ("stopped", "u1", arms),
             ("fingers", "<f8", drives),  # where they are to be, left hand first [rad]
             ("currents", "<f8", drives),  # of their motors [A]
+            ("neck", "<f8", 6),  # where the head is to be, from its middle [m, rad]
+            ("base", "<f8", 3),  # speed that it is to have [m/s, rad/s]
             ("grasping", "u1", arms),  # drives of each hand that hold something
         ]
     )
@@ -95,11 +100,19 @@ class AvatarStation(Station):
         self._wrench, self._joints = image["remote.wrench"], image["remote.joints"]
         self._acts = [0] * len(self.arms)
         own = section.hands
-        self.hands = [AvatarHand(side, getattr(own, side), image, self._dt) for side in SIDES] if own else []
-        self.equipment = tuple(hand.equipment for hand in self.hands)
-        counts = [len(each.points) for each in self.equipment]
-        self.wanted = np.zeros(sum(counts))
-        self._fingers = np.split(self.wanted, np.cumsum(counts)[:-1]) if counts else []
+        self.hands = (
+            [AvatarHand(side, getattr(own, side), image, EVERY * self._dt) for side in SIDES] if own else []
+        )
+        slow = EVERY * self._dt
+        self.body = (
+            AvatarBody(section.body, section.link.delay, image, self._dt, slow) if section.body else None
+        )
+        drives = [hand.equipment for hand in self.hands]
+        self.equipment = (*drives, *(self.body.equipment if self.body else ()))
+        counts = [len(each.points) for each in drives]
+        self.wanted = np.zeros(sum(counts) + (len(self.body.wanted) if self.body else 0))
+        *self._fingers, self._rest = np.split(self.wanted, np.cumsum(counts, dtype=int))
+        self._tick = 0
         self.state = state_layout(self.arms[0].n, sum(counts))
 
     def _hear(self) -> None:
@@ -108,7 +121,7 @@ class AvatarStation(Station):
         for i, lease in enumerate(self.leases):
             flags, act = unpacked(words[i])
             valid = sane_pose(poses[i])
-            lease.update(ages[i], valid, bool(flags & ENGAGED), act)
+            lease.update(ages[i], valid, bool(flags & ENGAGED), act, bool(flags & TOLD))
             if act != self._acts[i] and lease.follows:
                 self._acts[i] = act
                 self.restart(i)
@@ -129,6 +142,9 @@ class AvatarStation(Station):
             words[i] = packed(flags, self._acts[i])
         for hand in self.hands:
             hand.say()
+        if self.body is not None:
+            self.body.hear()
+            self.body.say()
 
     def engage(self) -> None:
         """See ``Machine``."""
@@ -136,20 +152,33 @@ class AvatarStation(Station):
         for hand, wanted in zip(self.hands, self._fingers, strict=True):
             hand.engage()
             wanted[:] = hand.law.target
+        if self.body is not None:
+            self.body.engage()
+            self._rest[:] = self.body.wanted
 
     def update(self, gain: float, trust: float) -> None:
         """See ``Machine``."""
         super().update(gain, trust)
+        self._lead_on(gain == 1.0)
+
+    def _lead_on(self, permitted: bool) -> None:
+        """Hands, neck and base, whose own controllers are slower than the tick."""
+        self._tick = (self._tick + 1) % EVERY
+        if self._tick:
+            return
         for i, hand in enumerate(self.hands):
-            share = self._laws[i].share if self._followed[i] and not self.arms[i].stopped else 0.0
+            moves = permitted and self._followed[i] and not self.arms[i].stopped
+            share = self._laws[i].share if moves else 0.0
             if news := hand.update(share, self._most_age):
                 self.notes.append(news)
             self._fingers[i][:] = hand.law.target
+        if self.body is not None:
+            self.body.update(permitted, not any(arm.stopped for arm in self.arms))
+            self._rest[:] = self.body.wanted
 
     def brake(self, dropped: Sequence[bool]) -> bool:
-        """See ``Machine``; hands keep what they hold as long as they have power."""
-        for hand in self.hands:
-            hand.update(0.0, self._most_age)
+        """See ``Machine``; hands keep what they hold as long as they have power, the base comes to rest."""
+        self._lead_on(False)
         return super().brake(dropped)
 
     def _begin(self) -> None:
@@ -157,10 +186,12 @@ class AvatarStation(Station):
         for i, law in enumerate(self._laws):
             law.reset()
             if self._led[i]:
-                self.leases[i].bar()
+                self.leases[i].bar(told=False)
+        if self.body is not None:
+            self.body.restart()
 
     def _stop(self, i: int) -> None:
-        self.leases[i].bar()
+        self.leases[i].bar(told=False)
         self._followed[i] = False
 
     def restart(self, i: int) -> None:
@@ -207,6 +238,8 @@ class AvatarStation(Station):
             logged["standing"][i] = lease.number
             logged["stopped"][i] = bool(arm.stopped)
         if self.hands:
-            logged["fingers"] = self.wanted
+            logged["fingers"] = np.concatenate(self._fingers)
             logged["currents"] = np.concatenate([hand.current for hand in self.hands])
             logged["grasping"] = [hand.grasping for hand in self.hands]
+        if self.body is not None:
+            logged["neck"], logged["base"] = self._rest[:6], self._rest[6:]

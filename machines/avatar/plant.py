@@ -7,14 +7,16 @@ import numpy as np
 from ...devices.network import Network
 from ...devices.robot_hand import RobotHand
 from ...models import Robot
+from ...sim.base_drive import SimBaseDrive
 from ...sim.fingers import Fingers, Grasped, Servo
 from ...sim.hand import Grip
 from ...sim.leading_hands import LeadingHands
+from ...sim.neck_arm import SimNeckArm
 from ...sim.robot_hand import SimRobotHand
 from ...sim.scene import Scene
 from ...sim.wall import Wall, Walls
 from ..telemanipulation.arm import SIDES
-from ..telemanipulation.plant import Closing, SimArm, StationPlant, hands
+from ..telemanipulation.plant import SimArm, StationPlant, closing, hands, nodding, treading
 from ..telemanipulation.wire import arms_alike
 from .config import AvatarConfig, AvatarSimulation, Thing
 
@@ -44,7 +46,8 @@ class AvatarPlant(StationPlant):
             hands(simulation),
             grip,
             1.0 / config.loop.rate,
-            Closing(simulation.fingers or ()) if own else None,
+            closing(simulation) if own else None,
+            (nodding(simulation), treading(simulation)) if config.avatar.body else None,
         )
         self.walls = Walls(
             [
@@ -82,14 +85,15 @@ class AvatarPlant(StationPlant):
         at = fingers.lower + thing.share * (fingers.upper - fingers.lower)
         return Grasped(np.where(_closing(device.device), at, np.inf), thing.stiffness)
 
-    def _sense(self) -> None:
+    def _equip(self, dt: float) -> None:
         for i, (device, fingers) in enumerate(self.hands):
             held = [
                 thing for side, begin, end, thing in self._things if side == i and begin <= self.time < end
             ]
             fingers.grasped = held[0] if held else None
-            device.advance(fingers, self._dt)
-        super()._sense()
+            device.advance(fingers, dt)
+        for part in (*self.nodes.of(SimNeckArm), *self.nodes.of(SimBaseDrive)):
+            part.advance(dt)
 
     def enter(self, scene: Scene) -> None:
         """From now on the hands are in a scene, and touch what is there, and nothing else is in them.

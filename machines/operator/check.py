@@ -5,7 +5,10 @@ from __future__ import annotations
 from ...control.panda_ik import PandaIk
 from ...devices.buttons import Buttons
 from ...devices.device import Device
+from ...devices.foot_paddle import FootPaddle
+from ...devices.head_tracker import HeadTracker
 from ...devices.remote_avatar import RemoteAvatar
+from ...devices.remote_body import RemoteBody
 from ...devices.remote_hand import RemoteHand
 from ...devices.sense_glove import SenseGlove
 from ...models import ModelError, Robot
@@ -26,6 +29,8 @@ def check_operator(config: OperatorConfig, robot: Robot) -> Found:
     if own.gloves is not None:
         others |= {f"{side}_glove": SenseGlove for side in SIDES}
         others |= {f"{side}_hand": RemoteHand for side in SIDES}
+    if own.body:
+        others |= {"head": HeadTracker, "paddle": FootPaddle, "body": RemoteBody}
     found = check_station("operator", config, own, config.simulation, robot, others)
     found += _presses(config)
     if own.avatar is None:

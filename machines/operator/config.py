@@ -36,8 +36,9 @@ class Gloves(Strict, frozen=True):
 class Operator(Station, frozen=True, kw_only=True):
     """What the controller of the operator station needs.
 
-    Without ``avatar`` it foresees nothing, without ``gloves`` it has none. ``assist`` is the gain of the
-    hand's wrench, ``feedback`` that of the avatar's, ``scale`` the avatar's way for that of the hand.
+    Without ``avatar`` it foresees nothing, without ``gloves`` it has none; ``body`` says whether it has
+    a tracker of the head and a foot paddle. ``assist`` is the gain of the hand's wrench, ``feedback`` that of
+    the avatar's, ``scale`` the avatar's way for that of the hand.
     """
 
     assist: Gain = 1.0
@@ -45,6 +46,7 @@ class Operator(Station, frozen=True, kw_only=True):
     scale: Scale = 1.0
     avatar: Foreseen | None = None
     gloves: Gloves | None = None
+    body: bool = False
 
 
 class OperatorSimulation(StationSimulation, frozen=True, kw_only=True):

@@ -16,13 +16,14 @@ from ...control.operator_law import OperatorLaw
 from ...control.task_arm import Posture
 from ...devices.buttons import ButtonRows
 from ...devices.image import ProcessImage
-from ...devices.remote import ACTS, CLUTCHED, ENGAGED, STOPPED, packed, unpacked
+from ...devices.remote import ACTS, CLUTCHED, ENGAGED, STOPPED, TOLD, WAITING, packed, unpacked
 from ...devices.remote_avatar import RemoteAvatars
 from ...models import Array, Robot
 from ...runtime.core.stages import Mark
 from ..telemanipulation.arm import PALM, SIDES, StationArm, chain_of, quaternion
 from ..telemanipulation.sections import Chain
 from ..telemanipulation.station import Station, sane_wrench
+from .body import OperatorBody
 from .config import Foreseen, OperatorConfig
 from .glove import OperatorGlove
 
@@ -62,6 +63,8 @@ def state_layout(n: int) -> np.dtype[np.void]:
             ("clutched", "u1", arms),
             ("foreseen", "<f8", (arms, 7)),  # joints of the avatar [rad]
             ("near", "u1", (arms, n)),  # bits of `control.limit_avoidance`
+            ("head", "<f8", 7),  # of the operator [m]
+            ("paddle", "<f8", 3),  # shares of its way
             ("brakes", "u1", arms),  # of the gloves, a bit a finger from the thumb on
         ]
     )
@@ -126,6 +129,7 @@ class OperatorStation(Station):
         self._most = section.stop.force, section.stop.torque
         self._acts, self._pressed = [0] * len(arms), 0
         self._stopped_there = [False] * len(arms)
+        self._waits_there = [False] * len(arms)
         self._last = np.zeros((len(arms), 6))
         far = section.gloves
         self.gloves = (
@@ -133,6 +137,8 @@ class OperatorStation(Station):
             if far
             else []
         )
+        self.body = OperatorBody(image) if section.body else None
+        self._pressed_starts = 0
         self.state = state_layout(arms[0].n)
 
     def _hear(self) -> None:
@@ -146,6 +152,7 @@ class OperatorStation(Station):
             fresh = lease.update(age, valid, bool(flags & ENGAGED), self._acts[i])
             if fresh:
                 self._last[i] = wrench
+                self._waits_there[i] = bool(flags & WAITING)
             stopped = valid and bool(flags & STOPPED)
             if stopped is not self._stopped_there[i]:
                 self._stopped_there[i] = stopped
@@ -175,9 +182,12 @@ class OperatorStation(Station):
             self._twist[i, :3] *= self._scale
             flags = STOPPED if arm.stopped else ENGAGED if self._engaged else 0
             self._energy[i] = self._ports[i].sent
+            flags |= TOLD if self._waits_there[i] else 0
             words[i] = packed(flags | (CLUTCHED if clutch.open else 0), self._acts[i])
         for glove, arm in zip(self.gloves, self.arms, strict=False):
             glove.say(self._engaged and not arm.stopped)
+        if self.body is not None:
+            self.body.say(self._engaged, self._pressed_starts)
 
     def update(self, gain: float, trust: float) -> None:
         """See ``Machine``."""
@@ -192,6 +202,7 @@ class OperatorStation(Station):
         return super().brake(dropped)
 
     def _begin(self) -> None:
+        self._pressed_starts = (self._pressed_starts + 1) % ACTS
         for i, (arm, clutch) in enumerate(zip(self.arms, self._clutches, strict=True)):
             self._acts[i] = (self._acts[i] + 1) % ACTS
             clutch.align(arm.task.palm.position, arm.task.palm.rotation)
@@ -278,5 +289,7 @@ class OperatorStation(Station):
             logged["standing"][i], logged["stopped"][i] = lease.number, bool(arm.stopped)
             if (model := self._models[i]) is not None:
                 logged["foreseen"][i] = model.q
+            if self.body is not None:
+                logged["head"], logged["paddle"] = self.body.head, self.body.paddle
             logged["brakes"][i] = self.gloves[i].brakes.bits if self.gloves else 0
             logged["clutched"][i], logged["near"][i] = clutch.open, arm.avoidance.near

@@ -11,9 +11,11 @@ from ...devices.sense_glove import FINGERS
 from ...models import Robot
 from ...sim.buttons import ButtonScript, SimButtons
 from ...sim.fingers import GlovedFingers
+from ...sim.foot_paddle import SimFootPaddle
 from ...sim.hand import Course, Grip, Hand, turned
+from ...sim.head_tracker import SimHeadTracker
 from ...sim.sense_glove import SimSenseGlove
-from ..telemanipulation.plant import Closes, Closing, SimArm, StationPlant, hands
+from ..telemanipulation.plant import Closes, SimArm, StationPlant, closing, hands, nodding, treading
 from ..telemanipulation.wire import arms_alike
 from .config import OperatorConfig, OperatorSimulation
 
@@ -66,7 +68,9 @@ class OperatorPlant(StationPlant):
         self.hands = [Hand(way, grip, turned(np.eye(3))) for way in hands(simulation)]
         super().__init__(config.operator, simulation, robot, network, BothHands(self.hands))
         self._avatar, self._far = config.operator.avatar, config.operator.gloves
-        self._closing: Closes = Closing(simulation.fingers or ())
+        self._closing: Closes = closing(simulation)
+        self._nodding, self._treading = nodding(simulation), treading(simulation)
+        self._trackers, self._paddles = self.nodes.of(SimHeadTracker), self.nodes.of(SimFootPaddle)
         self.gloves = [(glove, GlovedFingers()) for glove in self.nodes.of(SimSenseGlove)]
         (buttons,) = self.nodes.of(SimButtons)
         presses = [
@@ -93,10 +97,17 @@ class OperatorPlant(StationPlant):
         held = arm.arm
         self.hands[i].aim(held.hold, self.time, held.position.tolist(), held.rotation)
 
+    def _equip(self, dt: float) -> None:
+        for (glove, fingers), closed in zip(self.gloves, self._closing.at(self.time), strict=False):
+            glove.advance(fingers, [closed] * len(FINGERS), dt)
+        for tracker in self._trackers:
+            *place, x, y, z = self._nodding.at(self.time)
+            tracker.see(place, (x, y, z))
+        for paddle in self._paddles:
+            paddle.axes = self._treading.at(self.time)
+
     def _sense(self) -> None:
         self._buttons.advance(self.time)
-        for (glove, fingers), closed in zip(self.gloves, self._closing.at(self.time), strict=False):
-            glove.advance(fingers, [closed] * len(FINGERS), self._dt)
         super()._sense()
 
 

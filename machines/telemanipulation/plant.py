@@ -25,10 +25,12 @@ from ...sim.torque_drive import SimTorqueDrive
 from ..rendering.own_plant import own_friction, own_robot
 from ..rendering.tool import tool_of
 from .arm import PALM, SIDES, chain_of, palm_to_sensor
-from .sections import Closed, OwnChain, Station, StationSimulation
+from .sections import OwnChain, Station, StationSimulation
 from .wire import open_wire
 
 GRAVITY = np.array([0.0, 0.0, -9.81])
+SLOW = 4
+"""Periods of the bus in which a glove, a hand, a tracker, a neck or a base samples once."""
 STILL = np.zeros(3)
 """Acceleration of a base that stands."""
 
@@ -148,6 +150,7 @@ class StationPlant(SimPlant):
             self.arms.append(SimArm(chain, simulation, robot, own, sensor, self._random))
         self.link = Exchange(self.nodes.of(SimGateway))
         self._link, self._dt = station.link, 0.0
+        self._periods = 0
 
     def connect(self) -> None:
         """Open the link, if the configuration says where it is."""
@@ -174,6 +177,9 @@ class StationPlant(SimPlant):
             self._touch(i, arm)
             arm.move(dt)
 
+    def _equip(self, dt: float) -> None:
+        """Let what is beside the arms move for dt [s], and measure."""
+
     def _touch(self, i: int, arm: SimArm) -> None:
         """Tell the hold of an arm's palm what is there."""
         raise NotImplementedError
@@ -181,6 +187,9 @@ class StationPlant(SimPlant):
     def _sense(self) -> None:
         for arm in self.arms:
             arm.sense(self._dt)
+        self._periods = (self._periods + 1) % SLOW
+        if self._periods == 0:
+            self._equip(SLOW * self._dt)
         self.link.step(self._dt)
 
 
@@ -199,14 +208,36 @@ class Closes(Protocol):
         """Left and right, 0 to 1, at a time [s]."""
 
 
-class Closing:
-    """How far the person wants the fingers of either hand to be closed, 0 to 1; even from time to time."""
+class Script:
+    """Numbers that a person wants at given times, even from one to the next, and the ends held."""
 
-    def __init__(self, script: Sequence[Closed]) -> None:
-        """Without a script they stay open."""
-        self._times = [float(each.at) for each in script] or [0.0]
-        self._shares = [[getattr(each, side) for each in script] or [0.0] for side in SIDES]
+    def __init__(self, times: Sequence[float], values: Sequence[Sequence[float]]) -> None:
+        """Times (k,) [s], numbers (k, c)."""
+        self._times, self._columns = list(times), np.array(values, float).T
 
     def at(self, time: float) -> list[float]:
-        """Left and right, at a time [s]."""
-        return [float(np.interp(time, self._times, shares)) for shares in self._shares]
+        """The numbers of a time [s]."""
+        return [float(np.interp(time, self._times, column)) for column in self._columns]
+
+
+def closing(simulation: StationSimulation) -> Script:
+    """How far the fingers of either hand, left and right, are closed; open without a script."""
+    rows = simulation.fingers or ()
+    return Script(
+        [float(row.at) for row in rows] or [0.0], [(row.left, row.right) for row in rows] or [(0.0, 0.0)]
+    )
+
+
+def nodding(simulation: StationSimulation) -> Script:
+    """Position and rotation vector of the head; upright without a script."""
+    rows = simulation.head or ()
+    return Script(
+        [float(row.at) for row in rows] or [0.0],
+        [(*row.position, *row.turned) for row in rows] or [(0.0,) * 6],
+    )
+
+
+def treading(simulation: StationSimulation) -> Script:
+    """Axes of the foot paddle; in the middle without a script."""
+    rows = simulation.paddle or ()
+    return Script([float(row.at) for row in rows] or [0.0], [row.axes for row in rows] or [(0.0,) * 3])

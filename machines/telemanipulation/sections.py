@@ -34,6 +34,7 @@ from ...configs.strict import Strict
 from ...runtime.core.sections import Hand, Name, Place, Simulation, Substeps
 from ..rendering.sections import Handle, Plant
 
+Push = Annotated[float, Meta(ge=-1.0, le=1.0, description="of the way of an axis")]
 Share = Annotated[float, Meta(ge=0.0, le=1.0, description="of what there is")]
 
 
@@ -167,10 +168,27 @@ class Closed(Strict, frozen=True):
     right: Share
 
 
+class Headed(Strict, frozen=True):
+    """Where the person's head is at a time, in the tracker's axes; turned by a rotation vector."""
+
+    at: Instant
+    position: Lengths3
+    turned: Angles3
+
+
+class Trodden(Strict, frozen=True):
+    """How far the paddle is pushed at a time: forward, to the left, about the upright axis, -1 to 1."""
+
+    at: Instant
+    axes: tuple[Push, Push, Push]
+
+
 class StationSimulation(Simulation, frozen=True, kw_only=True):
     """The simulated station."""
 
     arms: SimArms
     hand: Hands
     fingers: Annotated[tuple[Closed, ...], Meta(min_length=2, max_length=5000)] | None = None
+    head: Annotated[tuple[Headed, ...], Meta(min_length=2, max_length=5000)] | None = None
+    paddle: Annotated[tuple[Trodden, ...], Meta(min_length=2, max_length=5000)] | None = None
     plant: Plant = field(default_factory=Plant)

@@ -85,7 +85,7 @@ class Station(ABC):
             q, qd = self._q[own], self._qd[own]
             tool = tool_of(getattr(section.arms, side).tool, config.devices[f"{side}_force_torque"])
             self.arms.append(StationArm(side, section, tool, robot, q, qd, sensors.wrench[i], dt))
-        self.leases = [Lease(section.link.delay) for _ in self.arms]
+        self.leases = [Lease(section.link.delay, dt) for _ in self.arms]
         self._most_age = section.link.delay + FRESH_S
         self._standing = [lease.standing for lease in self.leases]
         self.axes, self.thresholds = motors.limits(config), motors.thresholds(config, image)

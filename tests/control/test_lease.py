@@ -7,17 +7,17 @@ from math import nan
 import pytest
 from hapticd.control.lease import ENDS_S, FRESH_S, TOLD_S, Fader, Granted, Lease, Standing
 
-NEVER = 6.5
+NEVER, DT = 6.5, 1e-3
 
 
 def led(delay: float = 0.0) -> Lease:
-    lease = Lease(delay)
+    lease = Lease(delay, DT)
     assert lease.update(delay, True, True, 1)
     return lease
 
 
 def test_nobody_who_has_not_acted_leads() -> None:
-    lease = Lease(0.0)
+    lease = Lease(0.0, DT)
     assert not lease.update(NEVER, True, False, 0)
     assert not lease.update(0.0, True, True, 0)
     assert lease.standing is Standing.IDLE
@@ -67,6 +67,34 @@ def test_an_operator_who_does_not_lead_keeps_the_lease() -> None:
 @pytest.mark.parametrize(("age", "valid"), [(nan, True), (-1.0, True), (0.0, False)])
 def test_what_makes_no_sense_was_not_heard(age: float, valid: bool) -> None:
     assert not led().update(age, valid, True, 1)
+
+
+@pytest.mark.parametrize(("age", "valid"), [(nan, True), (-1.0, True), (0.0, False)])
+def test_nonsense_that_keeps_coming_ends_the_lease_after_two_seconds(age: float, valid: bool) -> None:
+    lease = led()
+    for _ in range(round(0.98 * ENDS_S / DT)):
+        lease.update(age, valid, True, 1)
+    assert lease.standing is Standing.SILENT and lease.useless == round(0.98 * ENDS_S / DT)
+    again = led()
+    for _ in range(round(1.5 * ENDS_S / DT)):
+        again.update(age, valid, True, 1)
+        again.update(0.0, True, True, 1)  # every other word makes sense
+    assert again.follows
+    for _ in range(round(0.04 * ENDS_S / DT)):
+        lease.update(age, valid, True, 1)
+    assert lease.standing is Standing.ENDED
+    assert not lease.update(0.0, True, True, 1)
+    assert lease.update(0.0, True, True, 2)
+
+
+def test_an_act_before_the_operator_knew_of_the_stop_starts_nothing() -> None:
+    lease = led()
+    lease.bar(told=False)
+    for act in (1, 2, 3):  # under way when the arm stopped
+        assert not lease.update(0.0, True, True, act, False)
+    assert not lease.update(0.0, True, True, 3, True) and lease.standing is Standing.BARRED
+    assert not lease.update(0.0, True, True, 3, True)
+    assert lease.update(0.0, True, True, 4, False)
 
 
 def test_a_share_falls_in_its_time_whatever_it_rose_to() -> None:

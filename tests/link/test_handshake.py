@@ -328,6 +328,26 @@ def test_an_observer_learns_who_moves_the_avatar_and_a_maintainer_ends_it(lab: P
         ours.close()
 
 
+def test_whose_session_a_maintainer_ended_stays_out_until_one_admits_it(lab: Path) -> None:
+    mike = credentials(lab / "mike", Station("mike", Role.MAINTAINER))
+    with waiting(lab) as host:
+        ours = connect(operator(lab), host)
+        ask(mike, LOOPBACK, host.port, "robot", "end")
+        ours.close()
+        for _ in range(2):
+            with pytest.raises(RefusedError, match="maintainer 'mike' ended its session") as caught:
+                connect(operator(lab), host)
+            assert caught.value.cause == "ended"
+        other = connect(operator(lab, "bob"), host)
+        assert talk(other, host), "nobody else is kept out"
+        ask(mike, LOOPBACK, host.port, "robot", "admit")
+        with pytest.raises(RefusedError, match="operator 'bob' moves the avatar"):
+            connect(operator(lab), host)
+        with pytest.raises(RefusedError, match="may not ask an avatar for 'admit'"):
+            ask(operator(lab), LOOPBACK, host.port, "robot", "admit")
+        other.close()
+
+
 def test_when_the_lease_is_over_another_operator_may_come(lab: Path) -> None:
     later = Ticker(0)
     with waiting(lab, clock=lambda: clock() + later.now) as host:
