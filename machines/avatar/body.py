@@ -35,7 +35,7 @@ class AvatarBody:
         limits = NeckLimits(np.array(n.reach), np.array(n.turn), n.speed, n.rate, n.acceleration, n.turning)
         self.neck = Neck(limits, dt)
         self.base = Base(BaseLimits(b.speed, b.rate, b.acceleration, b.turning, b.dead_zone), dt)
-        ways = [("moves along", most, n.speed) for most in n.reach]
+        ways: list[tuple[str, float, float]] = [("moves along", most, n.speed) for most in n.reach]
         ways += [("turns about", most, n.rate) for most in n.turn]
         neck = tuple(
             SetPoint(f"neck, as it {what} {axis}", -most, most, SLACK * speed * dt)

@@ -66,6 +66,10 @@ class AvatarPlant(StationPlant):
             device = self.nodes[f"{side}_hand"]
             assert isinstance(device, SimRobotHand)
             self.hands.append((device, Fingers(lower, upper, Servo())))
+        self._parts: list[SimNeckArm | SimBaseDrive] = [
+            *self.nodes.of(SimNeckArm),
+            *self.nodes.of(SimBaseDrive),
+        ]
         self._things = [
             (SIDES.index(thing.side), float(thing.at), float(thing.until), self._grasped(thing))
             for thing in simulation.things or ()
@@ -92,7 +96,7 @@ class AvatarPlant(StationPlant):
             ]
             fingers.grasped = held[0] if held else None
             device.advance(fingers, dt)
-        for part in (*self.nodes.of(SimNeckArm), *self.nodes.of(SimBaseDrive)):
+        for part in self._parts:
             part.advance(dt)
 
     def enter(self, scene: Scene) -> None:
