@@ -3,9 +3,14 @@
 #include <math.h>
 
 /* Of what the drives are admitted, as much is planned with: rounding must not pass it. */
-static const double PLANNED = 0.99, NOTHING = 1e-6, SPARED = 0.15;
-/* Time constant against the noise of the force-torque sensor [s]. */
-static const double SMOOTH = 4e-3;
+static const double PLANNED = 0.99, NOTHING = 1e-6, SPARED = 0.4;
+/* Three such time constants in a row stand against the noise of the force-torque sensor [s]. */
+static const double SMOOTH = 2e-3 / 3;
+/* Largest friction of a gear that is made up for, as a share of its drive's torque, and how fast [s]. */
+static const double RUBS = 0.1, RUB_S = 5e-3;
+/* What the age of the measured wrench and the filter's delay leave to be foretold of a spring's torque [s].
+ */
+static const double AHEAD = 1e-3;
 
 /* Stiffness and load of the springs are not known better than that, the latter as a share of a drive's
  * torque. */
@@ -41,31 +46,60 @@ static double through_spring(const tracking *t, int i) {
     return without_wrench(t, i) - (t->doubted ? confirmed(t, i, pull) : pull);
 }
 
-/* What the deviation of the measured motor from the reference of the last tick adds. */
+/* What the deviation of the measured motor from the reference of the last tick adds, and what its gear rubs.
+ */
 static double fed_back(const tracking *t, int i) {
-    return t->p[i] * (t->reference[i] - t->motor[i]) + t->d[i] * (t->rate[i] - t->motor_rate[i]);
+    return t->p[i] * (t->reference[i] - t->motor[i]) + t->d[i] * (t->rate[i] - t->motor_rate[i]) + t->rub[i];
+}
+
+/* Of a motor's torque, what neither its spring took nor its rotor while the measured speed changed to what it
+ * is. Once a tick. */
+static void observe_rub(tracking *t, int fresh) {
+    for (int i = 0; !t->observed && i < t->n; i++) {
+        const double most = RUBS * t->most_torque[i];
+        const double turning = t->rotor[i] * (t->motor_rate[i] - t->turned[i]) / t->dt;
+        const double rubs =
+            t->rub[i] + t->dt / (t->dt + RUB_S) * (t->gave[i] - t->carried[i] - turning - t->rub[i]);
+        t->rub[i] = fresh || isinf(t->stiffness[i]) ? 0.0 : fmin(fmax(rubs, -most), most);
+        t->turned[i] = t->motor_rate[i];
+    }
+    t->observed = 1;
+}
+
+/* How the spring's torque changes, and how that changes: of the torque after three low-passes. */
+static void differentiate(const tracking *t, int i, double spring, int fresh) {
+    double *const stage = t->smoothed + TRACKING_STAGES * i, *const last = stage + TRACKING_STAGES - 1;
+    const double share = fresh ? 1.0 : t->dt / (t->dt + SMOOTH), before = fresh ? spring : *last;
+    double x = spring;
+    for (int k = 0; k < TRACKING_STAGES; k++) x = stage[k] += share * (x - stage[k]);
+    const double slope = (x - before) / t->dt;
+    t->curve[i] = fresh ? 0.0 : (slope - t->slope[i]) / t->dt;
+    t->slope[i] = slope;
 }
 
 /* The motor's reference is ahead of the link's by what the spring yields. */
 static void refer(const tracking *t, int i, double spring, int fresh) {
-    const double rate = fresh ? 0.0 : (spring - t->spring[i]) / (t->stiffness[i] * t->dt);
-    t->yielding[i] += (fresh ? 1.0 : t->dt / SMOOTH) * (rate - t->yielding[i]);
-    t->spring[i] = spring;
+    differentiate(t, i, spring, fresh);
     t->reference[i] = t->q[i] + spring / t->stiffness[i];
     t->rate[i] = t->qd[i];
 }
 
-/* What the yielding of the spring asks of the damped motor, as far as there is torque to spare: where there
- * is not, the hierarchy changes its plan with the feedback, and both would drive each other. */
+/* What the yielding of the spring asks of the rotor and of the damped motor, and what it will carry, as far
+ * as there is torque to spare: where there is not, the hierarchy changes its plan with the feedback, and both
+ * would drive each other. */
 static double for_yielding(const tracking *t, int i, double planned) {
     const double spare = SPARED * t->most_torque[i];
     const double up = fmax(0.0, fmin(spare, 0.5 * (t->most[i] - planned)));
     const double down = fmax(0.0, fmin(spare, 0.5 * (planned - t->least[i])));
-    return fmin(fmax(t->d[i] * t->yielding[i], -down), up);
+    if (isinf(t->stiffness[i])) return 0.0;
+    const double rotor = t->rotor[i] * t->curve[i], damper = t->d[i] * t->slope[i];
+    const double asked = (rotor + damper) / t->stiffness[i] + AHEAD * t->slope[i];
+    return fmin(fmax(asked, -down), up);
 }
 
-void tracking_forecast(const tracking *t, int fresh) {
+void tracking_forecast(tracking *t, int fresh) {
     const int n = t->n;
+    observe_rub(t, fresh);
     for (int i = 0; i < n; i++) {
         const double load = through_spring(t, i);
         if (fresh) refer(t, i, load, fresh);
@@ -82,15 +116,18 @@ void tracking_forecast(const tracking *t, int fresh) {
     }
 }
 
-void tracking_update(const tracking *t, int fresh, int planned) {
+void tracking_update(tracking *t, int fresh, int planned) {
+    observe_rub(t, fresh);
     for (int i = 0; i < t->n; i++) {
         const double spring = through_spring(t, i);
         if (fresh) refer(t, i, spring, fresh);
         const double torque = t->rotor[i] * t->qdd[i] + spring + fed_back(t, i);
+        t->gave[i] = fresh ? torque : t->torque[i];
         t->torque[i] = torque + (planned ? for_yielding(t, i, torque) : 0.0);
         refer(t, i, spring, 0);
         t->shown[i] = without_wrench(t, i) - t->stiffness[i] * (t->motor[i] - t->link[i]);
     }
+    t->observed = 0;
 }
 
 static void rotate(const double *R, const double *v, double *out) {

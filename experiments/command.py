@@ -37,6 +37,7 @@ NAMES = (
     "giant_fig9",
     "giant_table3",
     "giant_timing",
+    "giant_felt",
     "bimanual_fig6",
     "bimanual_fig7",
     "bimanual_table1",

@@ -9,6 +9,7 @@ from hapticd.control.serial import SerialChain
 from hapticd.control.tracking import Admitted, SeriesElasticity, Tracking
 from hapticd.models import Robot
 from hapticd.sim.dynamics import SeriesElasticArm
+from hapticd.sim.friction import Friction
 from hapticd.testing.push import push
 
 DT = 1e-3
@@ -30,7 +31,8 @@ def track(robot: Robot, state: dict[str, np.ndarray]) -> Tracking:
 
 
 def inputs() -> dict[str, np.ndarray]:
-    vectors = {name: np.zeros(6) for name in ("q", "qd", "qdd", "wrench", "motor", "motor_rate", "link")}
+    names = "q", "qd", "qdd", "wrench", "motor", "motor_rate", "link", "carried"
+    vectors = {name: np.zeros(6) for name in names}
     return vectors | {"J": np.zeros((6, 6))}
 
 
@@ -64,7 +66,7 @@ def test_the_measured_motor_is_compared_with_the_reference_of_its_own_tick(robot
     tracking = track(robot, state)
     state["qd"][:] = 0.5
     state["motor_rate"][:] = 0.5
-    tracking.update(np.zeros(2))
+    state["carried"][:] = tracking.update(np.zeros(2))
     reference = state["q"] + (tracking._rigid + robot.damping * state["qd"]) / STIFFNESS
     state["q"] += 0.5 * DT
     state["motor"][:] = reference  # where the motor should have been one tick ago
@@ -73,11 +75,15 @@ def test_the_measured_motor_is_compared_with_the_reference_of_its_own_tick(robot
     np.testing.assert_allclose(torque, feedforward, atol=1e-9)
 
 
-def test_a_series_elastic_arm_follows_a_moving_reference_under_a_push(robot: Robot) -> None:
+EFFORT = np.array([260, 260, 110, 110, 40, 40.0])
+RUBBING = Friction(0.02 * EFFORT, np.full(6, 0.05), np.zeros(6))
+
+
+def follow(robot: Robot, friction: Friction | None, frequency: float, swing: float) -> float:
+    """How far the links are from a reference that swings, at most, under a push [rad]."""
     plant_model = Robot.from_urdf(read_text("giant.urdf"), "giant.urdf").without(["ppu_x", "ppu_y"])
-    arm = SeriesElasticArm(
-        plant_model, "handle", ROTOR, STIFFNESS, np.array([20, 20, 10, 10, 2, 2.0]), np.full(6, 300.0), 4
-    )
+    damping, brake = np.array([20, 20, 10, 10, 2, 2.0]), np.full(6, 300.0)
+    arm = SeriesElasticArm(plant_model, "handle", ROTOR, STIFFNESS, damping, brake, 4, friction)
     start = np.array([0.2, 1.4, -0.7, 0.5, 0.7, 0.1])
     arm.reset(start)
     state = inputs()
@@ -86,10 +92,10 @@ def test_a_series_elastic_arm_follows_a_moving_reference_under_a_push(robot: Rob
     state["motor"][:], state["motor_rate"][:] = arm.motor, arm.motor_rate
     worst = 0.0
     for k in range(2000):
-        t, w = k * DT, 2.0
-        state["q"][:] = start + 0.3 * (1 - np.cos(w * t))
-        state["qd"][:] = 0.3 * w * np.sin(w * t)
-        state["qdd"][:] = 0.3 * w * w * np.cos(w * t)
+        t, w = k * DT, 2.0 * np.pi * frequency
+        state["q"][:] = start + swing * (1 - np.cos(w * t))
+        state["qd"][:] = swing * w * np.sin(w * t)
+        state["qdd"][:] = swing * w * w * np.cos(w * t)
         state["wrench"][:] = wrench * min(1.0, t)
         qp = robot.configuration(state["q"])
         pin.computeJointJacobians(robot.model, robot.data, qp)
@@ -97,9 +103,19 @@ def test_a_series_elastic_arm_follows_a_moving_reference_under_a_push(robot: Rob
         state["J"][:] = pin.getFrameJacobian(
             robot.model, robot.data, robot.frame("handle"), pin.LOCAL_WORLD_ALIGNED
         )
+        tracking.forecast(np.zeros(2))
         torque = tracking.update(np.zeros(2))
         state["motor"][:], state["motor_rate"][:] = arm.motor, arm.motor_rate
+        state["carried"][:] = arm.spring
         worst = max(worst, float(np.abs(arm.q - state["q"]).max())) if k > 300 else 0.0
         push(arm.hold, state["wrench"])
         arm.step(torque.copy(), [False] * 6, np.zeros(3), DT)
-    assert worst < 1e-3
+    return worst
+
+
+def test_a_series_elastic_arm_follows_a_moving_reference_under_a_push(robot: Robot) -> None:
+    assert follow(robot, None, 0.3, 0.3) < 1e-3
+
+
+def test_gears_that_rub_hold_the_links_back_no_more(robot: Robot) -> None:
+    assert follow(robot, RUBBING, 0.3, 0.3) < 1e-3
