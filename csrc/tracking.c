@@ -3,7 +3,7 @@
 #include <math.h>
 
 /* Of what the drives are admitted, as much is planned with: rounding must not pass it. */
-static const double PLANNED = 0.99, NOTHING = 1e-6, SPARED = 0.4;
+static const double PLANNED = 0.99, NOTHING = 1e-6, SPARED = 0.25;
 /* Three such time constants in a row stand against the noise of the force-torque sensor [s]. */
 static const double SMOOTH = 2e-3 / 3;
 /* Largest friction of a gear that is made up for, as a share of its drive's torque, and how fast [s]. */

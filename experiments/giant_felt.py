@@ -76,8 +76,16 @@ def run(progress: Progress) -> Outcome:
                 gain.semilogx(each.frequency, 20 * np.log10(abs(a)), color=colour, ls=line, label=name)
                 phase.semilogx(each.frequency, np.degrees(np.angle(a)), color=colour, ls=line)
             twin = each.twin * 2j * pi * each.frequency
-            gain.semilogx(each.frequency, 20 * np.log10(abs(twin)), color="black", lw=0.8, label="the twin")
-            phase.semilogx(each.frequency, np.degrees(np.angle(twin)), color="black", lw=0.8)
+            gain.semilogx(
+                each.frequency,
+                20 * np.log10(abs(twin)),
+                color="black",
+                ls="",
+                marker=".",
+                ms=4,
+                label="the twin",
+            )
+            phase.semilogx(each.frequency, np.degrees(np.angle(twin)), color="black", ls="", marker=".", ms=4)
             gain.set_title(axis)
             phase.set_xlabel("frequency [Hz]")
         plots[0, 0].set_ylabel("acceleration over force [dB of 1/kg]")

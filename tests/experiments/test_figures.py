@@ -19,6 +19,7 @@ from hapticd.experiments import (
     bimanual_touch,
     collisions,
     giant_collisions,
+    giant_felt,
     giant_fig5,
     giant_fig6,
     giant_fig8,
@@ -36,6 +37,7 @@ from hapticd.experiments import (
     rhi_table1,
 )
 from hapticd.experiments.command import NAMES
+from hapticd.experiments.felt import Felt, lines
 from hapticd.experiments.outcome import Outcome, write_plot
 from hapticd.experiments.peg_trial import Trial
 
@@ -93,6 +95,9 @@ def little_work(monkeypatch: pytest.MonkeyPatch) -> None:
         "stages_us": stages,
     }
     monkeypatch.setattr(giant_timing, "live", lambda seconds: summary)
+    resistance = np.full(15, 8.0 + 0.0j)
+    along = [Felt(lines(axis), 1.0 / resistance, 1.0 / resistance) for axis in range(3)]
+    monkeypatch.setattr(giant_felt, "felt", lambda loaded, changed: along)
 
     def felt(*_: Any) -> haptify.Felt:
         noise = np.random.default_rng(0).normal(size=(7, 13_000, 3))

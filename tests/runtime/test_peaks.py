@@ -46,7 +46,7 @@ def pulled(used: float) -> benches.Bench:
         push(hold, np.array([0.0, strength, 0.0, 0.0, 0.0, 0.0]))
 
     bench.plant.hand.aim = pull
-    while abs(bench.torques[0]) < 0.95 * RATED:
+    while abs(bench.torques[0]) < 1.05 * RATED:
         bench.run(1)
     heat.used[0] = cycle.gate._heat.used[0] = bench.joints[0].used = used
     return bench
@@ -79,7 +79,7 @@ def test_a_motor_whose_time_is_nearly_used_up_comes_down_to_its_rated_torque_wit
     torques, used = watch(bench, 400)
     assert bench.mode is Mode.ACTIVE
     assert 0.98 * RATED < max(torques) < 1.15 * RATED
-    assert 0.78 <= used < PLANNED + 0.01
+    assert 0.77 < used < PLANNED + 0.01
     assert bench.cycle.gate.clamps == 0
 
 
