@@ -246,12 +246,14 @@ PLAIN = {
     "stiffness_tolerance": (0, 0.6),
     **{f"simulation.fingers.{side}": (0, 1) for side in ("left", "right")},
     "simulation.things.share": (0, 1),
+    "avatar.body.base.dead_zone": (0.02, 0.5),
+    "simulation.paddle.axes": (-1, 1),
 }
 """Numbers without a unit, by their key or its last word."""
 PATTERNS = [(r"rhi\.bodies\.\w+\.normal", (-1000, 1000)), (r"avatar\.hands\..*\.follows\.\w+", (-100, 100))]
 """The same where a person names what is on the way."""
 MAY_BE_EMPTY = {"dead_man", "sums", "boxes", "walls", "away", "buttons", "things", "fingers"}
-TRUTHS = {"pressed", "best_effort", "passivity"} | {
+TRUTHS = {"pressed", "best_effort", "passivity", "operator.body"} | {
     f"simulation.buttons.{side}" for side in ("left", "right")
 }
 OPTIONAL = re.compile(
@@ -259,7 +261,7 @@ OPTIONAL = re.compile(
     r"|simulation\.touches\..*"  # a promise less is a configuration, too
     r"|simulation\.(hand\.dead_man|hand\.away|supervisor|buttons|walls|things|fingers)\.\w+"
     r"|simulation\.(plant|sensors)\..*|simulation\.arms\.tool_mass|[\w.]+\.stiffness_tolerance"
-    r"|operator\.(assist|feedback|scale)|(operator|avatar)\.link\.\w+|arm\.(sums|boxes)\..*"
+    r"|operator\.(assist|feedback|scale|body)|simulation\.(head|paddle)\..*|(operator|avatar)\.link\.\w+|arm\.(sums|boxes)\..*"
     r"|look_ahead\..*|avatar\.hands\..*\.follows\.\w+"
 )
 """What may be missing, by docs/configuration.md, alone or together with the rest of its table."""
