@@ -94,9 +94,9 @@ def test_a_slice_beyond_its_budget_is_named_with_its_line() -> None:
     slack = Slack(Watch(found.append))
     slack.add(work(), BUDGET)
     slack.serve(now_ns() + FAR)
-    assert found == []
+    before = len(found)  # a host that stalls makes any slice too long
     slack.serve(now_ns() + FAR)
-    (overstay,) = found
+    (overstay,) = found[before:]
     line = work.__code__.co_firstlineno + 1
     assert overstay.where.startswith(f"runtime/test_slack.py:{line} ")
     assert overstay.us > 1900 and overstay.budget_us == 200.0
