@@ -46,10 +46,9 @@ class Tracking:
     Feedforward of the link side (gravity, inertia, the operator's wrench, viscous friction) gives the
     spring torque; the spring's deflection under it moves the reference of a motor-side PD controller. What
     the deflection's rate and acceleration ask of the motor is fed forward, too (a series-elastic joint is
-    flat), from the spring torque behind a low-pass of 2 ms in all; it is foretold by 1 ms.
+    flat), from the spring torque behind a low-pass of 7 ms in all; it is foretold by 2 ms.
     The measured motor state is one tick old, so it is compared with the reference of that tick: what it adds
-    is known before the acceleration of the tick is chosen. Of the motor's torque, what neither spring nor
-    rotor took is the gear's friction, which is made up for, within a tenth of the drive's torque.
+    is known before the acceleration of the tick is chosen.
     """
 
     def __init__(
@@ -98,9 +97,6 @@ class Tracking:
             smoothed=np.zeros((n, 3)),
             slope=np.zeros(n),
             curve=np.zeros(n),
-            rub=np.zeros(n),
-            turned=np.zeros(n),
-            gave=np.zeros(n),
             shown=np.zeros(n),
             most_torque=admitted.torque,
             most_power=admitted.power,

@@ -5,12 +5,10 @@
 /* Of what the drives are admitted, as much is planned with: rounding must not pass it. */
 static const double PLANNED = 0.99, NOTHING = 1e-6, SPARED = 0.25;
 /* Three such time constants in a row stand against the noise of the force-torque sensor [s]. */
-static const double SMOOTH = 2e-3 / 3;
-/* Largest friction of a gear that is made up for, as a share of its drive's torque, and how fast [s]. */
-static const double RUBS = 0.1, RUB_S = 5e-3;
+static const double SMOOTH = 7e-3 / 3;
 /* What the age of the measured wrench and the filter's delay leave to be foretold of a spring's torque [s].
  */
-static const double AHEAD = 1e-3;
+static const double AHEAD = 2e-3;
 
 /* Stiffness and load of the springs are not known better than that, the latter as a share of a drive's
  * torque. */
@@ -46,24 +44,9 @@ static double through_spring(const tracking *t, int i) {
     return without_wrench(t, i) - (t->doubted ? confirmed(t, i, pull) : pull);
 }
 
-/* What the deviation of the measured motor from the reference of the last tick adds, and what its gear rubs.
- */
+/* What the deviation of the measured motor from the reference of the last tick adds. */
 static double fed_back(const tracking *t, int i) {
-    return t->p[i] * (t->reference[i] - t->motor[i]) + t->d[i] * (t->rate[i] - t->motor_rate[i]) + t->rub[i];
-}
-
-/* Of a motor's torque, what neither its spring took nor its rotor while the measured speed changed to what it
- * is. Once a tick. */
-static void observe_rub(tracking *t, int fresh) {
-    for (int i = 0; !t->observed && i < t->n; i++) {
-        const double most = RUBS * t->most_torque[i];
-        const double turning = t->rotor[i] * (t->motor_rate[i] - t->turned[i]) / t->dt;
-        const double rubs =
-            t->rub[i] + t->dt / (t->dt + RUB_S) * (t->gave[i] - t->carried[i] - turning - t->rub[i]);
-        t->rub[i] = fresh || isinf(t->stiffness[i]) ? 0.0 : fmin(fmax(rubs, -most), most);
-        t->turned[i] = t->motor_rate[i];
-    }
-    t->observed = 1;
+    return t->p[i] * (t->reference[i] - t->motor[i]) + t->d[i] * (t->rate[i] - t->motor_rate[i]);
 }
 
 /* How the spring's torque changes, and how that changes: of the torque after three low-passes. */
@@ -97,9 +80,8 @@ static double for_yielding(const tracking *t, int i, double planned) {
     return fmin(fmax(asked, -down), up);
 }
 
-void tracking_forecast(tracking *t, int fresh) {
+void tracking_forecast(const tracking *t, int fresh) {
     const int n = t->n;
-    observe_rub(t, fresh);
     for (int i = 0; i < n; i++) {
         const double load = through_spring(t, i);
         if (fresh) refer(t, i, load, fresh);
@@ -116,18 +98,15 @@ void tracking_forecast(tracking *t, int fresh) {
     }
 }
 
-void tracking_update(tracking *t, int fresh, int planned) {
-    observe_rub(t, fresh);
+void tracking_update(const tracking *t, int fresh, int planned) {
     for (int i = 0; i < t->n; i++) {
         const double spring = through_spring(t, i);
         if (fresh) refer(t, i, spring, fresh);
         const double torque = t->rotor[i] * t->qdd[i] + spring + fed_back(t, i);
-        t->gave[i] = fresh ? torque : t->torque[i];
         t->torque[i] = torque + (planned ? for_yielding(t, i, torque) : 0.0);
         refer(t, i, spring, 0);
         t->shown[i] = without_wrench(t, i) - t->stiffness[i] * (t->motor[i] - t->link[i]);
     }
-    t->observed = 0;
 }
 
 static void rotate(const double *R, const double *v, double *out) {

@@ -16,13 +16,9 @@ typedef struct {
      * measured motor state */
     const double *q SHAPE(n), *qd SHAPE(n), *qdd SHAPE(n), *rigid SHAPE(n);
     const double *J SHAPE(6, n), *wrench SHAPE(6), *motor SHAPE(n), *motor_rate SHAPE(n);
-    const double *carried SHAPE(n);             /* torque through the springs, measured */
     double *reference SHAPE(n), *rate SHAPE(n); /* motor-side reference of the last tick; updated */
     /* torque through the spring in the stages of its filter, and its first and second derivative; updated */
     double *smoothed SHAPE(n, 3), *slope SHAPE(n), *curve SHAPE(n);
-    /* friction of the gears, the measured speed, the torque of the tick before the last; updated */
-    double *rub SHAPE(n), *turned SHAPE(n), *gave SHAPE(n);
-    int observed;            /* in this tick */
     double *torque SHAPE(n); /* result */
     /* torque of the wrench that each spring showed in the last tick, and whether no more of it is believed */
     double *shown SHAPE(n);
@@ -38,13 +34,13 @@ typedef struct {
 } tracking;
 
 /* Before qdd is known: `rigid` is that of qdd = 0 and `inertia` that of the links alone. */
-void tracking_forecast(tracking *t, int fresh);
+void tracking_forecast(const tracking *t, int fresh);
 
 /* Whether a spring shows less of the wrench than there should be. */
 int tracking_contradicted(const tracking *t);
 
 /* `fresh`: there was no last tick; `planned`: there was a forecast of this one. */
-void tracking_update(tracking *t, int fresh, int planned);
+void tracking_update(const tracking *t, int fresh, int planned);
 
 /* Operator's wrench (6) at the handle in B from the sensor's reading (6), less its bias (6) and its drift.
  *

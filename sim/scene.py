@@ -49,7 +49,7 @@ class Scene:
         try:
             mujoco: Any = import_module("mujoco")
         except ImportError as error:
-            raise SceneError('a scene needs the package mujoco: pip install "hapticd[scene]"') from error
+            raise SceneError("a scene needs the package mujoco, the extra scene") from error
         self._mujoco = mujoco
         try:
             self._model = mujoco.MjModel.from_xml_string(text)

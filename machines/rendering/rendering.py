@@ -108,7 +108,7 @@ class Rendering:
             {
                 **{"q": control.q, "qd": control.qd, "qdd": control.qdd, "J": control.handle.J},
                 **{"wrench": self.wrench, "motor": joints.position, "motor_rate": joints.velocity},
-                **{"link": joints.link_position, "carried": joints.load_torque},
+                "link": joints.link_position,
             },
             dt,
         )

@@ -8,6 +8,7 @@ from typing import Protocol, cast
 import numpy as np
 
 from ...models import Array
+from ...runtime.invocation import install
 from ...sim.hand import Course
 from ...sim.peg_person import Person
 from ...sim.peg_task import PegTask
@@ -57,7 +58,7 @@ def set_task(pair: Pair, seed: int) -> PegTask:
     try:
         task = PegTask()
     except SceneError as error:
-        raise PairError(str(error)) from error
+        raise PairError(f"{error}; type: {install('mujoco')}") from error
     leads, follows = cast(Led, pair.operator.plant), cast(Handed, pair.avatar.plant)
 
     def felt(i: int) -> Array:

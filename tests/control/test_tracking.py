@@ -9,7 +9,6 @@ from hapticd.control.serial import SerialChain
 from hapticd.control.tracking import Admitted, SeriesElasticity, Tracking
 from hapticd.models import Robot
 from hapticd.sim.dynamics import SeriesElasticArm
-from hapticd.sim.friction import Friction
 from hapticd.testing.push import push
 
 DT = 1e-3
@@ -31,8 +30,7 @@ def track(robot: Robot, state: dict[str, np.ndarray]) -> Tracking:
 
 
 def inputs() -> dict[str, np.ndarray]:
-    names = "q", "qd", "qdd", "wrench", "motor", "motor_rate", "link", "carried"
-    vectors = {name: np.zeros(6) for name in names}
+    vectors = {name: np.zeros(6) for name in ("q", "qd", "qdd", "wrench", "motor", "motor_rate", "link")}
     return vectors | {"J": np.zeros((6, 6))}
 
 
@@ -66,7 +64,7 @@ def test_the_measured_motor_is_compared_with_the_reference_of_its_own_tick(robot
     tracking = track(robot, state)
     state["qd"][:] = 0.5
     state["motor_rate"][:] = 0.5
-    state["carried"][:] = tracking.update(np.zeros(2))
+    tracking.update(np.zeros(2))
     reference = state["q"] + (tracking._rigid + robot.damping * state["qd"]) / STIFFNESS
     state["q"] += 0.5 * DT
     state["motor"][:] = reference  # where the motor should have been one tick ago
@@ -75,15 +73,11 @@ def test_the_measured_motor_is_compared_with_the_reference_of_its_own_tick(robot
     np.testing.assert_allclose(torque, feedforward, atol=1e-9)
 
 
-EFFORT = np.array([260, 260, 110, 110, 40, 40.0])
-RUBBING = Friction(0.02 * EFFORT, np.full(6, 0.05), np.zeros(6))
-
-
-def follow(robot: Robot, friction: Friction | None, frequency: float, swing: float) -> float:
+def follow(robot: Robot, frequency: float, swing: float) -> float:
     """How far the links are from a reference that swings, at most, under a push [rad]."""
     plant_model = Robot.from_urdf(read_text("giant.urdf"), "giant.urdf").without(["ppu_x", "ppu_y"])
     damping, brake = np.array([20, 20, 10, 10, 2, 2.0]), np.full(6, 300.0)
-    arm = SeriesElasticArm(plant_model, "handle", ROTOR, STIFFNESS, damping, brake, 4, friction)
+    arm = SeriesElasticArm(plant_model, "handle", ROTOR, STIFFNESS, damping, brake, 4)
     start = np.array([0.2, 1.4, -0.7, 0.5, 0.7, 0.1])
     arm.reset(start)
     state = inputs()
@@ -106,7 +100,6 @@ def follow(robot: Robot, friction: Friction | None, frequency: float, swing: flo
         tracking.forecast(np.zeros(2))
         torque = tracking.update(np.zeros(2))
         state["motor"][:], state["motor_rate"][:] = arm.motor, arm.motor_rate
-        state["carried"][:] = arm.spring
         worst = max(worst, float(np.abs(arm.q - state["q"]).max())) if k > 300 else 0.0
         push(arm.hold, state["wrench"])
         arm.step(torque.copy(), [False] * 6, np.zeros(3), DT)
@@ -114,8 +107,4 @@ def follow(robot: Robot, friction: Friction | None, frequency: float, swing: flo
 
 
 def test_a_series_elastic_arm_follows_a_moving_reference_under_a_push(robot: Robot) -> None:
-    assert follow(robot, None, 0.3, 0.3) < 1e-3
-
-
-def test_gears_that_rub_hold_the_links_back_no_more(robot: Robot) -> None:
-    assert follow(robot, RUBBING, 0.3, 0.3) < 1e-3
+    assert follow(robot, 0.3, 0.3) < 1e-3

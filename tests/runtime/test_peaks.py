@@ -46,7 +46,7 @@ def pulled(used: float) -> benches.Bench:
         push(hold, np.array([0.0, strength, 0.0, 0.0, 0.0, 0.0]))
 
     bench.plant.hand.aim = pull
-    while abs(bench.torques[0]) < 1.05 * RATED:
+    while abs(bench.torques[0]) < 0.95 * RATED:
         bench.run(1)
     heat.used[0] = cycle.gate._heat.used[0] = bench.joints[0].used = used
     return bench
