@@ -26,7 +26,7 @@ def test_a_session_with_a_scene_is_recorded_replays_and_says_what_became_of_the_
 
 @pytest.mark.parametrize(
     ("words", "said"),
-    [(["--live"], "a scene runs in lockstep"), ([], "pip install mujoco")],
+    [(["--live"], "a scene runs in lockstep"), ([], "pip install 'mujoco")],
 )
 def test_a_scene_that_cannot_be_is_refused(
     words: list[str],
