@@ -2,64 +2,36 @@
 
 from __future__ import annotations
 
-import msgspec
 import numpy as np
 
-from ...configs.quantities import Duration, Instant
 from ...control.way import Way
 from ...devices.image import ProcessImage
 from ...models import Array, Robot
-from ...runtime.configuration.system import Course, Rig
-from ...runtime.core.sections import Arming, Press
+from ...runtime.configuration.system import Rig
 from ...runtime.core.stages import Mark
-from ..rendering.sections import Away
+from ..rendering.led import PACE, LedJoints, let_alone
 from .config import GiantConfig
 from .kinematics import points
 from .machine import Giant
 from .names import PPU_JOINTS
 
-PACE = 0.4
-"""Part of the joints' rated speeds and accelerations on ways: a person stands beside the machine."""
 MARGIN = 0.05
 """How far places stay inside the limits: of joints and their tilt [rad], and of the boxes [m]."""
-PRESSED = Instant(0.3)
-"""When the dead-man switch is pressed [s]."""
 
 
-class LedGiant(Giant):
+class LedGiant(LedJoints, Giant):
     """A giant whose joints are led; see ``Led``. Everything that stops it stops it."""
 
     def __init__(self, config: GiantConfig, robot: Robot, image: ProcessImage, mark: Mark) -> None:
         super().__init__(config, robot, image, mark)
         m = config.giant.manipulator
         velocity, acceleration = (PACE * np.array(each) for each in (m.velocity, m.acceleration))
-        self._way = Way(velocity, acceleration, 1.0 / config.loop.rate)
-        self._course: Course = self._way
-
-    @property
-    def arrived(self) -> bool:
-        """See ``Led``."""
-        return self._course.arrived
-
-    def go(self, q: Array) -> None:
-        """See ``Led``."""
-        self._way.rest(self._course.q.copy())
-        self._way.go(q)
-        self._course = self._way
-
-    def follow(self, course: Course) -> None:
-        """See ``Led``."""
-        self._course = course
-
-    def unrest(self, first: bool) -> list[str]:
-        """Nobody is moved by what a sensor shows."""
-        return []
+        self._course = self._way = Way(velocity, acceleration, 1.0 / config.loop.rate)
 
     def engage(self) -> None:
         """See ``Machine``."""
         super().engage()
-        self._way.rest(self.force_control.q)
-        self._course = self._way
+        self.rest_at(self._way, self.force_control.q)
 
     def update(self, gain: float, trust: float) -> None:
         """One tick along; while the machine engages, it stays."""
@@ -89,18 +61,11 @@ def giant_rig(config: GiantConfig, robot: Robot) -> Rig[GiantConfig]:
             low + MARGIN <= x <= high - MARGIN for x, low, high in boxed
         )
 
-    away = Away(Instant(0.0), Duration(1e6))
-    hand = msgspec.structs.replace(simulation.hand, away=(away,), dead_man=(Press(PRESSED, True),))
-    calm = msgspec.structs.replace(
-        config,
-        arming=Arming("dead-man", config.arming.fade),
-        simulation=msgspec.structs.replace(simulation, hand=hand),
-    )
     lower, upper, velocity, acceleration, start = (
         np.array(each, float)
         for each in (m.lower, m.upper, m.velocity, m.acceleration, simulation.giant.posture)
     )
     return Rig(
-        *(calm, LedGiant, (), robot.without(PPU_JOINTS), start),
+        *(let_alone(config), LedGiant, (), robot.without(PPU_JOINTS), start),
         *(lower + MARGIN, upper - MARGIN, velocity, acceleration, inside),
     )
