@@ -177,7 +177,9 @@ def _add_replay(commands: Commands) -> None:
         "--verify", action="store_true", help="exit with 1 unless every tick comes out bit for bit the same"
     )
     replay.add_argument(
-        "--json", action="store_true", help="print ticks, differing_ticks, first, speed_x as JSON"
+        "--json",
+        action="store_true",
+        help="print ticks, differing_ticks, missing_ticks, first, speed_x as JSON",
     )
     replay.set_defaults(handler=_replay)
 

@@ -42,6 +42,7 @@ class Verification(msgspec.Struct, frozen=True):
         speed_x: session time per wall-clock time.
         environment: what differs between this computer and the recording's; bit-for-bit equality is not to
             be expected where this is not empty.
+        missing_ticks: that the recorder lost; what follows them cannot come out the same.
     """
 
     ticks: int
@@ -49,6 +50,7 @@ class Verification(msgspec.Struct, frozen=True):
     first: list[Difference]
     speed_x: float
     environment: dict[str, tuple[str, str]]
+    missing_ticks: int = 0
 
 
 def replay(log: Log, progress: Callable[[int], None] = lambda _: None) -> Verification:
@@ -76,13 +78,16 @@ def replay(log: Log, progress: Callable[[int], None] = lambda _: None) -> Verifi
     writer = RecordWriter(cycle)
     if writer.fixed.dtype != log.dtype:
         raise LogModelError(log.path, "keeps other fields of a tick", log.its_version)
-    ticks = differing = 0
+    ticks = differing = missing = 0
+    last = -1
     first: list[Difference] = []
     start = time.monotonic()
     for record in log.records():
         fixed = record.fixed
         damage = _unpack(record, inputs)
         inputs.tick, inputs.skipped = int(fixed["tick"]), int(fixed["skipped"])
+        missing += max(0, inputs.tick - inputs.skipped - last - 1)
+        last = inputs.tick
         inputs.commands = Command(int(fixed["commands"]))
         cycle.run(inputs)
         data = writer.write(inputs, NO_TIMING)
@@ -98,6 +103,7 @@ def replay(log: Log, progress: Callable[[int], None] = lambda _: None) -> Verifi
         first=first,
         speed_x=round(ticks / session.config.loop.rate / seconds, 2),
         environment=_environment(log),
+        missing_ticks=missing,
     )
 
 
@@ -138,6 +144,9 @@ def describe(found: Verification) -> str:
             f"first at tick {lead.tick}: {lead.field} recorded {lead.recorded}, replayed {lead.replayed}"
         )
         lines += [f"    also {d.field}: {d.recorded} / {d.replayed}" for d in found.first[1:]]
+    if found.missing_ticks:
+        lost = counted(found.missing_ticks, "tick")
+        lines.append(f"note: {lost} not in the recording; what follows cannot come out the same")
     for name, (there, here) in found.environment.items():
         lines.append(f"note: {name} was '{there}', here '{here}'; last bits may differ for that reason")
     return "\n".join(lines)
