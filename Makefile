@@ -5,6 +5,8 @@ export PYTHON CC
 BIN := .venv/bin
 PACKAGES := bench binding configs control devices experiments hqp link machines models runtime safety sim testing view
 C_SOURCES := $(wildcard csrc/*.c csrc/*.h csrc/*.hpp tests/hqp/*.c docs/examples/*.c docs/examples/*.cpp)
+# a group of tests is one process's, and tests of wall time are the first
+SEVERAL := -n auto --dist loadgroup --no-loadscope-reorder
 C_FLAGS := -std=c11 -D_GNU_SOURCE -Icsrc -O2 -Wall -Wextra -Wconversion -Wshadow -Wvla -Werror
 
 help:
@@ -43,11 +45,11 @@ pictures:
 
 test:
 	@./setup.sh test
-	@$(BIN)/python -m pytest -n auto --dist loadgroup $(ARGS)
+	@$(BIN)/python -m pytest $(SEVERAL) $(ARGS)
 
 conformance:
 	@./setup.sh test
-	@$(BIN)/python -m pytest -n auto --dist loadgroup --hapticd-machine giant --hapticd-machine rhi --hapticd-machine panda --hapticd-machine operator --hapticd-machine avatar $(ARGS)
+	@$(BIN)/python -m pytest $(SEVERAL) --hapticd-machine giant --hapticd-machine rhi --hapticd-machine panda --hapticd-machine operator --hapticd-machine avatar $(ARGS)
 
 vm-test:
 	@./setup.sh test

@@ -86,10 +86,11 @@ class SuiteModule(pytest.Module):
         return importlib.import_module(f"{PACKAGE}.{self.path.stem}")
 
 
+@pytest.hookimpl(tryfirst=True)  # xdist reads the groups in a hook of the same name
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Where several processes run the tests: a machine is one process's, live tests run one by one and first.
 
-    That takes ``--dist loadgroup``.
+    That takes ``--dist loadgroup --no-loadscope-reorder``.
     """
     for item in items:
         if item.path.parent == SUITE and isinstance(item, pytest.Function):

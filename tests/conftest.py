@@ -44,6 +44,7 @@ LIVE = (
 assert all(path.exists() for path in LIVE)
 
 
+@pytest.hookimpl(tryfirst=True)  # xdist reads the groups in a hook of the same name
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Where several processes run the tests: those of a file stay together: they share what they prepare.
 

@@ -92,8 +92,8 @@ class Daemon:
         self._unserved = 0
         self._ending = Ending()
         self._crash: BaseException | None = None
-        self._recorder = RecorderLink(log)
         self._writer = RecordWriter(self._session.cycle)
+        self._recorder = RecorderLink(log, self._writer.usual_bytes * self._rate)
         self._watch = Watch(self._overstayed)
         slack = Slack(self._watch, self._work_failed)
         self._rhythm = FixedRate(round(1e9 / self._rate), self._tick, slack=slack)

@@ -12,7 +12,7 @@ import msgspec
 
 from ..core.events import Event
 from ..recording.log_file import cut_short
-from ..recording.ring import Drain, Ring
+from ..recording.ring import CAPACITY, Drain, Ring
 from ..recording.summary import Report
 from ..timing.forensics import LateTick
 from ..timing.slack import pause
@@ -41,6 +41,8 @@ RECORDER_S = 0.2
 HUNG_LOOKS = 10
 """Looks without a record taken out of the ring after which the recorder counts as hung: the ring holds more
 than twice as long, and a busy disk or host may keep a sound recorder for a second."""
+RING_S = 8.0
+"""Of ticks that the ring holds."""
 
 
 class RecorderLink:
@@ -51,10 +53,10 @@ class RecorderLink:
         child: the process, None before its start.
     """
 
-    def __init__(self, log: Path) -> None:
-        """The ring to a recorder that will write this log."""
+    def __init__(self, log: Path, bytes_per_s: float = CAPACITY / RING_S) -> None:
+        """The ring to a recorder that will write this log; ``bytes_per_s`` is what the ticks bring."""
         self.log = log
-        self._ring = Ring.create()
+        self._ring = Ring.create(round(RING_S * bytes_per_s))
         self.child: Child | None = None
         self._control = -1
 

@@ -78,6 +78,11 @@ class RecordWriter:
         self._admitted, self._raw = self.fixed["admitted"][0], self.fixed["raw"][0]
         machine.bind_state(self.fixed["state"])
 
+    @property
+    def usual_bytes(self) -> int:
+        """About the size of a record: its frames carry the process image, and their headers are shorter."""
+        return int(self.fixed.itemsize + 2 * self._raw.size)
+
     def write(self, inputs: Inputs, timing: Timing) -> bytes:
         """The record of a tick."""
         cycle, latch, verdict = self._cycle, self._cycle.stops.latch, self._cycle.outputs.verdict

@@ -9,7 +9,7 @@ from .._rt import ffi, lib
 from ..errors import HapticdError
 
 CAPACITY = 8 << 20
-"""Bytes: about five seconds of ticks, should the recorder's disk stall."""
+"""Bytes, at the least."""
 LONGEST_RECORD = 1 << 16
 
 
@@ -26,24 +26,25 @@ class Ring:
         fd: of the shared memory, to be inherited by the other process.
     """
 
-    def __init__(self, fd: int, size: int, initialise: bool) -> None:
+    def __init__(self, fd: int, size: int, capacity: int = 0) -> None:
         self.fd = fd
         self._map = mmap.mmap(fd, size)
         self._ring = ffi.cast("ring *", ffi.from_buffer(self._map))
-        if initialise:
-            lib.ring_init(self._ring, CAPACITY)
+        if capacity:
+            lib.ring_init(self._ring, capacity)
         elif not lib.ring_valid(self._ring, size):
             raise RingError("the shared memory holds no ring")
         self._record = ffi.new("char[]", LONGEST_RECORD)
         self._view = ffi.buffer(self._record)
 
     @classmethod
-    def create(cls) -> Ring:
-        """A new ring in anonymous shared memory."""
+    def create(cls, room: int = CAPACITY) -> Ring:
+        """A new ring in anonymous shared memory, with room for so many bytes."""
+        capacity = -(-max(room, CAPACITY) // 8) * 8
         fd = os.memfd_create("hapticd-ring", os.MFD_CLOEXEC)
-        size = int(lib.ring_size(CAPACITY))
+        size = int(lib.ring_size(capacity))
         os.ftruncate(fd, size)
-        return cls(fd, size, initialise=True)
+        return cls(fd, size, capacity)
 
     @classmethod
     def attach(cls, fd: int) -> Ring:
@@ -55,7 +56,7 @@ class Ring:
         size = os.fstat(fd).st_size
         if size == 0:
             raise RingError("the shared memory is empty")
-        return cls(fd, size, initialise=False)
+        return cls(fd, size)
 
     @property
     def dropped(self) -> int:

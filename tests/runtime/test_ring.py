@@ -108,3 +108,14 @@ def test_a_reader_that_keeps_the_ring_full_but_reads_is_not_stuck() -> None:
         assert other.pop() is not None
         assert ring.push(bytes(LENGTH))
         assert not drain.stuck()
+
+
+def test_a_ring_has_the_room_that_is_asked_for() -> None:
+    ring = Ring.create(3 * CAPACITY + 3)
+    other = Ring.attach(ring.fd)
+    kept = 0
+    while ring.push(bytes(LENGTH)):
+        kept += 1
+    assert kept * SPACE > 3 * CAPACITY - SPACE
+    for _ in range(kept):
+        assert other.pop() == bytes(LENGTH)

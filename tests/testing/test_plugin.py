@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -107,3 +108,25 @@ def test_the_suite_finds_what_is_broken(tmp_path: Path, name: str) -> None:
     (tmp_path / "conftest.py").write_text(program)
     broken = run(tmp_path, "--hapticd-machine", "rhi", "-k", tests, "-x")
     assert broken.returncode == pytest.ExitCode.TESTS_FAILED, broken.stdout
+
+
+NOTES_WHO_RUNS_WHAT = """
+import os
+def pytest_runtest_protocol(item):
+    with open(os.environ["PYTEST_XDIST_WORKER"], "a") as notes:
+        notes.write(item.nodeid + "\\n")
+    return True
+"""
+
+
+def test_of_several_processes_one_runs_every_live_test_and_first(tmp_path: Path) -> None:
+    (tmp_path / "conftest.py").write_text(NOTES_WHO_RUNS_WHAT)
+    makefile = (Path(__file__).parents[2] / "Makefile").read_text()
+    (several,) = re.findall(r"^SEVERAL := -n auto (.*)$", makefile, re.MULTILINE)
+    run(tmp_path, "-n", "2", *several.split(), "--hapticd-machine", "rhi", "--hapticd-machine", "giant")
+    notes = [(tmp_path / worker).read_text().splitlines() for worker in ("gw0", "gw1")]
+    assert sum(map(len, notes)) > 300
+    live = [["live.py::" in name for name in names] for names in notes]
+    theirs, others = sorted(live, key=any, reverse=True)
+    assert sum(theirs) > 10 and theirs == sorted(theirs, reverse=True)
+    assert not any(others)
