@@ -23,6 +23,7 @@ from ..runtime.recording.log import Log
 from ..runtime.recording.published import ORDERS, SUFFIX, About, SessionError, Subscriber, run_folder, running
 from ..runtime.recording.summary import Summary
 from .geometry import Geometry, drawn
+from .strength import Pressing
 
 MOST_FRAMES, LEAST_TICKS = 3000, 20
 """Frames of a recording at most, and ticks of one at least."""
@@ -62,6 +63,7 @@ class Drawn:
         self.session, self.channels = session, Channels(session)
         self.scene = system.scene(session.config) if system.scene else None
         self._geometry = _geometry(session, self.scene) if self.scene else None
+        self._pressing = _pressing(session, self.scene) if self.scene else None
 
     def hello(self, name: str, live: bool, words: list[str]) -> bytes:
         """What a page must know before the first frame."""
@@ -103,17 +105,27 @@ class Drawn:
     def frame(self, frame: Frame) -> bytes:
         """A frame with poses; numbers lose digits that nobody sees."""
         said: dict[str, Any] = msgspec.to_builtins(frame)
-        del said["posture"], said["published_ns"]
+        del said["posture"], said["published_ns"], said["demand"]
         for name in ("low", "high", "mean", "wrench"):
             said[name] = [_short(value) for value in said[name]]
         if self._geometry and len(frame.posture):
             said["joints"], said["grips"], wrenches = self._geometry.place(frame.posture, frame.wrench)
             said["wrench"] = [_short(value) for value in wrenches]
+            if self._pressing:
+                axes = self._pressing.axes(frame.posture)
+                reachable = self._pressing.reachable(frame.posture, frame.demand)
+                said["strength"] = [_short(value) for value in axes]
+                said["reachable"] = [_short(value) for value in reachable]
         return msgspec.json.encode(said)
 
 
 def _geometry(session: Session, scene: MachineScene) -> Geometry:
     return Geometry(drawn(session.robot, scene), session.loaded.model_text, scene.grips)
+
+
+def _pressing(session: Session, scene: MachineScene) -> Pressing | None:
+    strength = scene.strength
+    return Pressing(drawn(session.robot, scene), scene.grips[0], strength) if strength else None
 
 
 def _bound(value: float) -> float | None:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ...runtime.core.scene import Box, Grip, Plane
+from ...runtime.core.scene import Box, Grip, Plane, Strength
 from ..rendering.scene import felt_wrench, twin_position
 from .config import ArmConfig
 
@@ -16,6 +16,7 @@ class ArmScene:
 
     parts: tuple[str, ...] = ("",)
     planes: tuple[Plane, ...] = ()
+    strength: Strength | None = None
 
     def __init__(self, config: ArmConfig) -> None:
         arm = config.arm

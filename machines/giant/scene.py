@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ...runtime.core.scene import Box, Grip, Plane
+from ...runtime.core.scene import Box, Grip, Plane, Strength
 from ..rendering.scene import felt_wrench, twin_position
 from .config import GiantConfig
 
@@ -17,6 +17,7 @@ class GiantScene:
     grips: tuple[Grip, ...] = (Grip("", "handle"),)
     parts: tuple[str, ...] = ("",)
     planes: tuple[Plane, ...] = ()
+    strength: Strength | None = None
 
     def __init__(self, config: GiantConfig) -> None:
         box, ppu = config.giant.box, config.giant.ppu

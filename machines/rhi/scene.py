@@ -7,8 +7,9 @@ from math import hypot
 
 import numpy as np
 
-from ...runtime.core.scene import Box, Grip, Plane
+from ...runtime.core.scene import Box, Grip, Plane, Strength
 from .config import RhiConfig, RhiPlane
+from .redundant import AXES
 
 
 class RhiScene:
@@ -20,6 +21,12 @@ class RhiScene:
     def __init__(self, config: RhiConfig) -> None:
         rhi = config.rhi
         self.grips: tuple[Grip, ...] = (Grip("", str(rhi.task.frame)),)
+        motors = rhi.motors
+        self._transmission = np.array(motors.transmission)
+        self._directions = [AXES.index(name) for name in rhi.task.directions]
+        self.strength: Strength | None = Strength(
+            motors.torque, motors.transmission, tuple(self._directions), self._demand
+        )
         planes = {name: body for name, body in rhi.bodies.items() if isinstance(body, RhiPlane)}
         self.planes: tuple[Plane, ...] = tuple(
             Plane(name, _three(body.point), _three([x / hypot(*body.normal) for x in body.normal]))
@@ -27,8 +34,8 @@ class RhiScene:
         )
 
     def posture(self, state: np.void) -> Sequence[float]:
-        """Joints."""
-        q: list[float] = state["q"].tolist()
+        """Joints; logged are the angles of the motors."""
+        q: list[float] = (self._transmission @ state["q"]).tolist()
         return q
 
     def wrench(self, state: np.void) -> Sequence[float]:
@@ -37,6 +44,13 @@ class RhiScene:
 
     def twin(self, state: np.void) -> None:
         """It renders bodies instead."""
+
+    def _demand(self, state: np.void) -> Sequence[float]:
+        """The force that the bodies ask for, as ``Strength`` has it."""
+        force = np.zeros(3)
+        force[self._directions] = state["demand"]
+        demand: list[float] = force.tolist()
+        return demand
 
 
 def _three(place: Sequence[float]) -> tuple[float, float, float]:

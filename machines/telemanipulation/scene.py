@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ...runtime.core.scene import Box, Grip, Plane
+from ...runtime.core.scene import Box, Grip, Plane, Strength
 from .arm import FLANGE, SIDES
 from .sections import OwnChain, Station
 
@@ -16,6 +16,7 @@ class StationScene:
 
     boxes: tuple[Box, ...] = ()
     planes: tuple[Plane, ...] = ()
+    strength: Strength | None = None
 
     def __init__(self, section: Station, wrench: str) -> None:
         """A station, and the field of its state that keeps the wrenches on the palms, in their axes."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -57,6 +57,23 @@ class Grip:
     own_axes: bool = False
 
 
+@dataclass(frozen=True, slots=True)
+class Strength:
+    """What the motors can press with at the first grip, as far as it is drawn.
+
+    Attributes:
+        torque: largest of each motor (n,) [N m].
+        transmission: rates of the drawn joints by those of the motors, (n, n).
+        directions: of the base that forces have, 0 to 2 for x to z.
+        demand: of a logged state: the force that is asked for there (3,) [N]; zero where none is.
+    """
+
+    torque: tuple[float, ...]
+    transmission: tuple[tuple[float, ...], ...]
+    directions: tuple[int, ...]
+    demand: Callable[[np.void], Sequence[float]]
+
+
 class MachineScene(Protocol):
     """How a logged state looks in the room; all of it in the model's base frame.
 
@@ -64,12 +81,14 @@ class MachineScene(Protocol):
         parts: what the names of the joints that are drawn begin with; ("",) draws the whole model.
         grips: where hands hold the machine.
         boxes, planes: that stand still.
+        strength: of its motors, None where it is not drawn.
     """
 
     parts: tuple[str, ...]
     grips: tuple[Grip, ...]
     boxes: tuple[Box, ...]
     planes: tuple[Plane, ...]
+    strength: Strength | None
 
     def posture(self, state: np.void) -> Sequence[float]:
         """Measured positions of the joints that are drawn, in the model's order, (nv,) [rad or m]."""

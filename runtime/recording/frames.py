@@ -41,6 +41,7 @@ class Frame(msgspec.Struct, kw_only=True):
         posture: of the model's joints (nv,) [rad or m]; empty before it was measured, as all that follow.
         wrench: of the hand on the machine (6,) [N, N m].
         twin: its place (3,) [m]; None without one.
+        demand: force that a machine whose strength is drawn is asked for (3,) [N]; empty for others.
         low, high, mean: of the channels, in their order.
         lateness, compute: counts of the session so far in bars of half octaves; empty in most frames.
         counts: what the session lost, by name.
@@ -57,6 +58,7 @@ class Frame(msgspec.Struct, kw_only=True):
     posture: list[float] = []
     wrench: list[float] = []
     twin: list[float] | None = None
+    demand: list[float] = []
     low: list[float] = []
     high: list[float] = []
     mean: list[float] = []
@@ -137,6 +139,8 @@ class FrameMaker:
             frame.posture, frame.wrench = list(self._scene.posture(state)), list(self._scene.wrench(state))
             twin = self._scene.twin(state)
             frame.twin = None if twin is None else list(twin)
+            if self._scene.strength:
+                frame.demand = list(self._scene.strength.demand(state))
 
     def _forget(self) -> None:
         self._ticks = self._rows = 0

@@ -39,7 +39,7 @@ class Scene {
     return {buffer, count: points.length / 3};
   }
   begin(hello) { // another machine
-    this.boxes = hello.boxes; this.planes = hello.planes; this.joints = []; this.grips = []; this.twin = []; this.framed = false;
+    this.strength = []; this.reachable = []; this.boxes = hello.boxes; this.planes = hello.planes; this.joints = []; this.grips = []; this.twin = []; this.framed = false;
     this.shapes = hello.shapes.map(s => ({joint: s.joint, colour: s.colour, parts: parts(s)}));
   }
   show(frame) {
@@ -48,6 +48,7 @@ class Scene {
     for (let at = 0; at < frame.joints.length; at += 7) this.joints.push(M.pose(frame.joints, at));
     this.grips = threes(frame.grips); this.wrenches = threes(frame.wrench);
     this.twin = ["ENGAGING", "ACTIVE"].includes(frame.mode) && frame.twin ? threes(frame.twin) : [];
+    this.strength = threes(frame.strength ?? []); this.reachable = threes(frame.reachable ?? []);
     if (!this.framed) this.frameAll();
   }
   frameAll() { // the camera sees all of the machine
@@ -110,6 +111,11 @@ class Scene {
         this.body("sphere", ballAt(grip, size * (this.grabbed || this.hover ? 1.5 : 1)), [...accent, 1]);
         this.arrow(grip, this.wrenches[2 * i]);
       });
+      this.ellipsoid(this.grips[0], this.strength, colour("--c4"));
+      for (const force of this.reachable) {
+        const end = V.add(this.grips[0], this.drawn(force));
+        this.segments([this.grips[0], end], [...colour("--c4"), 1]); this.body("sphere", ballAt(end, size * .55), [...colour("--c4"), 1]);
+      }
       if (this.grabbed) this.segments([this.grips[0], this.grabbed.place], [...accent, 1]);
       gl.depthRange(0, 1);
     }
@@ -136,7 +142,7 @@ class Scene {
       this.body(part.kind, M.times(flat, M.times(this.joints[shape.joint], part.matrix)), [0, 0, 0, .16], 0);
     gl.depthMask(true); gl.disable(gl.STENCIL_TEST);
   }
-  segments(points, c) {
+  segments(points, c, kind = this.gl.LINES) {
     const gl = this.gl, data = new Float32Array(points.length * 6);
     points.forEach((p, i) => { data.set(p, 6 * i); data[6 * i + 5] = 1; });
     gl.bindBuffer(gl.ARRAY_BUFFER, this.lines); gl.bufferData(gl.ARRAY_BUFFER, data, gl.DYNAMIC_DRAW);
@@ -145,7 +151,7 @@ class Scene {
     gl.uniformMatrix4fv(this.solid.m, false, M.pose([0, 0, 0, 0, 0, 0, 1]));
     gl.uniformMatrix3fv(this.solid.q, false, [1, 0, 0, 0, 1, 0, 0, 0, 1]);
     gl.uniform4fv(this.solid.c, c); gl.uniform1f(this.solid.lit, 0);
-    gl.drawArrays(gl.LINES, 0, points.length);
+    gl.drawArrays(kind, 0, points.length);
   }
   grid(ink) {
     const reach = this.extent * 1.7, step = [.05, .1, .25, .5, 1, 2].find(s => reach / s < 14) || 5;
@@ -168,10 +174,22 @@ class Scene {
     const at = (a, b) => V.add(V.add(p.point, x, a * r), y, b * r * .6);
     this.segments([at(-1, -1), at(1, -1), at(1, -1), at(1, 1), at(1, 1), at(-1, 1), at(-1, 1), at(-1, -1)], [...c, .8]);
   }
+  drawn(force) { // the stronger, the longer, and never out of the picture
+    return V.scale(V.unit(force), this.extent * .5 * (1 - Math.exp(-V.size(force) / 40)));
+  }
+  ellipsoid(centre, semi, c) { // of forces that the motors can hold: one that is drawn beyond it is too strong
+    for (let i = 0; i < semi.length; i++) for (let j = 0; j < i; j++) {
+      const round = t => V.add(centre, this.drawn(V.add(V.scale(semi[i], Math.cos(t)), semi[j], Math.sin(t)))), points = [];
+      for (let k = 0; k < 72; k++) points.push(round(k * Math.PI / 36), round((k + 1) * Math.PI / 36));
+      this.segments(points, [...c, .95]);
+      this.gl.depthMask(false);
+      this.segments(points.flatMap((p, k) => k % 2 ? [p] : [centre, p]), [...c, .3], this.gl.TRIANGLES);
+      this.gl.depthMask(true);
+    }
+  }
   arrow(grip, force) { // of a hand on the machine
-    const size = V.size(force);
-    if (size < .5) return;
-    const long = this.extent * .5 * (1 - Math.exp(-size / 40)), way = V.scale(V.unit(force), long), thick = this.extent * .008, c = [...colour("--c2"), 1];
+    if (V.size(force) < .5) return;
+    const way = this.drawn(force), thick = this.extent * .008, c = [...colour("--c2"), 1];
     this.body("cylinder", M.times(M.along(grip, V.scale(way, .8), thick), M.axes([1, 0, 0], [0, 1, 0], [0, 0, 1], [0, 0, .5])), c);
     this.body("cone", M.along(V.add(grip, way, .78), V.scale(way, .22), thick * 2.6), c);
   }

@@ -64,7 +64,8 @@ function show() {
   $("time").textContent = (now.tick / hello.rate).toFixed(1) + " s";
   $("next").textContent = hello.live ? nextStep() : "";
   const forces = threes(now.wrench).filter((_, i) => i % 2 === 0).map(V.size);
-  $("force").textContent = forces.map((f, i) => `${hello.grips[i]} hand ${f.toFixed(f < 10 ? 1 : 0)} N`.trim()).join(", ");
+  $("force").textContent = forces.map((f, i) => `${hello.grips[i]} hand ${f.toFixed(f < 10 ? 1 : 0)} N`.trim()).join(", ")
+    + (now.reachable?.length ? ` of ${V.size(now.reachable).toFixed(0)} N reachable` : "");
   $("held").textContent = showLimits() || "no limit";
   if (now.stop) $("stop").textContent = events.findLast(e => e.severity === "stop" && e.tick <= now.tick)?.text ?? now.stop;
   $("estop").classList.toggle("on", now.e_stop_closed === false);
