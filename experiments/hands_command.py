@@ -9,7 +9,6 @@ from time import monotonic
 from typing import TYPE_CHECKING
 
 from ..runtime.command_line.arguments import (
-    MAX_COUNT,
     MAX_SECONDS,
     Commands,
     add_twin,
@@ -17,6 +16,7 @@ from ..runtime.command_line.arguments import (
     count,
     name,
     number,
+    seed,
 )
 from ..runtime.configuration.known import built_in
 from ..runtime.invocation import program
@@ -90,13 +90,6 @@ def add_hands(commands: Commands) -> None:
         help="print {sessions, finished, stops, worst_excess, worst, returned} as JSON",
     )
     hands.set_defaults(handler=run)
-
-
-def seed(text: str) -> int:
-    """A whole number of at least zero."""
-    if not (text.isascii() and text.isdecimal() and len(text) < 20 and int(text) <= MAX_COUNT):
-        raise argparse.ArgumentTypeError(f"'{text}' is not a whole number from 0 to {MAX_COUNT}")
-    return int(text)
 
 
 def workers(text: str) -> int:

@@ -5,9 +5,9 @@ from __future__ import annotations
 import argparse
 import os
 
-from ..runtime.command_line.arguments import Commands, count
+from ..runtime.command_line.arguments import Commands, count, seed
 from ..runtime.command_line.outputs import picture
-from .hands_command import seed, workers
+from .hands_command import workers
 
 MOST_POSES = 100_000
 

@@ -6,7 +6,7 @@ import argparse
 from math import inf
 from pathlib import Path
 
-from ...runtime.command_line.arguments import MAX_COUNT, Commands, file, name, number
+from ...runtime.command_line.arguments import Commands, file, name, number, seed
 from ...runtime.invocation import program
 
 DESCRIPTION = """Run an operator's station and an avatar together. In lockstep: one virtual time for both and
@@ -62,9 +62,8 @@ def add_bimanual(commands: Commands) -> None:
     )
     both.add_argument(
         "--seed",
-        type=int,
+        type=seed,
         default=1,
-        choices=range(MAX_COUNT),
         metavar="N",
         help="of the network, and of the person in a scene; default: 1",
     )

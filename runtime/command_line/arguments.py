@@ -111,6 +111,13 @@ def count(text: str) -> int:
     return int(text)
 
 
+def seed(text: str) -> int:
+    """A whole number of at least zero."""
+    if not (text.isascii() and text.isdecimal() and len(text) < 20 and int(text) <= MAX_COUNT):
+        raise argparse.ArgumentTypeError(f"'{text}' is not a whole number from 0 to {MAX_COUNT}")
+    return int(text)
+
+
 def bit_rate(text: str) -> BitRate:
     """A bit rate with its unit."""
     try:

@@ -228,6 +228,13 @@ def test_help_fits_eighty_columns(
         assert max(map(len, capsys.readouterr().out.splitlines())) < 80, command
 
 
+@pytest.mark.parametrize("command", ["bimanual", "hands", "calibrate", "identify", "init", "mount", "study"])
+def test_help_of_every_command_is_short(command: str, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        main([command, "--help"])
+    assert 300 < len(capsys.readouterr().out) < 10_000
+
+
 def test_the_summary_says_how_to_replay_from_where_the_person_stands(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
