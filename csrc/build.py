@@ -100,11 +100,11 @@ safety = partial(
     [f"{part}.c" for part in CHECKS],
 )
 MECHANICS = ("links", "dry", "held", "elastic", "direct", "tool", "path")
-PEERS = ("codec", "peer", "peer_drive", "peer_safety", "peers", "wire")
+PEERS = ("codec", "peer", "peer_drive", "peer_safety", "peers", "gateway", "wire")
 plant = partial(
     module,
     "hapticd.sim._plant",
-    ["serial_model.h", *(f"{part}.h" for part in MECHANICS), "peer.h"],
+    ["serial_model.h", *(f"{part}.h" for part in MECHANICS), "peer.h", "gateway.h"],
     ["rotation.c", "spd.c", *(f"{part}.c" for part in (*MECHANICS, *PEERS))],
     shared=DEVICES,
 )

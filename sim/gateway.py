@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-import struct
-from collections.abc import Sequence
-from functools import cache
-from math import isfinite
-from typing import ClassVar, Final
+from collections.abc import Mapping, Sequence
+from typing import Any, ClassVar, Final
 
 import numpy as np
 
-from ..devices.cia301 import AlState
+from ..binding import bind
 from ..devices.remote import AGE_STEP, MOST_DRIVES, UNHEARD
 from ..devices.sense_glove import GLOVE_JOINTS
 from ..link.port import Port
+from ._plant import ffi, lib
 from .node import SimNode
 
 NEVER: Final = AGE_STEP * UNHEARD
@@ -44,42 +42,9 @@ class SimGateway(SimNode):
     hears_of_peer: ClassVar[np.dtype[np.void]]
     age: float = NEVER
 
-    @property
-    def operating(self) -> bool:
-        """Whether what it is told is valid: without its daemon it has nothing to say."""
-        return self.al_state is AlState.OP
-
-    def say(self) -> bytes:
-        """What goes out."""
-        packer, places = _layout(self.says_to_peer)
-        values = [x for name in places for x in self.fields[OWN.get(name, name)].tolist()]
-        return packer.pack(*values)
-
-    def hear(self, payload: bytes) -> bool:
-        """Report what came in, of the right length; nothing of it, and False, if a number is not finite."""
-        packer, places = _layout(self.hears_of_peer)
-        values = packer.unpack(payload)
-        if not all(map(isfinite, values)):
-            return False
-        for name, place in places.items():
-            self.fields[name][:] = values[place]
-        return True
-
-
-@cache
-def _layout(said: np.dtype[np.void]) -> tuple[struct.Struct, dict[str, slice]]:
-    """How a packet of one arm is packed, and which of its values belong to which field."""
-    code, places, at = "<", {}, 0
-    for name in said.names or ():
-        field = said[name]
-        count = int(np.prod(field.shape, dtype=int))
-        code += f"{count}{field.base.char}"
-        places[name] = slice(at, at := at + count)
-    return struct.Struct(code), places
-
 
 class Exchange:
-    """Carries what the gateways of a station say and hear, all of them in one packet.
+    """Carries what the gateways of a station say and hear, all of them in one packet (`csrc/gateway.h`).
 
     Attributes:
         port: to the other station; None: nobody is there.
@@ -88,36 +53,75 @@ class Exchange:
     """
 
     def __init__(self, gateways: Sequence[SimGateway]) -> None:
-        self._gateways = gateways
-        self.sizes = (
-            sum(gateway.says_to_peer.itemsize for gateway in gateways),
-            sum(gateway.hears_of_peer.itemsize for gateway in gateways),
-        )
+        """At least one, all of one network.
+
+        Raises:
+            NetworkError: one of them has no field for something that is said.
+        """
+        say, out = _packet(gateways, [gateway.says_to_peer for gateway in gateways], OWN)
+        hear, back = _packet(gateways, [gateway.hears_of_peer for gateway in gateways], {})
+        self.sizes = (out, back)
         self.port: Port | None = None
         self.dropped = 0
         self._age = NEVER
+        self._peers = gateways[0]._peers.core
+        self._core = ffi.new("gateways *", {"count": len(gateways), "said": sum(map(len, say))})
+        numbers = {
+            "device": [gateway.index for gateway in gateways],
+            "age": [gateway._place("age") for gateway in gateways],
+            "hears": [len(own) for own in hear],
+        }
+        bind(
+            lib,
+            self._core,
+            **{name: np.array(values, np.int32) for name, values in numbers.items()},
+            say=ffi.new("peer_entry[]", [entry for own in say for entry in own]),
+            hear=ffi.new("peer_entry[]", [entry for own in hear for entry in own]),
+        )
+        self._packet = ffi.new("uint8_t[]", out)
+        self._written = ffi.buffer(self._packet)
 
     def step(self, dt: float) -> None:
         """A period of dt [s] has passed: send the newest state, and report the newest that came."""
         self._age = min(NEVER, self._age + dt)
         port = self.port
         if port is not None:
-            if all(gateway.operating for gateway in self._gateways):
-                port.send(b"".join(gateway.say() for gateway in self._gateways))
+            if lib.gateways_say(self._core, self._peers, self._packet):
+                port.send(bytes(self._written))
             received = port.receive()
             if received is not None and self._take(received.payload):
                 self._age = min(NEVER, received.age)
-        for gateway in self._gateways:
-            gateway.age = self._age
+        lib.gateways_age(self._core, self._peers, self._age)
 
     def _take(self, payload: bytes) -> bool:
-        if len(payload) != self.sizes[1]:
-            self.dropped += 1
-            return False
-        at, good = 0, True
-        for gateway in self._gateways:
-            size = gateway.hears_of_peer.itemsize
-            good &= gateway.hear(payload[at : at + size])
-            at += size
+        good = len(payload) == self.sizes[1] and bool(lib.gateways_hear(self._core, self._peers, payload))
         self.dropped += not good
         return good
+
+
+def _packet(
+    gateways: Sequence[SimGateway], said: Sequence[np.dtype[np.void]], called: Mapping[str, str]
+) -> tuple[list[list[dict[str, Any]]], int]:
+    """Where in a packet everything of each gateway is, as C has it, and the packet's bytes.
+
+    Args:
+        gateways: whose parts of a packet follow each other.
+        said: fields of each part.
+        called: which of them the gateway has under another name.
+    """
+    parts, at = [], 0
+    for gateway, part in zip(gateways, said, strict=True):
+        parts.append(
+            [
+                {
+                    "target": gateway._place(called.get(name, name)) + k,
+                    "offset": at + part.fields[name][1] + k * field.base.itemsize,
+                    "type": lib.CODEC_F32 if field.base.kind == "f" else lib.CODEC_U16,
+                    "word": field.base.kind == "u",
+                }
+                for name, field in ((name, part[name]) for name in part.names or ())
+                for k in range(int(np.prod(field.shape, dtype=int)))
+            ]
+        )
+        at += part.itemsize
+    return parts, at

@@ -146,10 +146,10 @@ class SimNode:
             values[:] = found.initial
 
     def _place(self, name: str) -> int:
-        """Where an output field that its kind needs is."""
+        """Where a field that its kind needs is, among all that devices report, or that they are told."""
         place = self._peers.place(self.index, name)
         if place < 0:
-            raise NetworkError(self.device.name, f"{type(self).__name__} needs its output field {name!r}")
+            raise NetworkError(self.device.name, f"{type(self).__name__} needs its field {name!r}")
         return place
 
     def _configure(self) -> None:

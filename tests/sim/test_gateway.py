@@ -66,7 +66,7 @@ def test_a_station_without_its_daemon_says_nothing_and_what_it_said_grows_old() 
 @pytest.mark.parametrize("payload", [b"", bytes(2 * OPERATOR_SAYS.itemsize - 1), bytes(500)])
 def test_what_has_another_length_is_dropped_and_counted(payload: bytes) -> None:
     two = Two()
-    two.ends[0]._gateways = ()  # somebody else speaks in its place
+    two.nodes[0][0].al_state = AlState.SAFEOP  # somebody else speaks in its place
     two.step(1)
     two.network.ports[0].send(payload)
     two.step(5)

@@ -336,7 +336,7 @@ class Undriven(SimDrive):
 
 def test_a_drive_without_what_moves_it_is_refused() -> None:
     network = Network([AxisDrive(name="axis", node=1, counts_per_metre=1000)])
-    with pytest.raises(NetworkError, match=r"axis.*Undriven needs its output field 'target_torque'"):
+    with pytest.raises(NetworkError, match=r"axis.*Undriven needs its field 'target_torque'"):
         SimNodes(network, {AxisDrive: Undriven})
 
 
