@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from math import expm1
+from math import expm1, inf
 
 import numpy as np
 from numpy.typing import NDArray
@@ -131,11 +131,12 @@ class Brakes:
 
     def update(self, current: Array) -> NDArray[np.bool_]:
         """Take the currents of the drives (n,) [A], positive where they close; own buffer."""
-        most = [max((current[i] for i in own), default=0.0) for own in self._fingers]
-        felt = np.maximum(np.nan_to_num(np.array(most, float), nan=0.0, posinf=0.0, neginf=0.0), 0.0)
-        self._seen += self._gain * (felt - self._seen)
+        felt = current.tolist()
+        most = [max((felt[i] for i in own), default=0.0) for own in self._fingers]
+        self._seen += self._gain * (np.array([x if 0.0 < x < inf else 0.0 for x in most]) - self._seen)
         self._since += 1
         turn = np.where(self.closed, self._seen < OFF, self._seen > ON) & (self._since >= self._dwell)
-        self.closed ^= turn
-        self._since[turn] = 0
+        if turn.any():
+            self.closed ^= turn
+            self._since[turn] = 0
         return self.closed

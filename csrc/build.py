@@ -86,6 +86,7 @@ control = partial(
     "hapticd.control._kernels",
     ["serial_model.h", *(f"{part}.h" for part in CONTROL)],
     [f"{part}.c" for part in CONTROL],
+    "-O3",
 )
 hqp = partial(
     module, "hapticd.hqp._hqp", ["hqp.h"], [path.name for path in sorted(HERE.glob("hqp*.c"))], "-O3"
@@ -106,6 +107,7 @@ plant = partial(
     "hapticd.sim._plant",
     ["serial_model.h", *(f"{part}.h" for part in MECHANICS), "peer.h", "gateway.h"],
     ["rotation.c", "spd.c", *(f"{part}.c" for part in (*MECHANICS, *PEERS))],
+    optimise="-O3",
     shared=DEVICES,
 )
 bench = partial(module, "hapticd.bench._floor", ["floor.h"], ["floor.c"], "-O3")

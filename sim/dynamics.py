@@ -209,7 +209,7 @@ class DirectArm(HeldArm):
         self._rotor = rotor
         self._rubs = rubs = friction or Friction.none(own.nv)
         self.motor, self.motor_rate = self.q, self.qd
-        self._dry = np.zeros(own.nv)
+        self._dry, self._outside, self._field = np.zeros(own.nv), np.zeros(own.nv), own.model.gravity
         self._held = self._chain(self._dry)
         self._core = ffi.new("direct *", {"n": own.nv})
         bind(
@@ -242,11 +242,13 @@ class DirectArm(HeldArm):
         robot, links = self._robot, self._links
         links.check(lib.direct_move(self._core, links.core, self._held, h, self._substeps))
         model, q = robot.model, robot.configuration(self.q)
-        model.gravity.linear = links.gravity
+        self._field.linear = links.gravity
         moving = pin.rnea(model, robot.data, q, self.qd, self.qdd) - links.J.T @ self.hold.wrench
-        model.gravity.linear = self._gravity
+        self._field.linear = self._gravity
         # brake, gear and bearing rub together; the bearing's part does not pass through the sensor
-        outside = np.divide(self._rubs.bearing, self._dry, out=np.zeros(robot.nv), where=self._dry > 0.0)
+        outside = self._outside
+        outside.fill(0.0)
+        np.divide(self._rubs.bearing, self._dry, out=outside, where=self._dry > 0.0)
         self.spring[:] = moving + robot.damping * self.qd - self._rotor * self.qdd - outside * self._friction
 
     def _inertia(self, q: Array) -> Array:

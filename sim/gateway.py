@@ -115,11 +115,11 @@ def _packet(
             [
                 {
                     "target": gateway._place(called.get(name, name)) + k,
-                    "offset": at + part.fields[name][1] + k * field.base.itemsize,
+                    "offset": at + place + k * field.base.itemsize,
                     "type": lib.CODEC_F32 if field.base.kind == "f" else lib.CODEC_U16,
                     "word": field.base.kind == "u",
                 }
-                for name, field in ((name, part[name]) for name in part.names or ())
+                for name, (field, place, *_) in (part.fields or {}).items()
                 for k in range(int(np.prod(field.shape, dtype=int)))
             ]
         )

@@ -114,6 +114,9 @@ class Hand:
     ) -> None:
         """``away``: from when to when the hand lets go of the handle, as long as no person leads it [s]."""
         self._path, self._grip, self._orientation = path, grip, orientation
+        self._stiffness, self._damping, self._strength = (
+            np.array(both) for both in (grip.stiffness, grip.damping, grip.strength)
+        )
         self._away = away
         self.gripping = True
         first = path.at(0.0)[0]
@@ -161,11 +164,10 @@ class Hand:
             rotation: of the handle in B, (3, 3).
             base: velocity of what carries the arm, (3,) [m/s].
         """
-        grip = self._grip
         self._handle, self._rotation = list(position), rotation
         away = self._own is None and any(begin <= t < end for begin, end in self._away)
-        hold.stiffness[:], hold.damping[:] = grip.stiffness, grip.damping
-        hold.strength[:] = grip.strength if self.gripping and not away else 0.0
+        hold.stiffness[:], hold.damping[:] = self._stiffness, self._damping
+        hold.strength[:] = self._strength if self.gripping and not away else 0.0
         value, rate, target, omega = self._wish(t)
         turn = pin.log3(target @ rotation.T).tolist()
         hold.error[:] = [value[i] - position[i] for i in range(3)] + turn

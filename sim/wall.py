@@ -48,12 +48,14 @@ class Walls:
         A wall pushes and never pulls; along its face the damping alone acts.
         """
         hold.strength[:] = 0.0
-        deepest = max(range(len(self._walls)), key=lambda i: self._walls[i].depth(position), default=-1)
-        if deepest < 0:
+        rows = zip(self._walls, self._normals, strict=True)
+        depths = [float((wall.point - position).dot(normal)) for wall, normal in rows]
+        depth = max(depths, default=0.0)
+        if depth <= 0.0:
             return
+        deepest = depths.index(depth)
         wall, normal = self._walls[deepest], self._normals[deepest]
-        depth = wall.depth(position)
-        if depth <= 0.0 or wall.stiffness * depth <= wall.damping * float(normal @ velocity):
+        if wall.stiffness * depth <= wall.damping * float(normal @ velocity):
             return
         hold.stiffness[0], hold.damping[0], hold.strength[0] = wall.stiffness, wall.damping, STRONG
         hold.error[:3], hold.rate[:3] = depth * normal, 0.0

@@ -226,7 +226,7 @@ class AvatarStation(Station):
 
     def fill(self) -> None:
         """See ``state_layout``."""
-        logged = self._logged[0]
+        logged = self._logged
         for i, (arm, law, lease) in enumerate(zip(self.arms, self._laws, self.leases, strict=True)):
             logged["q"][i], logged["position"][i] = arm.task.q, arm.task.palm.position
             logged["goal"][i], logged["commanded"][i] = law.goal, law.commanded
@@ -238,8 +238,8 @@ class AvatarStation(Station):
             logged["standing"][i] = lease.number
             logged["stopped"][i] = bool(arm.stopped)
         if self.hands:
-            logged["fingers"] = np.concatenate(self._fingers)
-            logged["currents"] = np.concatenate([hand.current for hand in self.hands])
-            logged["grasping"] = [hand.grasping for hand in self.hands]
+            np.concatenate(self._fingers, out=logged["fingers"])
+            np.concatenate([hand.current for hand in self.hands], out=logged["currents"])
+            logged["grasping"][:] = [hand.grasping for hand in self.hands]
         if self.body is not None:
-            logged["neck"], logged["base"] = self._rest[:6], self._rest[6:]
+            logged["neck"][:], logged["base"][:] = self._rest[:6], self._rest[6:]

@@ -12,6 +12,7 @@ class OperatorFigures(StationFigures):
     """Those of a station, and how many fingers the gloves hold."""
 
     specs = (*StationFigures.specs, FigureSpec("fingers held by brakes", ""))
+    felt = "hand"
 
     def values(self, state: np.void) -> list[float]:
         """The figures of one record."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import sqrt
 
 import numpy as np
 
@@ -86,8 +87,9 @@ def _model(avatar: Foreseen | None, side: str, robot: Robot, dt: float) -> Avata
 def _push(wrench: Array, share: float, largest: tuple[float, float], out: Array) -> None:
     """A share of a wrench (6,), of which force and torque are no more than the largest."""
     for half, most in zip((slice(0, 3), slice(3, 6)), largest, strict=True):
-        size = float(np.linalg.norm(wrench[half]))
-        np.multiply(wrench[half], share * min(1.0, most / max(size, most)), out=out[half])
+        part = wrench[half]
+        size = sqrt(part.dot(part))
+        np.multiply(part, share * min(1.0, most / max(size, most)), out=out[half])
 
 
 def _pushed(whose: str, torques: Array, limits: LimitAvoidance) -> str:
@@ -177,9 +179,10 @@ class OperatorStation(Station):
     def _say(self) -> None:
         words = self._remote.own_flags
         for i, (arm, clutch) in enumerate(zip(self.arms, self._clutches, strict=True)):
-            self._pose[i, :3], self._pose[i, 3:] = clutch.position, quaternion(clutch.rotation)
-            self._twist[i] = 0.0 if clutch.open else arm.task.twist
-            self._twist[i, :3] *= self._scale
+            pose, twist = self._pose[i], self._twist[i]
+            pose[:3], pose[3:] = clutch.position, quaternion(clutch.rotation)
+            twist[:] = 0.0 if clutch.open else arm.task.twist
+            twist[:3] *= self._scale
             flags = STOPPED if arm.stopped else ENGAGED if self._engaged else 0
             self._energy[i] = self._ports[i].sent
             flags |= TOLD if self._waits_there[i] else 0
@@ -275,7 +278,7 @@ class OperatorStation(Station):
 
     def fill(self) -> None:
         """See ``state_layout``."""
-        logged = self._logged[0]
+        logged = self._logged
         rows = zip(self.arms, self._laws, self.leases, self._clutches, strict=True)
         for i, (arm, law, lease, clutch) in enumerate(rows):
             logged["q"][i], logged["position"][i] = arm.task.q, arm.task.palm.position
@@ -289,7 +292,7 @@ class OperatorStation(Station):
             logged["standing"][i], logged["stopped"][i] = lease.number, bool(arm.stopped)
             if (model := self._models[i]) is not None:
                 logged["foreseen"][i] = model.q
-            if self.body is not None:
-                logged["head"], logged["paddle"] = self.body.head, self.body.paddle
             logged["brakes"][i] = self.gloves[i].brakes.bits if self.gloves else 0
             logged["clutched"][i], logged["near"][i] = clutch.open, arm.avoidance.near
+        if self.body is not None:
+            logged["head"][:], logged["paddle"][:] = self.body.head, self.body.paddle

@@ -10,7 +10,7 @@ import pinocchio as pin
 
 from ...control.ft_calibration import Tool
 from ...control.hand_wrench import HandWrench, Load
-from ...control.hold import Hold, HoldGains
+from ...control.hold import Hold, HoldGains, limited
 from ...control.limit_avoidance import Avoidance, JointLimits, LimitAvoidance
 from ...control.task_arm import Posture, TaskArm
 from ...models import Array, Robot
@@ -166,7 +166,7 @@ class StationArm:
 
     def _carry(self) -> None:
         self.torque += self.task.weight
-        np.clip(self.torque, -self._effort, self._effort, out=self.torque)
+        limited(self.torque, self._effort)
 
 
 def quaternion(rotation: Array) -> Sequence[float]:

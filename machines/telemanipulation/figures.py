@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from math import dist, hypot
+
 import numpy as np
 
 from ...control.lease import Standing
@@ -31,26 +33,24 @@ class StationFigures:
         FigureSpec("age of what was heard", "ms"),
     )
 
+    felt = "wrench"
+    """Field of what acts on the palms."""
+
     def values(self, state: np.void) -> list[float]:
         """The figures of one record."""
-        forces = np.linalg.norm(self._wrench(state)[:, :3], axis=1).tolist()
-        apart = float(np.linalg.norm(state["position"] - state["goal"], axis=1).max())
-        return [*forces, 1e3 * apart, 1e3 * float(state["age"].max())]
+        apart = max(map(dist, state["position"].tolist(), state["goal"].tolist()))
+        return [*self._forces(state), 1e3 * apart, 1e3 * max(state["age"].tolist())]
 
     def live(self, mode: Mode, state: np.void) -> list[str]:
         """What each arm has to do with its peer, and what its palm feels."""
         if mode not in (Mode.ENGAGING, Mode.ACTIVE):
             return []
-        forces = np.linalg.norm(self._wrench(state)[:, :3], axis=1).tolist()
+        forces = self._forces(state)
         rows = zip(SIDES, forces, state["standing"].tolist(), state["stopped"].tolist(), strict=True)
         return [
             f"{side} {'stopped' if stopped else WORDS[STANDINGS[standing]]} {force:.0f} N"
             for side, force, standing, stopped in rows
         ]
 
-    def _wrench(self, state: np.void) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
-        names = state.dtype.names or ()
-        wrench: np.ndarray[tuple[int, ...], np.dtype[np.float64]] = state[
-            "hand" if "hand" in names else "wrench"
-        ]
-        return wrench
+    def _forces(self, state: np.void) -> list[float]:
+        return [hypot(*wrench[:3]) for wrench in state[self.felt].tolist()]

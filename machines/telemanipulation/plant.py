@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from collections.abc import Sequence
 from typing import Protocol
 
@@ -213,11 +214,18 @@ class Script:
 
     def __init__(self, times: Sequence[float], values: Sequence[Sequence[float]]) -> None:
         """Times (k,) [s], numbers (k, c)."""
-        self._times, self._columns = list(times), np.array(values, float).T
+        self._times, self._rows = list(times), [tuple(map(float, row)) for row in values]
+        rises, spans = np.diff(np.array(values, float), axis=0), np.diff(self._times)[:, None]
+        slopes = np.divide(rises, spans, out=np.zeros(rises.shape), where=spans > 0.0)  # a jump has none
+        self._slopes: list[list[float]] = slopes.tolist()
 
     def at(self, time: float) -> list[float]:
         """The numbers of a time [s]."""
-        return [float(np.interp(time, self._times, column)) for column in self._columns]
+        i = bisect_right(self._times, time) - 1
+        if not 0 <= i < len(self._slopes):
+            return list(self._rows[max(i, 0)])
+        past = time - self._times[i]
+        return [slope * past + x for slope, x in zip(self._slopes[i], self._rows[i], strict=True)]
 
 
 def closing(simulation: StationSimulation) -> Script:

@@ -176,7 +176,7 @@ class Station(ABC):
 
     def bind_state(self, state: NDArray[np.void]) -> None:
         """See ``Machine``."""
-        self._logged = state
+        self._logged = {name: state[name][0] for name in state.dtype.names or ()}
 
     def _command(self) -> None:
         self.commands = [x for arm in self.arms for x in arm.torque.tolist()]

@@ -23,6 +23,7 @@ from ..timing.forensics import KEPT, LateTick
 from ..timing.histogram import Histogram
 from ..timing.vitals import Vitals
 from ..timing.watch import Overstay
+from .record import head, stages
 
 
 @dataclass(slots=True)
@@ -190,20 +191,21 @@ class Summary:
         self.measured = self._mode not in (Mode.BRINGUP, Mode.FAILED)
         self.last = fixed
         self.ticks += 1
-        self.skipped += int(fixed["skipped"])
-        mode = self._mode = int(fixed["mode"])
+        said = head(fixed)
+        self.skipped += said["skipped"]
+        mode = self._mode = said["mode"]
         self.modes[mode] += 1
-        self.lateness.add(int(fixed["lateness_ns"]))
-        self.compute.add(int(fixed["compute_ns"]))
+        self.lateness.add(said["lateness_ns"])
+        self.compute.add(said["compute_ns"])
         if not self.measured:
             return
-        self.missing += self.expected - int(fixed["working_counter"])
-        self.put_right += int(fixed["reaction"]) == Reaction.SANITISE
-        reason = fixed["reason"].decode()
-        self.stop = reason if fixed["latched"] and reason != END else ""
+        self.missing += self.expected - said["working_counter"]
+        self.put_right += said["reaction"] == Reaction.SANITISE
+        reason = said["reason"].rstrip(b"\0").decode()
+        self.stop = reason if said["latched"] and reason != END else ""
         state = fixed["state"]
         if mode in (Mode.ENGAGING, Mode.ACTIVE):
-            for histogram, ns in zip(self.stages, fixed["stage_ns"].tolist(), strict=True):
+            for histogram, ns in zip(self.stages, stages(said), strict=True):
                 histogram.add(ns)
             for figure, value in zip(self.counted, self.figures.values(state), strict=True):
                 figure.add(value)

@@ -14,6 +14,7 @@ from hapticd.runtime.errors import LogError, LogModelError, LogTruncatedError
 from hapticd.runtime.live import lockstep_run
 from hapticd.runtime.recording.log import open_log
 from hapticd.runtime.recording.reader import MAX_COUNT
+from hapticd.runtime.recording.record import head, stages
 
 from .conftest import loaded
 from .hostile_logs import (
@@ -189,3 +190,16 @@ def test_two_recordings_in_one_file_are_not_taken_for_one(
 ) -> None:
     with pytest.raises(LogError, match="something stands behind its end"):
         reading(good + good)
+
+
+def test_the_head_of_a_record_is_what_numpy_reads(good: bytes, tmp_path: Path) -> None:
+    path = tmp_path / "good.mcap"
+    path.write_bytes(good)
+    for record in open_log(str(path)).records():
+        said = head(record.fixed)
+        assert stages(said) == tuple(record.fixed["stage_ns"].tolist())
+        read = {name: record.fixed[name] for name in said if name != "stage_ns"}
+        assert {name: said[name] for name in read if name != "reason"} == {
+            name: value for name, value in read.items() if name != "reason"
+        }
+        assert said["reason"].rstrip(b"\0") == read["reason"]
