@@ -49,7 +49,7 @@ test:
 
 conformance:
 	@./setup.sh test
-	@$(BIN)/python -m pytest $(SEVERAL) --hapticd-machine giant --hapticd-machine rhi --hapticd-machine panda --hapticd-machine operator --hapticd-machine avatar $(ARGS)
+	@$(BIN)/python -m pytest $(SEVERAL) --hapticd-machine giant --hapticd-machine rhi --hapticd-machine panda --hapticd-machine panda_rhi --hapticd-machine operator --hapticd-machine avatar $(ARGS)
 
 vm-test:
 	@./setup.sh test

@@ -11,6 +11,8 @@ enum { JOINTS = SERIAL_MAX_JOINTS, TASK = REDUNDANT_MAX_TASK };
 
 /* How far ahead a motor is to be inside its limits [s]: it brakes with a time constant of this. */
 static const double HORIZON = 0.05;
+/* The same of its speed [s]. */
+static const double SLOWING = 0.01;
 /* A motor of which the posture moves less than this share is hardly asked. */
 static const double SOFT = 0.01;
 /* Largest lambda, in torques of its motor: N leaves little of it where the posture hardly moves the motor. */
@@ -66,8 +68,9 @@ void guard_update(guard *g) {
         for (int k = 0; k < n; k++) own -= g->rows[n * i + k] * load[k];
         for (int a = 0; a < m; a++) own -= inertia * g->inverse[n * a + i] * g->drift[a];
         const bounds_interval b = bounds_c(g->lower[i] + g->kept, g->upper[i] - g->kept, q, qd, HORIZON);
-        g->floor[i] = inertia * b.lower - own;
-        g->ceiling[i] = inertia * b.upper - own;
+        const double slower = (-g->fastest[i] - qd) / SLOWING, faster = (g->fastest[i] - qd) / SLOWING;
+        g->floor[i] = inertia * fmin(fmax(b.lower, slower), faster) - own;
+        g->ceiling[i] = inertia * fmax(fmin(b.upper, faster), slower) - own;
         g->stop[i] = stopped(g->lower[i] + zone - q, qd, zone, g->limit[i], inertia) -
                      stopped(q - g->upper[i] + zone, -qd, zone, g->limit[i], inertia);
     }

@@ -3,11 +3,11 @@
  * What torques tau do to the posture and not to the hand is M^-1 N tau, N = I - J^T J#^T (ContactAware, (3)).
  * With the hand going on as it does, the motors accelerate by
  *     qdd = M^-1 N (tau - bias - friction qd) - J# drift,
- * and each shall be inside its limits one horizon ahead (bounds_c). Where tau asks for something else, it
- * gets the least change in the M^-1 metric: tau + N sum_i e_i lambda_i, softly, so that motors that the
- * posture can hardly move get no torque in vain. What the hand drags into the last part of the margin meets
- * an end stop. Postures in which only a motor next to its limit can follow the hand are dead ends: avoided
- * beforehand.
+ * and each shall be inside its limits one horizon ahead (bounds_c), and turn no faster than it may. Where tau
+ * asks for something else, it gets the least change in the M^-1 metric: tau + N sum_i e_i lambda_i, softly,
+ * so that motors that the posture can hardly move get no torque in vain. What the hand drags into the last
+ * part of the margin meets an end stop. Postures in which only a motor next to its limit can follow the hand
+ * are dead ends: avoided beforehand.
  */
 #ifndef HAPTICD_GUARD_H
 #define HAPTICD_GUARD_H
@@ -24,9 +24,10 @@ typedef struct {
     const double *friction SHAPE(n);   /* viscous, of the motors */
     const double *limit SHAPE(n);      /* largest torques */
     const double *lower SHAPE(n), *upper SHAPE(n);
-    double kept; /* distance to the limits that the posture keeps */
-    double zone; /* of the end stop */
-    double room; /* distance from which on a motor counts fully */
+    const double *fastest SHAPE(n); /* speeds that the posture keeps, may be infinite */
+    double kept;                    /* distance to the limits that the posture keeps */
+    double zone;                    /* of the end stop */
+    double room;                    /* distance from which on a motor counts fully */
     /* results of guard_update: floor <= rows tau <= ceiling, in torques: row i is M_ii (M^-1 N)_i */
     double *rows SHAPE(n, n), *floor SHAPE(n), *ceiling SHAPE(n);
     double *stop SHAPE(n); /* torque of the end stop */

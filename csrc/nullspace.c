@@ -232,7 +232,7 @@ double nullspace_reserve(const nullspace *s, const double *J, const double *forc
         double torque = 0.0;
         for (int a = 0; a < s->m; a++) torque += J[s->n * a + i] * force[a];
         /* beyond a limit counts as on it: two of them would give a positive p */
-        const double part = fmin(fabs(torque) / s->limit[i], 1.0);
+        const double part = fmin(fabs(torque) / s->room[i], 1.0);
         p *= 1.0 - part * part;
     }
     return expm1(-steepness * p) / expm1(-steepness);
@@ -241,7 +241,7 @@ double nullspace_reserve(const nullspace *s, const double *J, const double *forc
 double nullspace_within(const nullspace *s, double part) {
     double alpha = 1.0;
     for (int i = 0; i < s->n; i++) {
-        const double most = part * s->limit[i], size = fabs(s->wanted[i]);
+        const double most = part * s->room[i], size = fabs(s->wanted[i]);
         if (size * alpha > most) alpha = most / size;
     }
     return alpha;
@@ -251,7 +251,7 @@ double nullspace_within(const nullspace *s, double part) {
 static double beside(const nullspace *s, const double *torque, double alpha) {
     for (int i = 0; i < s->n; i++) {
         const double w = s->wanted[i], used = w < 0.0 ? -torque[i] : torque[i];
-        const double room = fmax(s->limit[i] - used, 0.0), size = fabs(w);
+        const double room = fmax(s->room[i] - used, 0.0), size = fabs(w);
         if (size * alpha > room) alpha = room / size;
     }
     return alpha;
@@ -276,7 +276,7 @@ void nullspace_compose(nullspace *s, double part, double gain) {
         posture[i] = s->null[i];
         for (int a = 0; a < s->m; a++) posture[i] += s->J[n * a + i] * s->coupling[a];
         const double used = s->alpha * s->wanted[i];
-        const double room = s->limit[i] - (posture[i] < 0.0 ? -used : used);
+        const double room = s->room[i] - (posture[i] < 0.0 ? -used : used);
         if (fabs(posture[i]) * share > room) share = fmax(room, 0.0) / fabs(posture[i]);
     }
     share = fmin(fmin(fmax(share, s->share - FALLING * s->slew), s->share + s->slew), gain);
@@ -286,7 +286,7 @@ void nullspace_compose(nullspace *s, double part, double gain) {
     s->alpha = beside(s, posture, s->alpha);
     for (int i = 0; i < n; i++) {
         const double sum = s->alpha * s->wanted[i] + posture[i];
-        s->torque[i] = fmax(fmin(sum, s->limit[i]), -s->limit[i]); /* the end stop may ask for more */
+        s->torque[i] = fmax(fmin(sum, s->room[i]), -s->room[i]); /* the end stop may ask for more */
     }
     s->share = share;
 }

@@ -25,7 +25,8 @@ typedef struct {
     const double *J SHAPE(m, n), *dJ SHAPE(n, m, n), *M SHAPE(n, n), *q SHAPE(n), *qd SHAPE(n);
     const double *drift SHAPE(m), *bias SHAPE(n);
     const double *friction SHAPE(n);   /* viscous, of the motors */
-    const double *limit SHAPE(n);      /* largest torques */
+    const double *limit SHAPE(n);      /* largest torques, of the ellipsoids */
+    const double *room SHAPE(n);       /* what the weight of the arm leaves of them, above 0 */
     const double *motion SHAPE(m, m);  /* u u^T of the direction of motion */
     const double *contact SHAPE(m, m); /* the same of the environment's force */
     double major, minor;               /* eigenvalues of the desired ellipsoids along and across */

@@ -82,6 +82,8 @@ void redundant_update(const redundant *r) {
     inertia(r, joints);
     serial_torques(r->chain, joints, rates, NONE, NONE, load);
     times(1, n, load, r->transmission, r->bias);
+    serial_torques(r->chain, joints, NONE, NONE, r->gravity, load);
+    times(1, n, load, r->transmission, r->weight);
     for (int a = 0; a < r->m; a++) {
         r->drift[a] = r->frame.drift[r->row[a]];
         r->velocity[a] = 0.0;

@@ -18,14 +18,16 @@ typedef struct {
     int row[3];                             /* which of x, y, z they are */
     const double *transmission SHAPE(n, n); /* T */
     const double *rotor SHAPE(n);           /* inertia of the motors */
+    const double *gravity SHAPE(3);         /* in the axes of the base */
     const double *q SHAPE(n), *qd SHAPE(n); /* of the motors */
     double *position SHAPE(m);
     double *velocity SHAPE(m);
     double *J SHAPE(m, n);
     double *dJ SHAPE(n, m, n); /* derivative of J by each q_k */
     double *M SHAPE(n, n);
-    double *drift SHAPE(m); /* acceleration of the hand at qdd = 0 */
-    double *bias SHAPE(n);  /* torques of the present velocities: Coriolis, centrifugal */
+    double *drift SHAPE(m);  /* acceleration of the hand at qdd = 0 */
+    double *bias SHAPE(n);   /* torques of the present velocities: Coriolis, centrifugal */
+    double *weight SHAPE(n); /* torques that hold the chain against gravity */
 } redundant;
 
 /* Everything at the state q, qd. */

@@ -70,6 +70,11 @@ class RigidArm:
         """Kinetic energy of links and rotors [J]."""
         return float(0.5 * self.qd @ self._M @ self.qd)
 
+    def potential(self) -> float:
+        """Potential energy of the links in the field of gravity [J]."""
+        robot = self._robot
+        return float(pin.computePotentialEnergy(robot.model, robot.data))
+
     def _observe(self) -> None:
         model, data, T = self._robot.model, self._robot.data, self._T
         pin.computeAllTerms(model, data, self._robot.configuration(T @ self.q), T @ self.qd)

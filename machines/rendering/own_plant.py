@@ -20,14 +20,20 @@ def each(values: float | Sequence[float], n: int) -> Array:
 
 def own_robot(robot: Robot, joints: Sequence[str], plant: Plant) -> Robot:
     """The robot with the plant's masses, inertias and viscous friction of what joints (m,) carry."""
+    own, damping = heavier(robot, joints, plant.masses), robot.damping.copy()
+    damping[[robot.names.index(name) for name in joints]] *= each(plant.viscous_friction, len(joints))
+    own.model.damping = own.damping = damping
+    return own
+
+
+def heavier(robot: Robot, joints: Sequence[str], factors: float | Sequence[float]) -> Robot:
+    """The robot with so many times the masses and inertias of what joints (m,) carry."""
     model = robot.model.copy()
-    own, damping = Robot(model), robot.damping.copy()
-    for name, factor in zip(joints, each(plant.masses, len(joints)), strict=True):
+    own = Robot(model)
+    for name, factor in zip(joints, each(factors, len(joints)), strict=True):
         joint = model.getJointId(name)
         body = model.inertias[joint]
         model.inertias[joint] = pin.Inertia(factor * body.mass, body.lever, factor * body.inertia)
-    damping[[robot.names.index(name) for name in joints]] *= each(plant.viscous_friction, len(joints))
-    model.damping = own.damping = damping
     return own
 
 

@@ -65,6 +65,8 @@ def _lengths(config: RhiConfig, robot: Robot) -> Found:
             "simulation.rhi.friction": (len(plant.friction), n),
             "simulation.rhi.brake_torque": (len(plant.brake_torque), n),
         }
+        if not isinstance(plant.masses, float):
+            counted["simulation.rhi.masses"] = len(plant.masses), n
     found = [
         (key, f"holds {have} entries", f"give {want}")
         for key, (have, want) in counted.items()

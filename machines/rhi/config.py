@@ -28,6 +28,7 @@ from ...configs.quantities import (
 )
 from ...configs.strict import Strict
 from ...runtime.core.sections import Config, Name, Simulation, Substeps
+from ..rendering.sections import Factors
 
 Ratio = Annotated[
     float,
@@ -190,6 +191,7 @@ class RhiPlant(Strict, frozen=True):
     brake_torque: Torques
     force_noise: NoiseForce
     substeps: Substeps
+    masses: Factors = 1.0
 
 
 class RhiSimulation(Simulation, frozen=True, kw_only=True):

@@ -27,6 +27,8 @@ SLEW_S = 0.03
 """Time in which the posture's share of the torques goes from nothing to all [s]; back in a third of it."""
 FELT_S = 0.05
 """Time constant with which the direction of contact follows the measured force [s]."""
+LEFT = 0.1
+"""Part of a motor's torque that is counted as left to the law where the arm's weight takes more."""
 ALIKE = 2e-3
 """Difference of two projectors that is not worth a turn."""
 
@@ -103,7 +105,7 @@ class ContactAware:
         tank: keeps the rendered force passive.
         motion, contact: directions of the hand's motion and of the environment's force.
         alpha: rendered share of the environment's force.
-        torque: of the motors, (n,) [N m].
+        torque: of the motors, with what holds the arm's own weight, (n,) [N m].
         places: of the surface, with postures for free motion and contact; None for none.
     """
 
@@ -116,6 +118,8 @@ class ContactAware:
             arm, limit, settings.shape, settings.gains, np.array(u, float), settings.span, dt / SLEW_S
         )
         self.resolution: Resolution = Projection(self.space)
+        self.torque = np.zeros(arm.n)
+        self._least, self._below = LEFT * self.space.limit, -self.space.limit
         self.transition = Transition(settings.thresholds, dt)
         self.headroom = Headroom(settings.held, settings.moving, settings.release, dt)
         self.reserve = 1.0
@@ -126,11 +130,6 @@ class ContactAware:
         self.contact = Direction(self.space.contact, LIGHT, dt / FELT_S)
         self._follows, self._identity = settings.follow < np.inf, np.eye(arm.m).ravel().tolist()
         self._duration = self._transition_time()
-
-    @property
-    def torque(self) -> Array:
-        """Motor torques, (n,) [N m]; own buffer."""
-        return self.resolution.torque
 
     def reset(self, granted: float = 0.0) -> None:
         """Free motion in the posture that the arm has, towards targets that it can reach from there.
@@ -166,6 +165,7 @@ class ContactAware:
             self.places.follow(arm.position, arm.q)
         part = gain * self.tank.update(arm.position.tolist(), potential)
         wanted = [part * f for f in force]
+        self._make_room()
         self._follow(wanted, felt)
         space.want(wanted)
         self.reserve = space.reserve(arm.J, self._settings.steepness)
@@ -176,7 +176,17 @@ class ContactAware:
         solved = space.secondary(omega) and self.resolution.resolve(self.headroom.update(space.drive), gain)
         self.alpha = part * self.resolution.alpha if solved else 0.0
         self.tank.render([self.alpha * f for f in force])
+        np.add(self.resolution.torque, arm.weight, out=self.torque)
+        np.minimum(self.torque, space.limit, out=self.torque)  # where the weight takes more than is left
+        np.maximum(self.torque, self._below, out=self.torque)
         return solved
+
+    def _make_room(self) -> None:
+        """What the arm's weight leaves of each motor, the same in both directions."""
+        room = self.space.room
+        np.abs(self.arm.weight, out=room)
+        np.subtract(self.space.limit, room, out=room)
+        np.maximum(room, self._least, out=room)
 
     def _follow(self, wanted: Sequence[float], felt: Sequence[float] | None) -> None:
         """Let the directions follow the hand's motion and force."""

@@ -18,6 +18,10 @@ KEPT, STOP, ROOM = 0.5, 0.2, 4.0
 counts fully."""
 
 
+SPEED = 0.85
+"""Part of a motor's speed that the posture keeps."""
+
+
 @dataclass(frozen=True, slots=True)
 class Span:
     """Where the motors may be.
@@ -25,11 +29,13 @@ class Span:
     Attributes:
         lower, upper: (n,) [rad], may be infinite.
         margin: that targets keep to them [rad].
+        fastest: speeds, (n,) [rad/s]; empty for any.
     """
 
     lower: Sequence[float]
     upper: Sequence[float]
     margin: float
+    fastest: Sequence[float] = ()
 
     @classmethod
     def unbounded(cls, n: int) -> Span:
@@ -63,6 +69,8 @@ class Guard:
         self.core = core
         bind(lib, core, J=arm.J, dJ=arm.dJ, M=arm.M, q=arm.q, qd=arm.qd, drift=arm.drift, bias=arm.bias)
         bind(lib, core, lower=np.array(span.lower, float), upper=np.array(span.upper, float))
+        fastest = SPEED * np.array(span.fastest, float) if span.fastest else np.full(n, np.inf)
+        bind(lib, core, fastest=fastest)
         bind(lib, core, limit=limit, friction=friction, inverse=inverse, root=root)
         bind(lib, core, rows=self.rows, floor=self.floor, ceiling=self.ceiling, stop=self.stop)
 

@@ -37,11 +37,9 @@ class Hierarchy:
         """Bind to the arrays of a null space."""
         m, n = space.inverse.shape
         self._n, self._space = n, space
-        self._limit, self._below = space.limit, -space.limit
         self.torque, self.alpha, self.iterations = np.zeros(n), 1.0, 0
-        self._box = Level(
-            C=np.eye(n + 1), lb=np.array([*-self._limit, 0.0]), ub=np.array([*self._limit, 1.0])
-        )
+        self._box = Level(C=np.eye(n + 1), lb=np.array([*-space.room, 0.0]), ub=np.array([*space.room, 1.0]))
+        self._least, self._most = self._box.lb[:n], self._box.ub[:n]
         force = Level(A=np.zeros((m, n + 1)), b=np.zeros(m))
         guard = space.guard
         limits = Level(C=np.zeros((n, n + 1)), lb=guard.floor, ub=guard.ceiling)
@@ -55,13 +53,15 @@ class Hierarchy:
     def resolve(self, part: float, gain: float) -> bool:
         """Solve the levels of this tick; False where the solver does not stand by its answer."""
         space, n = self._space, self._n
+        self._most[:] = space.room
+        np.negative(self._most, out=self._least)
         self._box.ub[n] = space.bearable(part, gain)
         space.level_rows(self._rows, gain)
         solution = self._solver.solve(self._levels)
         self.iterations = solution.iterations
         if solution.status != Status.SOLVED:
             return False
-        np.minimum(solution.x[:n], self._limit, out=self.torque)  # rounding may pass the box
-        np.maximum(self.torque, self._below, out=self.torque)
+        np.minimum(solution.x[:n], self._most, out=self.torque)  # rounding may pass the box
+        np.maximum(self.torque, self._least, out=self.torque)
         self.alpha = float(solution.x[n])
         return True

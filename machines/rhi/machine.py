@@ -100,10 +100,11 @@ class RedundantInterface:
         self._rows = [AXES.index(name) for name in rhi.task.directions]
         self._felt = np.zeros(arm.m)
         self._pull = np.zeros(arm.n)  # torques that hold the hand's force
-        self._steady = np.zeros(arm.n)  # the same, smoothed
+        self._balance = np.zeros(arm.n)  # torques that hold that and the arm's own weight
+        self._steady = np.zeros(arm.n)  # the former, smoothed
         self._smooth = 1.0 - exp(-dt / STEADY_S)
         self._support = np.zeros(arm.n)  # the part of them that the hold gives
-        self.plausibility = Plausibility((limited.checks(config, image, self._pull),), (self._force,))
+        self.plausibility = Plausibility((limited.checks(config, image, self._balance),), (self._force,))
         self._standstill = Standstill((AT_REST,) * arm.n, round(REST_S * config.loop.rate))
         self.position: list[float] = [0.0] * arm.n
         self.velocity: list[float] = [0.0] * arm.n
@@ -125,7 +126,7 @@ class RedundantInterface:
         force, most = hypot(*self._measured_force.tolist()), DRIFT * self._force_torque.scales[0][0]
         if first and force > most:
             return [f"the handle is pulled with {force:.1f} N; let go, or check the sensor"]
-        if (np.abs(self._pull) > HOLDABLE * self._limit).any():
+        if (np.abs(self._pull) > HOLDABLE * self._left()).any():
             return [f"the handle is pulled with {force:.1f} N, more than the motors hold; pull less"]
         return []
 
@@ -140,6 +141,7 @@ class RedundantInterface:
         np.matmul(arm.rotation, self._measured_force, out=self._hand)
         np.matmul(self._hand[self._rows], arm.J, out=self._pull)
         np.negative(self._pull, out=self._pull)
+        np.add(self._pull, arm.weight, out=self._balance)
         self._steady += self._smooth * (self._pull - self._steady)
 
     def engage(self) -> None:
@@ -148,7 +150,8 @@ class RedundantInterface:
         self.controller.reset(self.environment.granted)
         self._hold.reset(self._arm.q, np.zeros(self._arm.n))
         self._holding, self._share = True, 0.0
-        np.clip(self._steady, -HOLDABLE * self._limit, HOLDABLE * self._limit, out=self._support)
+        most = HOLDABLE * self._left()
+        np.clip(self._steady, -most, most, out=self._support)
         self.solved = True
 
     def update(self, gain: float, trust: float) -> None:
@@ -189,8 +192,13 @@ class RedundantInterface:
         self.commands = self._held_torque().tolist()
 
     def _held_torque(self) -> NDArray[np.float64]:
-        torque = self._hold.update(self._arm.q, self._arm.qd) + self._support
+        torque = self._hold.update(self._arm.q, self._arm.qd) + self._support + self._arm.weight
         return np.clip(torque, -self._limit, self._limit, out=torque)
+
+    def _left(self) -> NDArray[np.float64]:
+        """What the arm's own weight leaves of the motors' torques, (n,)."""
+        left: NDArray[np.float64] = np.maximum(self._limit - np.abs(self._arm.weight), 0.0)
+        return left
 
     def bind_state(self, state: NDArray[np.void]) -> None:
         """See ``state_layout``."""
@@ -230,7 +238,7 @@ def contact_aware(config: RhiConfig, robot: Robot, rendered: Environment, dt: fl
     limit, task, saturation = np.array(rhi.motors.torque), rhi.task, rhi.saturation
     space = rhi.null_space
     home = force_ellipsoid(arm.at(np.array(task.home)).J, limit)
-    span = Span(rhi.motors.lower, rhi.motors.upper, space.margin)
+    span = Span(rhi.motors.lower, rhi.motors.upper, space.margin, rhi.motors.velocity)
     settings = Settings(
         shape=Shape.of_home(home, task.spread),
         gains=Gains(

@@ -10,13 +10,15 @@ from .config import RhiConfig
 
 Found = list[tuple[str, str, str]]
 ROUNDING = 1e-9
-UPRIGHT = 1e-3
-"""Largest sine of the angle between an axis and where it does no work against gravity."""
+CARRIED = 0.8
+"""Part of a motor's torque that the arm's own weight may take: the rest is for the hand."""
+POSTURES = 2000
+"""Random ones in which it is looked up, beside the home posture."""
 
 
 def check_model(config: RhiConfig, robot: Robot) -> Found:
-    """Limits beyond those of the joints, friction that nobody computes, axes that carry weight."""
-    return _limits(config, robot) + _friction(robot) + _gravity(robot)
+    """Limits beyond those of the joints, friction that nobody computes, motors that cannot carry the arm."""
+    return _limits(config, robot) + _friction(config, robot) + _gravity(config, robot)
 
 
 def _limits(config: RhiConfig, robot: Robot) -> Found:
@@ -45,29 +47,46 @@ def _limits(config: RhiConfig, robot: Robot) -> Found:
     return found
 
 
-def _friction(robot: Robot) -> Found:
-    if not robot.damping.any():
-        return []
-    problem = "the model damps joints, and neither controller nor plant would"
-    return [("model", problem, "write damping 0 there, and friction of the motors here")]
+def _friction(config: RhiConfig, robot: Robot) -> Found:
+    """The motors' friction is all that controller and plant compute, so that of the joints is part of it."""
+    T, own = np.array(config.rhi.motors.transmission), np.array(config.rhi.motors.friction)
+    seen = T.T @ np.diag(robot.damping) @ T
+    if np.abs(seen - np.diag(np.diag(seen))).max() > ROUNDING:
+        problem = "the model damps joints that several motors drive, and neither controller nor plant would"
+        return [("model", problem, "write damping 0 there, and friction of the motors here")]
+    return [
+        (
+            "rhi.motors.friction",
+            f"{have:g} of motor {i}, and the model damps its joint with {least:g} N m s/rad",
+            "the friction of a motor includes its joint's: give at least that, or write damping 0 there",
+        )
+        for i, (have, least) in enumerate(zip(own.tolist(), np.diag(seen).tolist(), strict=True), 1)
+        if have < least - ROUNDING
+    ]
 
 
-def _gravity(robot: Robot) -> Found:
-    """The controller computes no gravity, so no posture may need any.
+def _gravity(config: RhiConfig, robot: Robot) -> Found:
+    """Motors whose torque the arm's own weight takes, somewhere within their limits."""
+    motors, T = config.rhi.motors, np.array(config.rhi.motors.transmission)
+    if any(low >= high for low, high in zip(motors.lower, motors.upper, strict=True)):
+        return []  # named elsewhere
+    drawn = np.random.default_rng(0).uniform(motors.lower, motors.upper, (POSTURES, robot.nv))
+    postures: Array = np.vstack([config.rhi.task.home, drawn])
+    weights = np.array([_weight(robot, T @ q) for q in postures]) @ T
+    share = np.abs(weights) / np.array(motors.torque)
+    found: Found = []
+    for i, worst in enumerate(np.argmax(share, axis=0).tolist()):
+        if share[worst, i] > CARRIED:
+            held, where = abs(weights[worst, i]), " ".join(f"{x:.2f}" for x in postures[worst])
+            problem = (
+                f"{motors.torque[i]:g} N m of motor {i + 1}: at {where} rad the arm's weight takes {held:.3g}"
+            )
+            fix = f"give it {held / CARRIED:.3g} N m, or keep it from there by rhi.motors.lower and upper"
+            found.append(("rhi.motors.torque", problem, fix))
+    return found
 
-    A turning joint does no work against gravity where its axis stands upright, a sliding one where it lies
-    level; joints that turn about upright axes leave both as they are, so one posture tells for all.
-    """
-    model, data = robot.model, robot.data
-    if not model.gravity.linear.any():
-        return []
-    down: Array = model.gravity.linear / np.linalg.norm(model.gravity.linear)
-    J = pin.computeJointJacobians(model, data, robot.configuration(np.zeros(robot.nv)))
-    for i, name in enumerate(robot.names):
-        linear, angular = J[:3, i], J[3:, i]
-        turns = bool(angular.any())
-        tilt = np.linalg.norm(np.cross(angular, down)) if turns else abs(float(linear @ down))
-        if tilt > UPRIGHT:
-            fix = "turn the model until turning joints stand upright and sliding ones lie level"
-            return [("model", f"{name} carries weight, and the controller computes no gravity", fix)]
-    return []
+
+def _weight(robot: Robot, joints: Array) -> Array:
+    model = robot.model
+    torques: Array = pin.computeGeneralizedGravity(model, robot.data, robot.configuration(joints))
+    return torques

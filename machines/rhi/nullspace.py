@@ -66,6 +66,8 @@ class NullSpace:
     A tick is ``secondary``, ``compose``; both read the arm where it is.
 
     Attributes:
+        limit: largest torques of the motors; room: what the weight of the arm leaves of them, above 0; write
+            here, (n,) [N m].
         motion, contact: u u^T of the directions of motion and of the environment's force, (m, m); write here.
         free, stiff: postures that free motion and contact pull towards, (n,) [rad]; write here.
         gradient: dv/dq, (n,); secondary_torque: tau_s; null: tau_N, (n,) [N m].
@@ -99,6 +101,7 @@ class NullSpace:
         """
         n = arm.n
         self.limit = np.array(limit, float)
+        self.room = self.limit.copy()
         self.motion, self.contact = direction(u), direction(u)
         self.free, self.stiff = np.zeros(n), np.zeros(n)
         self.gradient, self.secondary_torque, self.null = np.zeros(n), np.zeros(n), np.zeros(n)
@@ -124,6 +127,7 @@ class NullSpace:
             core,
             friction=friction,
             limit=self.limit,
+            room=self.room,
             motion=self.motion,
             contact=self.contact,
             free=self.free,

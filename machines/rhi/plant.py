@@ -45,8 +45,10 @@ class RhiPlant(SimPlant):
         self._measure()
 
     def energies(self) -> Energies:
-        """Rigid links that carry no weight."""
-        return Energies(self.arm.energy(), 0.0, 0.0, float(np.dot(self._force, self.arm.velocity)))
+        """Rigid links, without springs."""
+        return Energies(
+            self.arm.energy(), self.arm.potential(), 0.0, float(np.dot(self._force, self.arm.velocity))
+        )
 
     def _move(self, dt: float) -> None:
         arm, h = self.arm, dt / self._substeps

@@ -27,6 +27,7 @@ class RedundantArm:
         M: inertia matrix, (n, n) [kg m^2].
         drift: acceleration of the hand without any of the motors, (m,); bias: torques of the present
             velocities, Coriolis and centrifugal, (n,) [N m].
+        weight: torques that hold the arm against the gravity of its model, (n,) [N m].
         rotation: of the hand's frame in the base's, (3, 3).
     """
 
@@ -66,7 +67,7 @@ class RedundantArm:
         self.transmission = T
         self.q, self.qd = np.zeros(n), np.zeros(n)
         self.position, self.velocity = np.zeros(m), np.zeros(m)
-        self.drift, self.bias = np.zeros(m), np.zeros(n)
+        self.drift, self.bias, self.weight = np.zeros(m), np.zeros(n), np.zeros(n)
         self.J, self.dJ, self.M = np.zeros((m, n)), np.zeros((n, m, n)), np.zeros((n, n))
         frame_of_hand: Frame = self._chain.frames[0]
         self.rotation = frame_of_hand.rotation
@@ -78,6 +79,7 @@ class RedundantArm:
             {"n": n},
             transmission=T,
             rotor=np.array(rotor, float),
+            gravity=np.array(robot.model.gravity.linear, float),
             q=self.q,
             qd=self.qd,
             position=self.position,
@@ -87,6 +89,7 @@ class RedundantArm:
             M=self.M,
             drift=self.drift,
             bias=self.bias,
+            weight=self.weight,
         )
 
     def update(self) -> None:

@@ -8,6 +8,7 @@ from ...devices.network import Network
 from ...models import Robot
 from ...sim.hand import Path, PointHand
 from ...sim.rigid import RigidArm
+from ..rendering.own_plant import heavier
 from .config import RhiConfig
 from .plant import RhiPlant
 
@@ -18,7 +19,7 @@ def rhi_plant(config: RhiConfig, robot: Robot, network: Network) -> RhiPlant:
     assert simulation is not None
     plant, hand = simulation.rhi, simulation.hand
     arm = RigidArm(
-        robot,
+        heavier(robot, robot.names, plant.masses),
         config.rhi.task.frame,
         np.array(motors.transmission),
         np.array(motors.rotor_inertia),

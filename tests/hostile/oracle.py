@@ -240,6 +240,7 @@ PLAIN = {
     "tool_mass": (0.1, 10),
     **{f"simulation.plant.{name}": FACTOR for name in ("masses", "rotor_inertia", "stiffness")},
     "simulation.plant.viscous_friction": (0, 100),
+    "simulation.rhi.masses": FACTOR,
     **{f"simulation.plant.{name}_friction": (0, 1) for name in ("gear", "load", "bearing")},
     "simulation.plant.delay": (0, 100),
     **{f"simulation.sensors.{name}.{share}": (0, 1) for name in SENSORS for share in ("gain", "coupling")},
@@ -260,7 +261,7 @@ OPTIONAL = re.compile(
     r"loop\.(duration|on_overrun|best_effort|sync|spin|cpu)|arming\.scanner|rhi\.task\.follow"
     r"|simulation\.touches\..*"  # a promise less is a configuration, too
     r"|simulation\.(hand\.dead_man|hand\.away|supervisor|buttons|walls|things|fingers)\.\w+"
-    r"|simulation\.(plant|sensors)\..*|simulation\.arms\.tool_mass|[\w.]+\.stiffness_tolerance"
+    r"|simulation\.(plant|sensors)\..*|simulation\.rhi\.masses|simulation\.arms\.tool_mass|[\w.]+\.stiffness_tolerance"
     r"|operator\.(assist|feedback|scale|body)|simulation\.(head|paddle)\..*|(operator|avatar)\.link\.\w+|arm\.(sums|boxes)\..*"
     r"|look_ahead\..*|avatar\.hands\..*\.follows\.\w+"
 )

@@ -57,12 +57,13 @@ def runner():  # type: ignore[no-untyped-def]
     runner.close()
 
 
-MODELS = {"operator": "bimanual", "avatar": "bimanual"}
+MODELS = {"operator": "bimanual", "avatar": "bimanual", "panda_rhi": "panda"}
 """Machines whose models have other names."""
 FULL = {"giant": additions.giant(), "operator": additions.operator()}
 """Configurations with what the built-in ones leave out."""
 BUILT_IN = {
-    name: read_text(f"{name}.toml").encode() for name in ("giant", "rhi", "panda", "operator", "avatar")
+    name: read_text(f"{name}.toml").encode()
+    for name in ("giant", "rhi", "panda", "panda_rhi", "operator", "avatar")
 }
 FEW = max(COUNT // 5, 40)
 

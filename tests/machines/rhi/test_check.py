@@ -14,10 +14,16 @@ FRICTION = 'friction = "0.063 0.112 0.040 0.027 N m s/rad"\nbrake'
 """Friction of the plant."""
 
 
-def findings(*changes: tuple[str, str], model: str | None = None) -> dict[str, str]:
+@pytest.fixture(scope="module")
+def panda() -> str:
+    """The model of an arm that carries weight."""
+    return read_text("panda.urdf")
+
+
+def findings(*changes: tuple[str, str], model: str | None = None, machine: str = "rhi") -> dict[str, str]:
     """Key and problem of everything that is wrong with a changed configuration or model."""
-    text, urdf = changed(*changes, machine="rhi"), model or read_text("rhi.urdf")
-    loaded = config.Loaded("rhi", config.parse(text, "rhi.toml"), text, "rhi.toml", urdf, "rhi.urdf")
+    text, urdf = changed(*changes, machine=machine), model or read_text("rhi.urdf")
+    loaded = config.Loaded(machine, config.parse(text, "rhi.toml"), text, "rhi.toml", urdf, "rhi.urdf")
     try:
         build(loaded)
     except ConfigError as error:
@@ -93,10 +99,32 @@ def test_limits_of_the_model_bind_the_motors_through_the_transmission() -> None:
     assert found == {"rhi.motors.upper": "takes joint_2 to 3.6, the model's limit is 3"}
 
 
-@pytest.mark.parametrize("pose", ["0.01 0 0", "0 0.3 0", "1.5707963267948966 0 0"])
-def test_a_plant_that_gravity_pulls_at_is_refused_where_the_controller_knows_none(pose: str) -> None:
-    found = findings(model=turned(('xyz="0.0 0 0" rpy="0 0 0.0"', f'xyz="0.0 0 0" rpy="{pose}"')))
-    assert "carries weight" in found["model"]
+@pytest.mark.parametrize("pose", ["0 0.3 0", "1.5707963267948966 0 0"])
+def test_an_arm_that_its_motors_can_carry_may_stand_in_any_pose(pose: str) -> None:
+    model = turned(('xyz="0.0 0 0" rpy="0 0 0.0"', f'xyz="0.0 0 0" rpy="{pose}"'))
+    assert not {"model", "rhi.motors.torque"} & findings(("scan = 4000", "scan = 0"), model=model).keys()
+
+
+def test_a_motor_whose_torque_the_arm_s_weight_takes_is_named_and_what_it_needs(panda: str) -> None:
+    found = findings(
+        ('torque = "87 87 87 87 12 12 12', 'torque = "87 60 87 87 12 12 12'), ("scan = 2000", "scan = 0"),
+        model=panda, machine="panda_rhi",
+    )  # fmt: skip
+    assert re.search(
+        r"^60 N m of motor 2: at .* rad the arm's weight takes [456]\d", found["rhi.motors.torque"]
+    )
+    assert not findings(("scan = 2000", "scan = 0"), model=panda, machine="panda_rhi")
+
+
+def test_the_friction_of_a_motor_is_at_least_its_joint_s(panda: str) -> None:
+    less = ('"0.6 0.6 0.6 0.6 0.3 0.3 0.3 N m s/rad"', '"0.6 0.4 0.6 0.6 0.3 0.3 0.3 N m s/rad"')
+    found = findings(less, model=panda, machine="panda_rhi")
+    assert "0.4 of motor 2, and the model damps its joint with 0.5" in found["rhi.motors.friction"]
+
+
+def test_masses_are_one_factor_or_one_a_joint(panda: str) -> None:
+    found = findings(("masses = 1.02", "masses = [1, 1.1]"), model=panda, machine="panda_rhi")
+    assert found["simulation.rhi.masses"] == "holds 2 entries"
 
 
 def test_a_plant_upside_down_needs_no_gravity() -> None:
