@@ -11,6 +11,7 @@ import asyncio
 import hmac
 import ipaddress
 import json
+import os
 import secrets
 import socket
 import ssl
@@ -22,6 +23,7 @@ from errno import EADDRINUSE
 from http import HTTPStatus
 from importlib import resources
 from pathlib import Path
+from threading import Thread
 from time import monotonic_ns
 from urllib.parse import parse_qs, urlsplit
 
@@ -31,6 +33,7 @@ from websockets.exceptions import ConnectionClosed
 from websockets.http11 import Request, Response
 from websockets.typing import Origin
 
+from ..configs.printable import printable
 from ..runtime.errors import HapticdError
 from ..runtime.live.interrupts import asking
 from .errors import ViewError
@@ -313,18 +316,18 @@ def show(source: LiveSource | Recording, follow: bool, address: Address, opened:
         address: where.
         opened: whether the browser of this desktop is told.
     """
-    asyncio.run(_show(Dashboard(source, follow), address, opened))
+    asyncio.run(_show(Dashboard(source, follow), source.name, address, opened))
     return 0
 
 
-async def _show(dashboard: Dashboard, address: Address, opened: bool) -> None:
+async def _show(dashboard: Dashboard, name: str, address: Address, opened: bool) -> None:
     loop, ended = asyncio.get_running_loop(), asyncio.Event()
     for number in asking():
         loop.add_signal_handler(number, ended.set)
     server = await dashboard.serve(address)
-    print(f"view: {dashboard.url}", flush=True)
+    print(f"view: {dashboard.url} ({printable(name)})", flush=True)
     if opened:
-        await asyncio.to_thread(webbrowser.open, dashboard.url)
+        open_browser(dashboard.url)
     handing = asyncio.create_task(dashboard.run())
     waiting = asyncio.create_task(ended.wait())
     await asyncio.wait((handing, waiting), return_when=asyncio.FIRST_COMPLETED)
@@ -333,6 +336,15 @@ async def _show(dashboard: Dashboard, address: Address, opened: bool) -> None:
     server.close()
     with suppress(asyncio.CancelledError):
         await handing
+
+
+def open_browser(url: str) -> None:
+    """Tell the browser of this desktop, and wait for nothing: some browsers last as long as their window.
+
+    Without a desktop there is none, but for one that $BROWSER names: a text browser would take the terminal.
+    """
+    if any(os.environ.get(name) for name in ("DISPLAY", "WAYLAND_DISPLAY", "BROWSER")):
+        Thread(target=webbrowser.open, args=(url,), daemon=True).start()
 
 
 def page() -> str:

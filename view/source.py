@@ -12,7 +12,7 @@ from typing import Any, Protocol
 import msgspec
 
 from ..runtime.configuration.config import Loaded, parse
-from ..runtime.configuration.known import built_in
+from ..runtime.configuration.known import example
 from ..runtime.configuration.session import Session, build
 from ..runtime.core.machine import near
 from ..runtime.core.scene import MachineScene
@@ -39,11 +39,13 @@ class Source(Protocol):
     """Where frames come from.
 
     Attributes:
+        name: of the configuration.
         hello: what a page must know first.
         live: whether more frames come.
         over: whether the session that they came from has ended.
     """
 
+    name: str
     hello: bytes
     live: bool
     over: bool
@@ -154,8 +156,8 @@ class LiveSource:
         self._socket = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM | socket.SOCK_NONBLOCK)
         self._drawn = Drawn(build(_loaded(about)))
         self._words = [*about.words, *(("hold", "lead") if "press" in about.words else ())]
-        name = about.config
-        self.hello = self._drawn.hello(os.path.basename(name), True, self._words)
+        self.name = os.path.basename(about.config)
+        self.hello = self._drawn.hello(self.name, True, self._words)
         self.age_ns = 0
         self._last: Frame | None = None
 
@@ -254,7 +256,8 @@ class Recording:
         """
         session = build(log.loaded)
         drawn = Drawn(session)
-        self.hello = drawn.hello(log.session["config_name"], False, [])
+        self.name = str(log.session["config_name"])
+        self.hello = drawn.hello(self.name, False, [])
         self._frames = [drawn.frame(frame) for frame in frames_of(log, session)]
 
     def take(self) -> list[bytes]:
@@ -318,8 +321,7 @@ def require_newest() -> Path:
     """
     path = newest()
     if path is None:
-        run = f"{program()} run {built_in()[0]} --view"
-        raise SessionError(f"no session runs; begin one: {run}; or name a recording to view")
+        raise SessionError(f"no session runs; begin one: {program()} run {example()} --view")
     return path
 
 

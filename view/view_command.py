@@ -81,6 +81,8 @@ def _source(options: argparse.Namespace) -> LiveSource | Recording:
     from ..runtime.recording.log import open_log
     from .source import LiveSource, Recording, awaited, require_newest
 
+    if options.log and options.session is not None:
+        raise ViewError("a recording is of no running session; leave out --session or LOG")
     if options.log:
         return Recording(open_log(options.log))
     return LiveSource(awaited(options.session) if options.session else require_newest())

@@ -71,8 +71,11 @@ def add_bimanual(commands: Commands) -> None:
         "--scene", choices=["peg"], metavar="peg", help="a task with objects, in lockstep; needs MuJoCo"
     )
     both.add_argument("--live", action="store_true", help="in real time, over the sealed link of this host")
+    both.add_argument(
+        "--view", action="store_true", help="with --live: a dashboard in the browser for each station"
+    )
     both.add_argument("--json", action="store_true", help="print both summaries as one JSON object")
-    both.set_defaults(handler=run)
+    both.set_defaults(handler=run, demo=False)
 
 
 def least_zero(text: str) -> float:
@@ -101,12 +104,14 @@ def run(options: argparse.Namespace) -> int:
 
     if options.live and options.scene:
         raise PairError("a scene runs in lockstep, not live; leave out --live or --scene")
+    if options.view and not options.live:
+        raise PairError("virtual time is over before it is seen; give --live, too")
     if options.live:
         from .live_pair import live_pair
 
-        return live_pair(
-            options.operator, options.avatar, options.duration, _logs(options.logs), options.json
-        )
+        command = ("demo",) if options.demo else ("run", "--view") if options.view else ("run",)
+        both = (options.operator, options.avatar)
+        return live_pair(*both, options.duration, _logs(options.logs), options.json, command)
     try:
         conditions = Conditions(options.delay, options.jitter, options.loss, options.burst)
     except ValueError as error:

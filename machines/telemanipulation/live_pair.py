@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 import socket
 import subprocess
 import sys
@@ -10,7 +11,8 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from ...runtime.configuration import config
-from ...runtime.live.interrupts import heard
+from ...runtime.live.children import tied
+from ...runtime.live.interrupts import heard, interrupt
 from .pair import PairError, declared
 
 NAMES = ("operator", "avatar")
@@ -20,23 +22,47 @@ DELAY_S = 0.05
 """Longest delay that is no fault between two plants that share the processors of one host [s]."""
 
 
-def live_pair(operator: str, avatar: str, duration: float | None, logs: Sequence[Path], as_json: bool) -> int:
-    """Run both, each a `hapticd run` of its own with keys made for this session; the worse exit status.
+def live_pair(
+    operator: str,
+    avatar: str,
+    duration: float | None,
+    logs: Sequence[Path],
+    as_json: bool,
+    command: Sequence[str] = ("run",),
+) -> int:
+    """Run both, each a session of its own with keys made for it; the worse exit status.
+
+    Args:
+        operator: configuration of the one station.
+        avatar: of the other.
+        duration: None: as each configuration says [s].
+        logs: a file for each.
+        as_json: whether each prints one JSON object.
+        command: of hapticd, and its options; `demo` goes on until it is asked to end.
 
     Raises:
         PairError: the package of the link is missing.
         ConfigError: a configuration is wrong.
+        Interrupted: by a signal before the stations began; later ones are theirs to follow.
     """
+    running: list[subprocess.Popen[str]] = []
+
+    def pass_on(number: int) -> None:
+        """A signal is each station's, once, whoever sent it: a terminal, or another program."""
+        if not running:
+            interrupt(number)
+        for process in running:
+            process.send_signal(number)
+
     try:
         from ...link.keygen import keygen
         from ...link.stations import Role, named
     except ImportError as error:
         raise PairError('the link needs the package cryptography: pip install "hapticd[link]"') from error
-    with TemporaryDirectory(prefix="hapticd-") as name, heard(lambda _: None):
+    with TemporaryDirectory(prefix="hapticd-") as name, heard(pass_on):
         folder = Path(name)
         keygen(folder, [named("operator", Role.OPERATOR), named("avatar", Role.AVATAR)], days=1)
         port = _free_port()
-        running = []
         for station, source, log in zip(NAMES, (operator, avatar), logs, strict=True):
             loaded = declared(
                 config.load(source),
@@ -48,11 +74,18 @@ def live_pair(operator: str, avatar: str, duration: float | None, logs: Sequence
             path = folder / f"{station}.toml"
             path.write_text(loaded.text, encoding="utf-8")
             (folder / loaded.config.model).write_text(loaded.model_text, encoding="utf-8")
-            command = [*HAPTICD, "run", str(path), "--log", str(log)]
-            command += ["--json"] if as_json else []
-            command += ["--duration", f"{duration:g}"] if duration is not None else []
+            arguments = [*command, str(path), "--log", str(log)]
+            arguments += ["--json"] if as_json else []
+            arguments += ["--duration", f"{duration:g}"] if duration is not None else []
             running.append(
-                subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, text=True)
+                subprocess.Popen(
+                    [*HAPTICD, *arguments],
+                    stdin=subprocess.DEVNULL,
+                    stdout=subprocess.PIPE,
+                    text=True,
+                    preexec_fn=tied(signal.SIGTERM),
+                    process_group=0,
+                )
             )
         said = [process.communicate()[0] for process in running]
     for station, text in zip(NAMES, said, strict=True):

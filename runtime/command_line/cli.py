@@ -17,7 +17,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ...configs import plugins
-from ..configuration.known import built_in, example
+from ...configs.demonstrations import DEMONSTRATIONS
+from ..configuration.known import built_in, demonstrations, example
 from ..errors import ConfigError, HapticdError
 from ..invocation import program
 from ..live.interrupts import held
@@ -29,6 +30,7 @@ from .arguments import (
     bit_rate,
     chosen,
     file,
+    meant,
     name,
     number,
     setting,
@@ -146,18 +148,18 @@ def _add_demo(commands: Commands) -> None:
         description="Run a simulated machine with its dashboard, and open that in this desktop's browser."
         " It goes on until Ctrl-C: lead the hand, press the emergency stop, reset, engage again.",
     )
-    known = ", ".join(built_in())
     demo.add_argument(
         "config",
         type=name,
-        metavar="NAME",
+        metavar="DEMO",
         nargs="?",
         default=example(),
-        help=f"{known}; default: {example()}",
+        help=f"{', '.join(demonstrations())}, or a TOML file; default: {example()}."
+        " Of bimanual, both stations have a dashboard",
     )
     add_twin(demo)
     demo.add_argument("--log", type=file, metavar="FILE", help="recording; default: log/NAME-DATE-TIME.mcap")
-    demo.set_defaults(handler=_run, demo=True, view=True, json=False, lockstep=False, duration=None)
+    demo.set_defaults(handler=_demo, demo=True, view=True, json=False, lockstep=False, duration=None)
 
 
 def _add_replay(commands: Commands) -> None:
@@ -327,6 +329,24 @@ def _run(options: argparse.Namespace) -> int:
     if outcome.message:
         print(f"hapticd: {outcome.message}", file=sys.stderr)
     return status
+
+
+def _demo(options: argparse.Namespace) -> int:
+    """A scenario is another command; anything else is run as it stands."""
+    asked = options.config
+    if asked not in DEMONSTRATIONS:
+        if asked not in demonstrations() and Path(asked).name == asked and not Path(asked).exists():
+            raise ViewedError(f"there is no demonstration '{asked}'; {meant(asked, demonstrations())}")
+        return _run(options)
+    found = commands().parse_args(DEMONSTRATIONS[asked])
+    found.demo = True
+    for option in ("log", "twin"):
+        given, stands = getattr(options, option), getattr(found, option, "none such")
+        if given is not None and stands is not None:
+            raise ViewedError(f"'{asked}' takes no --{option}; type: {program()} demo --help")
+        if given is not None:
+            setattr(found, option, given)
+    return _run(found) if found.handler is _demo else int(found.handler(found))
 
 
 def _require_playable(options: argparse.Namespace, loaded: Loaded) -> None:

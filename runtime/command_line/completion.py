@@ -5,13 +5,13 @@ from __future__ import annotations
 import argparse
 from collections.abc import Iterator
 
-from ..configuration.known import built_in, twins
+from ..configuration.known import built_in, demonstrations, twins
 from .arguments import Commands
 
 SHELLS = ("bash", "zsh", "fish", "tcsh")
 FOLDERS = ("DIR", "FOLDER")
 FILES = ("FILE", "FILE.toml", "LOG", "ROBOT.urdf")
-NAMES = {"CONFIG": built_in, "TWIN": twins}
+NAMES = {"CONFIG": built_in, "TWIN": twins, "DEMO": demonstrations}
 """What may be a file, too."""
 
 

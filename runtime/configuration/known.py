@@ -6,6 +6,7 @@ import re
 from importlib import resources
 
 from ...configs import plugins
+from ...configs.demonstrations import DEMONSTRATIONS
 
 CONFIGS = "hapticd.configs"
 """Where the built-in machines have their configurations; an installed one has them in its own package."""
@@ -29,6 +30,11 @@ def built_in() -> list[str]:
     """Names of the configurations that come with the installed machines."""
     files = (file.name for folder in machine_folders() for file in resources.files(folder).iterdir())
     return sorted({name.removesuffix(".toml") for name in files if name.endswith(".toml")})
+
+
+def demonstrations() -> list[str]:
+    """Names that `hapticd demo` knows: scenarios and machines."""
+    return sorted({*DEMONSTRATIONS, *built_in()})
 
 
 def example() -> str:

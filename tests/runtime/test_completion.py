@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 from hapticd.runtime.command_line.cli import main
-from hapticd.runtime.configuration.known import built_in, twins
+from hapticd.runtime.configuration.known import built_in, demonstrations, twins
 
 
 @pytest.fixture(scope="module")
@@ -41,6 +41,7 @@ def test_machines_and_files_are_offered_where_a_configuration_is_due(script: Pat
     assert set(offered(script, "run", "")) == {*built_in(), "mine.toml", script.name}
     assert offered(script, "run", "gi") == ["giant"]
     assert offered(script, "check", "mi") == ["mine.toml"]
+    assert set(demonstrations()) <= set(offered(script, "demo", ""))
 
 
 def test_options_and_their_values(script: Path) -> None:

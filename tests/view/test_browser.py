@@ -79,7 +79,7 @@ def until(page: Any, condition: str) -> None:
 def test_a_recording_is_scrubbed_and_fits_phone_and_screen(
     machine: str, recorded: Callable[[str], Path], chromium: Any
 ) -> None:
-    with running("view", str(recorded(machine)), "--port", "0") as (_, url):
+    with running("view", str(recorded(machine)), "--port", "0") as (view, url):
         for width, scheme in ((390, "dark"), (1440, "light")):
             options = {"viewport": {"width": width, "height": 700}, "color_scheme": scheme}
             with opened(chromium, url, **options) as page:
@@ -97,6 +97,33 @@ def test_a_recording_is_scrubbed_and_fits_phone_and_screen(
                 assert page.locator("#limits .name").count() == page.evaluate(
                     "hello.channels.filter(c => c.group === 'limits').length"
                 )
+                foot = "$('scene').getBoundingClientRect().bottom"
+                assert page.evaluate(f"{foot} <= $('player').getBoundingClientRect().top")
+                # of two hands, as a station has them, each has its plot
+                name = "name: c.group === 'hand' ? s + c.name : c.name"
+                two = f"c => ['left ', 'right '].map(s => ({{...c, {name}}}))"
+                page.evaluate(f"begin({{...hello, name: 'two', channels: hello.channels.flatMap({two})}})")
+                assert page.evaluate(
+                    "[...document.querySelectorAll('.head select')].map(s => s.value).slice(0, 2)"
+                ) == [
+                    "force of the left hand",
+                    "force of the right hand",
+                ]
+                # a hand that is grabbed leads the middle between the hands, and does not become it
+                drag = """(scene.onlead = place => { window.led = place; },
+                    scene.grips = [[0, 0, 0], [0, 1, 0]], scene.wrenches = Array(4).fill([0, 0, 0]),
+                    [...Array(2).keys()].map(i => {
+                        const [x, y] = scene.seen(scene.grips[i]), box = scene.canvas.getBoundingClientRect();
+                        for (const [type, dx] of [["down", 0], ["move", 1], ["up", 1]])
+                            scene.canvas.dispatchEvent(new PointerEvent("pointer" + type,
+                                {pointerId: 1, clientX: x + dx + box.left, clientY: y + box.top}));
+                        return Math.hypot(...V.sub(led, [0, .5, 0]));
+                    }))"""
+                page.evaluate("scene.canvas.setPointerCapture = () => {}")
+                assert max(page.evaluate(drag)) < 0.05
+                if width == 1440:
+                    view.terminate()
+                    until(page, "$('hint').textContent.startsWith('the dashboard has ended')")
 
 
 def test_a_person_plays_and_the_session_replays(chromium: Any, tmp_path: Path) -> None:

@@ -5,9 +5,11 @@ from __future__ import annotations
 import asyncio
 import json
 import socket
+import webbrowser
 from collections.abc import AsyncIterator, Callable
 from http.client import HTTPConnection
 from pathlib import Path
+from threading import Event
 from typing import Any
 from urllib.parse import urlsplit
 
@@ -17,7 +19,7 @@ from hapticd.runtime.recording.log import open_log
 
 pytest.importorskip("websockets", reason="the extra `view` is not installed")
 from hapticd.view.errors import ViewError
-from hapticd.view.server import MOST_WAITING, Address, Dashboard, Visit, loopback, page
+from hapticd.view.server import MOST_WAITING, Address, Dashboard, Visit, loopback, open_browser, page
 from hapticd.view.source import Recording
 from websockets.asyncio.client import connect
 from websockets.exceptions import InvalidStatus
@@ -205,3 +207,21 @@ async def test_a_recording_is_sent_as_a_whole(recorded: Callable[[str], Path]) -
     assert len(moving["mean"]) == len(hello["channels"])
     assert len(moving["joints"]) % 7 == 0 and len(moving["grips"]) == 3
     assert any(text.startswith("READY") for frame in frames for _, _, text in frame["events"])
+
+
+def test_a_browser_holds_up_nothing_and_needs_a_desktop(monkeypatch: pytest.MonkeyPatch) -> None:
+    opened, closed = Event(), Event()
+    monkeypatch.setattr(webbrowser, "open", lambda url: (opened.set(), closed.wait(20)))
+    for name in ("DISPLAY", "WAYLAND_DISPLAY", "BROWSER"):
+        monkeypatch.delenv(name, raising=False)
+    open_browser("http://127.0.0.1/")  # such as over ssh: a text browser would take the terminal
+    assert not opened.wait(0.2)
+    monkeypatch.setenv("DISPLAY", ":0")
+    open_browser("http://127.0.0.1/")
+    assert opened.wait(20)
+    closed.set()
+
+
+def test_a_recording_belongs_to_no_session(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["view", "some.mcap", "--session", "1"]) == 2
+    assert "leave out --session or LOG" in capsys.readouterr().err

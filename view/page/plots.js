@@ -30,7 +30,7 @@ class Plot {
     const air = .08 * (high - low) || .1 * Math.abs(high) || 1; low -= air; high += air;
     const X = t => left + (w - left - 6) * (t - from) / (to - from), Y = v => 4 + (h - bottom - 4) * (1 - (v - low) / (high - low));
     c.font = "11px system-ui, sans-serif"; c.fillStyle = css("--soft"); c.strokeStyle = css("--grid"); c.lineWidth = 1; c.textAlign = "right"; c.textBaseline = "middle";
-    for (const v of nice(low, high, 3)) { c.beginPath(); c.moveTo(left, Y(v)); c.lineTo(w - 6, Y(v)); c.stroke(); c.fillText(short(v), left - 6, Y(v)); }
+    for (const v of nice(low, high, 3)) { c.beginPath(); c.moveTo(left, Y(v)); c.lineTo(w - 6, Y(v)); c.stroke(); c.fillText(short(v), left - 6, Math.max(Y(v), 7)); }
     c.textAlign = "center"; c.textBaseline = "alphabetic";
     for (const t of nice(from, to, w / 90)) if (X(t) > left + 8 && X(t) < w - 26) c.fillText(short(+t.toFixed(6)), X(t), h - 3);
     c.textAlign = "right"; c.fillText("s", w - 7, h - 3);

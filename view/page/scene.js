@@ -6,7 +6,7 @@ class Scene {
     const gl = this.gl = canvas.getContext("webgl", {antialias: true, alpha: true, stencil: true, premultipliedAlpha: true});
     this.shapes = []; this.boxes = []; this.planes = []; this.joints = []; this.grips = []; this.twin = [];
     this.camera = {yaw: -.9, pitch: .42, distance: 5, target: [0, 0, 0]};
-    this.floor = 0; this.extent = 1; this.grabbed = null; this.onlead = null; this.framed = false;
+    this.floor = 0; this.extent = 1; this.newtons = NEWTONS; this.grabbed = null; this.onlead = null; this.framed = false;
     if (!gl) return;
     this.solid = this.program(
       "attribute vec3 p,n;uniform mat4 v,m;uniform mat3 q;varying vec3 w,k;void main(){vec4 a=m*vec4(p,1.);w=a.xyz;k=q*n;gl_Position=v*a;}",
@@ -69,6 +69,8 @@ class Scene {
     this.floor = lower[2] - (upper[2] - lower[2] < .2 * this.extent ? .25 * this.extent : 0);
     const middle = V.scale(V.add(lower, upper), .5), flat = upper[2] - lower[2] < .2 * this.extent;
     this.camera = {yaw: -.95, pitch: flat ? .85 : .36, distance: 0, target: middle};
+    const strongest = Math.max(...this.strength.map(V.size)); // its ellipsoid is to be seen, however weak it is
+    this.newtons = strongest > 0 ? Math.min(NEWTONS, strongest) : NEWTONS;
     this.home = this.extent; this.framed = true; this.fit();
   }
   fit() {
@@ -116,7 +118,7 @@ class Scene {
         const end = V.add(this.grips[0], this.drawn(force));
         this.segments([this.grips[0], end], [...colour("--c4"), 1]); this.body("sphere", ballAt(end, size * .55), [...colour("--c4"), 1]);
       }
-      if (this.grabbed) this.segments([this.grips[0], this.grabbed.place], [...accent, 1]);
+      if (this.grabbed) this.segments([this.grips[this.grabbed.grip], this.grabbed.place], [...accent, 1]);
       gl.depthRange(0, 1);
     }
     gl.depthMask(false);
@@ -175,7 +177,7 @@ class Scene {
     this.segments([at(-1, -1), at(1, -1), at(1, -1), at(1, 1), at(1, 1), at(-1, 1), at(-1, 1), at(-1, -1)], [...c, .8]);
   }
   drawn(force) { // the stronger, the longer, and never out of the picture
-    return V.scale(V.unit(force), this.extent * .5 * (1 - Math.exp(-V.size(force) / 40)));
+    return V.scale(V.unit(force), this.extent * .5 * (1 - Math.exp(-V.size(force) / this.newtons)));
   }
   ellipsoid(centre, semi, c) { // of forces that the motors can hold: one that is drawn beyond it is too strong
     for (let i = 0; i < semi.length; i++) for (let j = 0; j < i; j++) {
@@ -205,22 +207,24 @@ class Scene {
   pointers() {
     const canvas = this.canvas, down = new Map();
     const at = event => { const box = canvas.getBoundingClientRect(); return [event.clientX - box.left, event.clientY - box.top]; };
-    const near = p => { const s = this.grips.length && this.view && this.seen(this.grips[0]); return s && Math.hypot(s[0] - p[0], s[1] - p[1]) < 30; };
+    const away = (grip, p) => { const s = this.seen(grip); return s ? Math.hypot(s[0] - p[0], s[1] - p[1]) : Infinity; };
+    const near = p => this.view && this.grips.filter(grip => away(grip, p) < 30).sort((a, b) => away(a, p) - away(b, p))[0];
     const drop = event => { down.delete(event.pointerId); if (this.grabbed?.id === event.pointerId) this.grabbed = null; this.draw(); };
     canvas.addEventListener("pointerdown", event => {
       canvas.setPointerCapture(event.pointerId); down.set(event.pointerId, at(event));
-      if (down.size === 1 && this.onlead && near(at(event))) {
-        const eye = this.eye();
-        this.grabbed = {id: event.pointerId, place: this.grips[0], origin: this.grips[0], normal: V.unit(V.sub(this.camera.target, eye))};
+      const grip = near(at(event));
+      if (down.size === 1 && this.onlead && grip) { // led is the middle between the hands: all go the way of the one
+        const eye = this.eye(), middle = V.scale(this.grips.reduce((a, b) => V.add(a, b)), 1 / this.grips.length);
+        this.grabbed = {id: event.pointerId, grip: this.grips.indexOf(grip), place: grip, origin: grip, middle: V.sub(middle, grip), normal: V.unit(V.sub(this.camera.target, eye))};
       }
     });
     canvas.addEventListener("pointermove", event => {
       const p = at(event), before = down.get(event.pointerId);
-      if (!before) { this.hover = this.onlead && near(p); canvas.style.cursor = this.hover ? "grab" : ""; return; }
+      if (!before) { this.hover = this.onlead && !!near(p); canvas.style.cursor = this.hover ? "grab" : ""; return; }
       down.set(event.pointerId, p);
       if (this.grabbed?.id === event.pointerId) {
         const [eye, way] = this.ray(...p), {origin, normal} = this.grabbed, across = V.dot(way, normal);
-        if (Math.abs(across) > 1e-3) { this.grabbed.place = V.add(eye, way, V.dot(V.sub(origin, eye), normal) / across); this.onlead(this.grabbed.place); }
+        if (Math.abs(across) > 1e-3) { this.grabbed.place = V.add(eye, way, V.dot(V.sub(origin, eye), normal) / across); this.onlead(V.add(this.grabbed.place, this.grabbed.middle)); }
       } else if (down.size === 2) {
         const other = [...down].find(([id]) => id !== event.pointerId)[1];
         this.camera.distance *= Math.hypot(before[0] - other[0], before[1] - other[1]) / Math.max(1, Math.hypot(p[0] - other[0], p[1] - other[1]));
@@ -239,6 +243,7 @@ class Scene {
     canvas.addEventListener("dblclick", () => { this.frameAll(); this.draw(); });
   }
 }
+const NEWTONS = 40; // of a force that is drawn 63 % as long as any can be
 const FOV = .6, LIGHT = V.unit([.35, -.45, .9]);
 const threes = list => list.flatMap((_, i) => i % 3 ? [] : [list.slice(i, i + 3)]);
 const lighter = c => .08 + .92 * c;

@@ -15,7 +15,10 @@ function connect() {
   socket = new WebSocket(location.origin.replace(/^http/, "ws") + "/session" + location.search);
   socket.onopen = () => { open = true; };
   socket.onmessage = event => hear(JSON.parse(event.data));
-  socket.onclose = () => { open = false; letGo(); lamp("not connected", "--bad"); setTimeout(connect, 1000); };
+  socket.onclose = () => {
+    open = false; letGo(); lamp("not connected", "--bad"); setTimeout(connect, 1000);
+    $("hint").textContent = "the dashboard has ended, or its host cannot be reached; a new one prints a new address";
+  };
 }
 function hear(said) {
   if (said.type === "hello") begin(said);
@@ -31,7 +34,7 @@ function begin(said) {
   $("controls").hidden = !hello.live; $("player").hidden = hello.live;
   $("hold").hidden = $("keep").hidden = !can("hold"); $("estop").hidden = !can("e-stop");
   scene.onlead = can("lead") ? lead : null;
-  $("hint").textContent = !hello.live ? "" : can("lead") ? "drag the blue ball to lead the hand; drag elsewhere to turn, wheel to zoom" : "this machine is real: from here it can only be stopped";
+  $("hint").textContent = !hello.live ? "" : can("lead") ? `drag ${hello.grips.length > 1 ? "a blue ball to lead the hands" : "the blue ball to lead the hand"}; drag elsewhere to turn, wheel to zoom` : "this machine is real: from here it can only be stopped";
   $("orders").replaceChildren(...hello.words.filter(w => !["hold", "lead", "press", "release", "e-stop", "pull out"].includes(w) && !w.startsWith("push")).map(word => {
     const button = document.createElement("button"); button.textContent = word; button.onclick = () => say(word); return button;
   }));
@@ -106,12 +109,14 @@ function showLimits() {
 function buildPlots() {
   const groups = {}, specs = hello.channels;
   specs.forEach((spec, k) => { groups[spec.name] = [k]; });
-  for (const kind of ["force", "torque"]) {
-    const three = specs.flatMap((spec, k) => spec.group === "hand" && spec.name.startsWith(kind) ? [k] : []);
-    if (three.length) groups[`${kind} of the hand`] = three;
+  const vectors = {};
+  specs.forEach((spec, k) => { if (spec.group === "hand" && / [xyz]$/.test(spec.name)) (vectors[spec.name.slice(0, -2)] ??= []).push(k); });
+  for (const [vector, three] of Object.entries(vectors)) { // "left force" is "force of the left hand"
+    const [kind, ...which] = vector.split(" ").reverse(); groups[[kind, "of the", ...which, "hand"].join(" ")] = three;
   }
+  const forces = Object.keys(groups).filter(name => name.startsWith("force of the ") && name.endsWith(" hand"));
   const firstLimit = specs.find(spec => spec.group === "limits" && spec.lower !== null);
-  const usual = ["force of the hand", firstLimit?.name, "lateness", "compute"].filter(name => groups[name]);
+  const usual = [...forces, firstLimit?.name, "lateness", "compute"].filter(name => groups[name]);
   let names = (shelf.read() || usual).filter(name => groups[name]);
   const options = chosen => Object.keys(groups).map(name => { const o = document.createElement("option"); o.textContent = name; o.selected = name === chosen; return o; });
   const build = () => {
