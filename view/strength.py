@@ -12,6 +12,8 @@ from ..runtime.core.scene import Grip, Strength
 
 LEAST = 1e-9
 """Square of the grip's speed for a motor's power, [1/N^2], below which a posture carries any force."""
+SPENT = 1e-3
+"""Part of a motor's torque that is drawn as left where the arm's weight takes it all."""
 
 
 class Pressing:
@@ -24,13 +26,15 @@ class Pressing:
         self._torque = np.array(strength.torque)
 
     def axes(self, posture: Sequence[float]) -> list[float]:
-        """Semi-axes of the force ellipsoid f^T J W^2 J^T f <= 1, W = diag(1/torque); ContactAware, (9).
+        """Semi-axes of the force ellipsoid f^T J W^2 J^T f <= 1; ContactAware, (9).
+
+        W = diag(1/torque), of the torques that the arm's weight leaves.
 
         Returns:
             Three numbers for each, in the base's axes [N]; none for a direction in which the posture carries
             any force.
         """
-        weighted = self._jacobian(posture) / self._torque
+        weighted = self._jacobian(posture) / self._room(posture)
         values, vectors = np.linalg.eigh(weighted @ weighted.T)
         found = np.zeros((len(values), 3))
         found[:, self._directions] = (vectors / np.sqrt(np.maximum(values, LEAST))).T
@@ -43,8 +47,15 @@ class Pressing:
         if size == 0.0:
             return []
         unit = force / size
-        share = np.abs(self._jacobian(posture).T @ unit[self._directions]) / self._torque
+        share = np.abs(self._jacobian(posture).T @ unit[self._directions]) / self._room(posture)
         return [float(v) for v in unit / max(float(share.max()), np.sqrt(LEAST))]
+
+    def _room(self, posture: Sequence[float]) -> Array:
+        """What the weight of the arm leaves of the motors' torques, (n,)."""
+        model, data = self._robot.model, self._robot.data
+        weight = pin.computeGeneralizedGravity(model, data, self._robot.configuration(np.array(posture)))
+        left: Array = self._torque - np.abs(self._transmission.T @ weight)
+        return np.maximum(left, SPENT * self._torque)
 
     def _jacobian(self, posture: Sequence[float]) -> Array:
         """Of the grip along the directions, by the motors, (m, n)."""

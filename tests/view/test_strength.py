@@ -86,3 +86,18 @@ def test_a_page_is_told_of_both() -> None:
     frame.demand = [3.0, -4.0, 0.0]
     said = msgspec.json.decode(Drawn(SESSION).frame(frame))
     assert len(said["strength"]) == 6 and len(said["reachable"]) == 3
+
+
+@pytest.mark.parametrize("motors", np.random.default_rng(5).uniform(-0.5, 0.5, (5, 7)))
+def test_of_an_arm_with_weight_the_motors_hold_both_and_no_more(motors: np.ndarray) -> None:
+    session = build(load("panda_rhi"))
+    config = session.config
+    assert session.system.scene is not None
+    scene = session.system.scene(config)
+    assert scene.strength is not None
+    q = motors + np.array(config.rhi.task.home)
+    demand = [10.0, -20.0, 30.0]
+    force = np.array(Pressing(session.robot, scene.grips[0], scene.strength).reachable(q.tolist(), demand))
+    arm = redundant_arm(config, session.robot).at(q)
+    share = (np.abs(arm.J.T @ force) + np.abs(arm.weight)) / np.array(config.rhi.motors.torque)
+    assert np.abs(arm.weight).max() > 1.0 and share.max() == pytest.approx(1.0, rel=1e-6)
