@@ -30,6 +30,14 @@ static void advance(const direct *d, const held *c, double h) {
     }
 }
 
+void direct_feel(const direct *d, const held *c) {
+    for (int i = 0; i < d->n; i++) {
+        const double outside = d->dry[i] > 0.0 ? d->bearing[i] / d->dry[i] : 0.0;
+        const double felt = d->spring[i] + d->viscous[i] * d->qd[i] - d->rotor[i] * d->qdd[i];
+        d->spring[i] = felt - outside * c->friction[i];
+    }
+}
+
 int direct_move(const direct *d, const links *l, const held *c, double h, int steps) {
     for (int k = 0; k < steps; k++) {
         torques(d);

@@ -13,7 +13,8 @@ typedef struct {
     const double *viscous SHAPE(n), *brake SHAPE(n), *gear SHAPE(n), *share SHAPE(n), *bearing SHAPE(n);
     const double *torque SHAPE(n); /* of the motors */
     const unsigned char *braked SHAPE(n);
-    const double *spring SHAPE(n);    /* torque that each gear carries */
+    double *spring SHAPE(n); /* torque that each gear carries */
+    const double *rotor SHAPE(n);
     double *qdd SHAPE(n);             /* of the joints */
     double *q SHAPE(n), *qd SHAPE(n); /* of the joints */
     double *load SHAPE(n);            /* what moves them but for hand and dry friction */
@@ -23,5 +24,10 @@ typedef struct {
 
 /* So many steps of h, by symplectic Euler; see elastic_move. */
 int direct_move(const direct *d, const links *l, const held *c, double h, int steps);
+
+/* Adds to what moves the links, which stands in spring, what a sensor between gear and link feels beside it:
+ * the motor less its rotor. Brake, gear and bearing rub together; the bearing's part does not pass through.
+ */
+void direct_feel(const direct *d, const held *c);
 
 #endif

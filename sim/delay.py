@@ -14,11 +14,13 @@ class Delay:
     """Holds the commands of n drives back for some ticks; what a drive switches off is off at once."""
 
     def __init__(self, ticks: int, n: int) -> None:
-        self._late = deque([np.zeros(n)] * ticks)
+        self._late = deque(np.zeros(n) for _ in range(ticks))
 
     def __call__(self, command: Array, off: NDArray[np.bool_]) -> Array:
         """What drives do now, (n,), when they are told a command (n,) and some of them are off."""
         if not self._late:
             return command
         self._late.append(command.copy())
-        return np.where(off, 0.0, self._late.popleft())
+        late = self._late.popleft()
+        late[off] = 0.0
+        return late

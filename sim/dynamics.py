@@ -206,10 +206,9 @@ class DirectArm(HeldArm):
         own.damping = robot.damping
         super().__init__(own, frame, rotor, substeps)
         self._robot.model.armature = rotor
-        self._rotor = rotor
-        self._rubs = rubs = friction or Friction.none(own.nv)
+        rubs = friction or Friction.none(own.nv)
         self.motor, self.motor_rate = self.q, self.qd
-        self._dry, self._outside, self._field = np.zeros(own.nv), np.zeros(own.nv), own.model.gravity
+        self._dry, self._field = np.zeros(own.nv), own.model.gravity
         self._held = self._chain(self._dry)
         self._core = ffi.new("direct *", {"n": own.nv})
         bind(
@@ -223,6 +222,7 @@ class DirectArm(HeldArm):
             torque=self._torque,
             braked=self._braked,
             spring=self.spring,
+            rotor=rotor,
             qdd=self.qdd,
             q=self.q,
             qd=self.qd,
@@ -243,13 +243,10 @@ class DirectArm(HeldArm):
         links.check(lib.direct_move(self._core, links.core, self._held, h, self._substeps))
         model, q = robot.model, robot.configuration(self.q)
         self._field.linear = links.gravity
-        moving = pin.rnea(model, robot.data, q, self.qd, self.qdd) - links.J.T @ self.hold.wrench
+        moving = pin.rnea(model, robot.data, q, self.qd, self.qdd)
+        np.subtract(moving, links.J.T @ self.hold.wrench, out=self.spring)
         self._field.linear = self._gravity
-        # brake, gear and bearing rub together; the bearing's part does not pass through the sensor
-        outside = self._outside
-        outside.fill(0.0)
-        np.divide(self._rubs.bearing, self._dry, out=outside, where=self._dry > 0.0)
-        self.spring[:] = moving + robot.damping * self.qd - self._rotor * self.qdd - outside * self._friction
+        lib.direct_feel(self._core, self._held)
 
     def _inertia(self, q: Array) -> Array:
         upper = np.triu(pin.crba(self._robot.model, self._robot.data, q))

@@ -92,9 +92,9 @@ def _push(wrench: Array, share: float, largest: tuple[float, float], out: Array)
         np.multiply(part, share * min(1.0, most / max(size, most)), out=out[half])
 
 
-def _pushed(whose: str, torques: Array, limits: LimitAvoidance) -> str:
+def _pushed(whose: str, torques: Sequence[float], limits: LimitAvoidance) -> str:
     """Which joint is pushed away from which limit, and how hard."""
-    joint = int(torques.argmax())
+    joint = torques.index(max(torques))
     near = int(limits.near[joint])
     what = "largest speed" if near & SPEED else "lower limit" if near & LOWER else "upper limit"
     return f"{whose}: joint {joint + 1} is pushed away from its {what}"
@@ -266,14 +266,15 @@ class OperatorStation(Station):
     def _tell(self, i: int, arm: StationArm, law: OperatorLaw) -> None:
         """Which limit pushes back, and how hard: a hand that is not obeyed must know why."""
         own, there = self._notices[i]
-        pushed = np.abs(arm.avoidance.torque)
-        if own.update(float(pushed.max())):
+        pushed = list(map(abs, arm.avoidance.torque.tolist()))
+        if own.update(max(pushed)):
             self.notes.append(_pushed(f"{arm.side} arm", pushed, arm.avoidance))
         model = self._models[i]
         if model is None:
             return
-        pushed = np.abs(model.limits.torque) * bool(self._limits[i].any())
-        if there.update(float(pushed.max())):
+        acts = bool(self._limits[i].any())
+        pushed = [abs(torque) * acts for torque in model.limits.torque.tolist()]
+        if there.update(max(pushed)):
             self.notes.append(_pushed(f"{arm.side} avatar arm", pushed, model.limits))
 
     def fill(self) -> None:
