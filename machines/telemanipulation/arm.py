@@ -8,6 +8,7 @@ from math import hypot, radians
 import numpy as np
 import pinocchio as pin
 
+from ...control.end_stop import EndStop
 from ...control.ft_calibration import Tool
 from ...control.hand_wrench import HandWrench, Load
 from ...control.hold import Hold, HoldGains, limited
@@ -21,6 +22,9 @@ SIDES = ("left", "right")
 SLOWS = Avoidance(0.7, radians(40.0), radians(2.0))
 """Against the largest speeds; stronger than the law's own default: hands that turn a wrist as fast as they
 can stopped the station (experiments/strange_pair.py)."""
+END_STOP = 0.025
+"""Part of a joint's range at each end in which the hold's spring keeps it from going on [rad]: the avoidance
+of limits is gentle, and a palm that is led further than it reaches pulls its arm through them."""
 TOO_FAST = 1.04
 """Multiple of its largest speed at which a joint stops its arm; the monitor stops the station at 1.1."""
 
@@ -109,6 +113,7 @@ class StationArm:
             np.array(x, float) for x in (hold.stiffness, hold.damping, hold.deceleration)
         )
         self._hold = Hold(HoldGains(stiffness, damping, deceleration, own.effort), dt)
+        self._end_stop = EndStop(limits.lower, limits.upper, stiffness, damping, END_STOP)
         self._fastest: list[float] = (TOO_FAST * limits.velocity).tolist()
         self._most = station.stop.force, station.stop.torque
         self.stopped = ""
@@ -139,6 +144,7 @@ class StationArm:
             self.torque += torque
         else:
             self.torque[:] = torque
+        self.torque += self._end_stop.update(self.task.q, self.task.qd)
         self._moved = True
         self._carry()
 

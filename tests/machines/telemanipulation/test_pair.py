@@ -236,3 +236,25 @@ def test_what_is_no_pair_is_refused() -> None:
     network = NetworkModel(Conditions(), 1)
     with pytest.raises(PairError, match="no station"):
         Pair(config.load("operator"), config.load("rhi"), network)
+
+
+@pytest.mark.parametrize("seed", [3, 5])
+def test_hands_that_go_further_than_the_arms_reach_take_no_joint_beyond_its_limits(
+    pair: Both, seed: int
+) -> None:
+    in_a_copy(lead_too_far)(pair, seed)
+
+
+def lead_too_far(pair: Both, seed: int) -> None:
+    random = np.random.default_rng(seed)
+    for i in range(2):
+        way = random.normal(size=3)
+        pair.reach(i, (0.7 * way / np.linalg.norm(way)).tolist())
+    for _ in range(25):
+        pair.go(0.1)
+        for machine in pair.machines:
+            for arm in machine.arms:
+                low, high = np.array(arm.chain.lower), np.array(arm.chain.upper)
+                assert ((low <= arm.task.q) & (arm.task.q <= high)).all(), arm.task.q
+    assert pair.operator.mode is pair.avatar.mode is Mode.ACTIVE, pair.said
+    assert not any(arm.stopped for machine in pair.machines for arm in machine.arms)

@@ -1,0 +1,35 @@
+"""The end stop of joints: passive, one-sided, and stronger than what pushes."""
+
+import numpy as np
+from hapticd.control.end_stop import EndStop
+
+LOWER, UPPER = np.array([-1.0, 0.2]), np.array([1.0, 0.9])
+
+
+def stop() -> EndStop:
+    return EndStop(LOWER, UPPER, np.array([2000.0, 300.0]), np.array([60.0, 5.0]), 0.02)
+
+
+def test_nothing_acts_between_the_ends_nor_after_leaving_one() -> None:
+    made = stop()
+    assert not made.update(np.array([0.98, 0.5]), np.array([3.0, -3.0])).any()
+    assert made.update(np.array([0.99, 0.5]), np.zeros(2))[0] < 0.0
+    assert not made.update(np.array([0.97, 0.5]), np.zeros(2)).any()
+
+
+def test_at_both_ends_the_spring_pushes_back_and_only_going_on_is_damped() -> None:
+    made = stop()
+    np.testing.assert_allclose(made.update(np.array([1.01, 0.21]), np.array([0.1, -0.1])), [-66.0, 3.5])
+    np.testing.assert_allclose(made.update(np.array([1.01, 0.21]), np.array([-0.1, 0.1])), [-60.0, 3.0])
+
+
+def test_a_joint_that_comes_fast_and_is_pushed_on_rests_where_the_spring_holds_it() -> None:
+    """1 kg m^2, 40 N m, 1 rad/s: at 40/2000 rad past where the stop begins, and energy only falls there."""
+    made = stop()
+    q, qd, dt = np.array([0.9, 0.5]), np.array([1.0, 0.0]), 1e-3
+    most = 0.0
+    for _ in range(3000):
+        qd[0] += dt * (40.0 + made.update(q, qd)[0])
+        q[0] += dt * qd[0]
+        most = max(most, q[0])
+    assert abs(q[0] - (0.98 + 40.0 / 2000.0)) < 1e-6 and most < 1.03
