@@ -15,6 +15,10 @@ from .fingers import CLOSED
 from .gateway import AVATAR_SAYS, GLOVE_SAYS, OPERATOR_SAYS, PILOT_SAYS
 from .hand import MOST_PUSH_N, PUSH_N, Grip, Path
 
+GIVES_W = 5.0
+"""Power that a palm puts into the link: nothing here feels what the avatar's motion costs, and without energy
+of its leader it would stay behind [W]."""
+
 
 class Script(Protocol):
     """What a person wants."""
@@ -87,6 +91,7 @@ class LeadingHands:
             said[i]["pose"][3:] = pin.Quaternion(rotation).coeffs()
             said[i]["twist"][:3] = rate[:3]
             said[i]["flags"] = packed(ENGAGED, 1)
+            said[i]["energy"] = GIVES_W * self._time
         return Received(said.tobytes() + self._gloves() + self._head_and_foot(), 0.0)
 
     def _head_and_foot(self) -> bytes:

@@ -15,6 +15,7 @@ from hapticd.runtime.recording.log import open_log
 from hapticd.runtime.recording.replay import replay
 from hapticd.sim.hand import Grip
 from hapticd.sim.network_model import Conditions, NetworkModel
+from hapticd.sim.wall import Walls
 from hapticd.testing.copies import in_a_copy
 
 from .pairs import Both, both, following
@@ -179,7 +180,7 @@ def test_a_blow_stops_one_arm_the_operator_is_told_and_an_act_there_starts_it_ag
     assert avatar.arms[0].stopped and not avatar.arms[1].stopped
     assert [lease.standing for lease in avatar.leases] == [Standing.BARRED, Standing.FOLLOWS]
     assert any("press the left button" in said for said in pair.said)
-    pair.follows.walls._walls = []
+    pair.follows.walls = Walls([])
     avatar.arms[0]._most = 60.0, 15.0
     buttons = pair.leads._buttons
     now = pair.leads.time

@@ -1,0 +1,28 @@
+"""An avatar without an operator's station, led by hands of its own plant."""
+
+from __future__ import annotations
+
+import numpy as np
+from hapticd.runtime.configuration import config
+from hapticd.runtime.configuration.session import build
+from hapticd.runtime.live.lockstep import Lockstep, unswept
+
+LED_S = 8.0
+"""Both palms have been led about for three seconds by then."""
+
+
+def test_it_follows_the_hands_that_lead_it_and_never_stays_behind_for_want_of_energy() -> None:
+    bench = Lockstep(build(config.load("avatar")))
+    machine = bench.session.cycle.machine
+    state = np.zeros(1, machine.state)
+    machine.bind_state(state)
+    said: list[str] = []
+    with unswept():
+        while bench.plant.time < LED_S:
+            bench.tick()
+            said += [str(event) for event in bench.outputs.events]
+    machine.fill()
+    assert not any("stays behind" in text for text in said), said
+    assert (np.linalg.norm(state[0]["goal"] - state[0]["commanded"], axis=1) < 1e-3).all()
+    assert (np.linalg.norm(state[0]["position"] - state[0]["goal"], axis=1) < 0.05).all()
+    assert (state[0]["share"] == 1.0).all()
