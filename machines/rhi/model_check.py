@@ -14,6 +14,8 @@ CARRIED = 0.8
 """Part of a motor's torque that the arm's own weight may take: the rest is for the hand."""
 POSTURES = 2000
 """Random ones in which it is looked up, beside the home posture."""
+FEW = 8
+"""An arm without weight in so many random postures has none anywhere: it is an analytic function of them."""
 
 
 def check_model(config: RhiConfig, robot: Robot) -> Found:
@@ -72,6 +74,8 @@ def _gravity(config: RhiConfig, robot: Robot) -> Found:
         return []  # named elsewhere
     drawn = np.random.default_rng(0).uniform(motors.lower, motors.upper, (POSTURES, robot.nv))
     postures: Array = np.vstack([config.rhi.task.home, drawn])
+    if max(np.abs(_weight(robot, T @ q)).max() for q in postures[:FEW]) < ROUNDING:
+        return []
     weights = np.array([_weight(robot, T @ q) for q in postures]) @ T
     share = np.abs(weights) / np.array(motors.torque)
     found: Found = []
