@@ -34,7 +34,7 @@ class Pressing:
             Three numbers for each, in the base's axes [N]; none for a direction in which the posture carries
             any force.
         """
-        weighted = self._jacobian(posture) / self._room(posture)
+        weighted = self._loads(posture)
         values, vectors = np.linalg.eigh(weighted @ weighted.T)
         found = np.zeros((len(values), 3))
         found[:, self._directions] = (vectors / np.sqrt(np.maximum(values, LEAST))).T
@@ -47,22 +47,17 @@ class Pressing:
         if size == 0.0:
             return []
         unit = force / size
-        share = np.abs(self._jacobian(posture).T @ unit[self._directions]) / self._room(posture)
+        share = np.abs(unit[self._directions] @ self._loads(posture))
         return [float(v) for v in unit / max(float(share.max()), np.sqrt(LEAST))]
 
-    def _room(self, posture: Sequence[float]) -> Array:
-        """What the weight of the arm leaves of the motors' torques, (n,)."""
-        model, data = self._robot.model, self._robot.data
-        weight = pin.computeGeneralizedGravity(model, data, self._robot.configuration(np.array(posture)))
-        left: Array = self._torque - np.abs(self._transmission.T @ weight)
-        return np.maximum(left, SPENT * self._torque)
-
-    def _jacobian(self, posture: Sequence[float]) -> Array:
-        """Of the grip along the directions, by the motors, (m, n)."""
+    def _loads(self, posture: Sequence[float]) -> Array:
+        """J W, (m, n) [1/N]: the share of what its weight leaves of each motor that a force takes."""
         model, data = self._robot.model, self._robot.data
         q = self._robot.configuration(np.array(posture, float))
+        weight = self._transmission.T @ pin.computeGeneralizedGravity(model, data, q)
+        room = np.maximum(self._torque - np.abs(weight), SPENT * self._torque)
         J = pin.computeFrameJacobian(model, data, q, self._frame, pin.LOCAL_WORLD_ALIGNED)
         offset = data.oMf[self._frame].rotation @ self._offset
         at_grip = J[:3] - pin.skew(offset) @ J[3:]
-        found: Array = at_grip[self._directions] @ self._transmission
-        return found
+        loads: Array = at_grip[self._directions] @ self._transmission / room
+        return loads

@@ -64,17 +64,7 @@ def live_pair(
         keygen(folder, [named("operator", Role.OPERATOR), named("avatar", Role.AVATAR)], days=1)
         port = _free_port()
         for station, source, log in zip(NAMES, (operator, avatar), logs, strict=True):
-            loaded = declared(
-                config.load(source),
-                DELAY_S,
-                f'address = "{HOST}"',
-                f"port = {port}",
-                f'keys = "{folder / station}"',
-            )
-            path = folder / f"{station}.toml"
-            path.write_text(loaded.text, encoding="utf-8")
-            (folder / loaded.config.model).write_text(loaded.model_text, encoding="utf-8")
-            arguments = [*command, str(path), "--log", str(log)]
+            arguments = [*command, str(_written(folder, station, source, port)), "--log", str(log)]
             arguments += ["--json"] if as_json else []
             arguments += ["--duration", f"{duration:g}"] if duration is not None else []
             running.append(
@@ -91,6 +81,17 @@ def live_pair(
     for station, text in zip(NAMES, said, strict=True):
         print(text.rstrip() if as_json else f"--- {station}\n{text.rstrip()}")
     return max(process.returncode for process in running)
+
+
+def _written(folder: Path, station: str, source: str, port: int) -> Path:
+    """The configuration of a station whose link leads to the other one, with its model beside it."""
+    keys = folder / station
+    link = (f'address = "{HOST}"', f"port = {port}", f'keys = "{keys}"')
+    loaded = declared(config.load(source), DELAY_S, *link)
+    path = folder / f"{station}.toml"
+    path.write_text(loaded.text, encoding="utf-8")
+    (folder / loaded.config.model).write_text(loaded.model_text, encoding="utf-8")
+    return path
 
 
 def _free_port() -> int:

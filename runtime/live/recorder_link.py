@@ -12,7 +12,7 @@ import msgspec
 
 from ..core.events import Event
 from ..recording.log_file import cut_short
-from ..recording.ring import CAPACITY, Drain, Ring
+from ..recording.ring import Drain, Ring
 from ..recording.summary import Report
 from ..timing.forensics import LateTick
 from ..timing.slack import pause
@@ -53,7 +53,7 @@ class RecorderLink:
         child: the process, None before its start.
     """
 
-    def __init__(self, log: Path, bytes_per_s: float = CAPACITY / RING_S) -> None:
+    def __init__(self, log: Path, bytes_per_s: float = 0.0) -> None:
         """The ring to a recorder that will write this log; ``bytes_per_s`` is what the ticks bring."""
         self.log = log
         self._ring = Ring.create(round(RING_S * bytes_per_s))

@@ -4,6 +4,12 @@ import os
 
 import numpy as np
 import pytest
+from hapticd.runtime.configuration.config import load
+from hapticd.runtime.configuration.known import built_in
+from hapticd.runtime.configuration.session import build
+from hapticd.runtime.core.modes import Mode
+from hapticd.runtime.live.lockstep import Lockstep
+from hapticd.runtime.recording.record import NO_TIMING, RecordWriter
 from hapticd.runtime.recording.ring import CAPACITY, LONGEST_RECORD, Drain, Ring, RingError
 
 LENGTH, SPACE = 60_000, 60_008
@@ -119,3 +125,15 @@ def test_a_ring_has_the_room_that_is_asked_for() -> None:
     assert kept * SPACE > 3 * CAPACITY - SPACE
     for _ in range(kept):
         assert other.pop() == bytes(LENGTH)
+
+
+@pytest.mark.parametrize("machine", built_in())
+def test_the_ring_is_sized_by_no_less_than_what_the_ticks_of_a_machine_bring(machine: str) -> None:
+    bench = Lockstep(build(load(machine)))
+    writer = RecordWriter(bench.session.cycle)
+    longest = 0
+    for _ in range(600):
+        bench.tick()
+        longest = max(longest, len(writer.write(bench.inputs, NO_TIMING)))
+    assert bench.session.cycle.mode is not Mode.BRINGUP
+    assert 0 < longest <= writer.usual_bytes
