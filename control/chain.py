@@ -205,6 +205,35 @@ class ChainLevels:
         self._c.homing = 0.0
         return bool(lib.chain_limits(self._c) == 0)
 
+    def outline(self) -> list[tuple[str, str]]:
+        """Name of every level, and the unit of its slack."""
+        motion = "rad/s^2, m/s^2"
+        torques = [("torques of the motors", "N m, N")] if self._motors else []
+        sums = [("limits of joint sums", motion)]
+        points = [
+            (f"box of point {k + 1}" if len(self._boxes) > 1 else "box", "m/s^2")
+            for k in range(len(self._boxes))
+        ]
+        found = [
+            *torques,
+            ("joints: position, speed", motion),
+            *sums,
+            *points,
+            ("twin: position, speed", motion),
+            ("handle on twin", "m/s^2, rad/s^2"),
+            ("joints: braking", motion),
+            ("twin: braking", motion),
+        ]
+        if self._c.torques:
+            return [
+                *found,
+                ("twin: dynamics", "N, N m"),
+                ("constraints: sign", "N, N m"),
+                ("constraints: size", "N, N m"),
+            ]
+        posture = [("posture", motion)] if len(self.levels) > len(found) + 1 else []
+        return [*found, ("twin: dynamics", "sqrt(kg) m/s^2"), *posture]
+
     def set_range(self) -> None:
         """Write the bounds of level 10 from ``active``, (26) and (31)."""
         lib.chain_range(self._c, self._active)

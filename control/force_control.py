@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..binding import pointer
-from ..hqp import Level, Solution, Solver, Status
+from ..hqp import Level, Slacks, Solution, Solver, Status
 from ..models import Array, Robot
 from ._kernels import lib
 from .ability import Ability
@@ -149,6 +149,13 @@ class ForceControl:
             [level.rows for level in self._chain.stop_levels],
             max_iterations=MAX_ITERATIONS,
         )
+        count, coupling = len(self._chain.levels), self._chain.coupling_level
+        kept = [i for i in range(self._chain.safe_levels) if i != coupling]
+        self._slacks = {
+            self._solver: Slacks(self._solver.solution, count, range(count)),
+            self._stop_solver: Slacks(self._stop_solver.solution, count, [*kept, None]),
+        }
+        self._asked = self._solver
         self._posture = posture
         self._qdd_twin = np.zeros(twin.limits.n)
         # a solver answers in the same array each time
@@ -171,6 +178,14 @@ class ForceControl:
     def levels(self) -> Sequence[Level]:
         """The hierarchy of this tick, always the same objects."""
         return self._chain.levels
+
+    def write_slack(self, slack: Array) -> None:
+        """How far each level was from being met in the last solve, (levels,); 0 where a stop has none."""
+        self._slacks[self._asked].write(slack)
+
+    def outline(self) -> list[tuple[str, str]]:
+        """Name of every level, and the unit of its slack."""
+        return self._chain.outline()
 
     @property
     def coupling_error(self) -> Array:
@@ -235,6 +250,7 @@ class ForceControl:
         chain = self._chain
         if self.detection != "gauss":
             chain.set_range()
+        self._asked = self._solver
         self.solution = self._solver.solve(chain.levels)
         self.solves, self.iterations = 1, self.solution.iterations
         if self.detection == "redetect":
@@ -258,6 +274,7 @@ class ForceControl:
             return False
         self._rest()
         chain.braking[: self.arm.n], chain.braking[self.arm.n :] = self.qdd, self._qdd_twin
+        self._asked = self._stop_solver
         self.solution = self._stop_solver.solve(chain.stop_levels)
         self.solves, self.iterations = 1, self.solution.iterations
         if self.solution.status != Status.SOLVED:

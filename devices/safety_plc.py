@@ -50,10 +50,14 @@ OVERRIDE: Final = (SafetyInput.OVERRIDE_A | SafetyInput.OVERRIDE_B).value
 ALL: Final = DEAD_MAN | EMERGENCY_STOP | SCANNER_CLEAR | TORQUE_PERMITTED | SUPERVISOR | OVERRIDE
 
 
+GROUP: Final = "safety"
+"""Of the safety controllers in the process image."""
+
+
 class SafetyPlc(Device, frozen=True, kw_only=True, tag="safety_plc"):
     """A safety controller that reads the switches and drives the STO lines."""
 
-    group: str = "safety"
+    group: str = GROUP
     eds: str = "safety_plc.eds"
 
     def inputs(self) -> Mapping[Address, Field]:
@@ -88,7 +92,7 @@ class SafetyState(NamedTuple):
 class SafetySignals:
     """What the safety controllers of a group say together: safe only if all of them say so."""
 
-    def __init__(self, image: ProcessImage, group: str = "safety") -> None:
+    def __init__(self, image: ProcessImage, group: str = GROUP) -> None:
         self._inputs: NDArray[np.uint32] = image.word(f"{group}.inputs")
         self._request: NDArray[np.uint32] = image.word(f"{group}.request")
 

@@ -7,14 +7,17 @@ levels before it.
 from .multipliers import Conflict, Multipliers, conflicts, multipliers
 from .problem import HqpError, Level
 from .qp import QpSolution, UnboundedError, solve_qp
-from .solver import Solution, Solver, Status, solve
+from .slacks import Slacks
+from .solver import REMARKS, Solution, Solver, Status, solve
 
 __all__ = [
+    "REMARKS",
     "Conflict",
     "HqpError",
     "Level",
     "Multipliers",
     "QpSolution",
+    "Slacks",
     "Solution",
     "Solver",
     "Status",

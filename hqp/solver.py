@@ -37,6 +37,8 @@ class Status(IntEnum):
         return str(ffi.string(lib.hqp_status_name(int(self))).decode())
 
 
+REMARKS: Final[dict[int, str]] = {int(status): str(status) for status in Status if status}
+"""In words, what the solver says where it does not stand by its answer."""
 _STATUS: Final[dict[int, Status]] = {int(status): status for status in Status}
 
 

@@ -14,7 +14,7 @@ import msgspec
 from ..runtime.configuration.config import Loaded, parse
 from ..runtime.configuration.known import example
 from ..runtime.configuration.session import Session, build
-from ..runtime.core.machine import near
+from ..runtime.core.machine import Solving, near
 from ..runtime.core.scene import MachineScene
 from ..runtime.invocation import program
 from ..runtime.recording.channels import Channels
@@ -64,6 +64,8 @@ class Drawn:
         system = session.system
         self.session, self.channels = session, Channels(session)
         self.scene = system.scene(session.config) if system.scene else None
+        machine = session.cycle.machine
+        self._remarks = machine.remarks if isinstance(machine, Solving) else {}
         self._geometry = _geometry(session, self.scene) if self.scene else None
         self._pressing = _pressing(session, self.scene) if self.scene else None
 
@@ -77,6 +79,7 @@ class Drawn:
                 "name": name,
                 "live": live,
                 "words": words,
+                "remarks": {str(status): words for status, words in self._remarks.items()},
                 "rate": float(self.session.config.loop.rate),
                 "bars": {"least": LEAST_US, "per_octave": BARS_PER_OCTAVE},
                 "channels": [
@@ -297,6 +300,7 @@ def frames_of(log: Log, session: Session) -> list[Frame]:
         if count % each == 0 or count == ticks:
             counts = {
                 "ticks skipped": summary.skipped,
+                "frames discarded": summary.discarded,
                 "answers missing": summary.missing,
                 "commands put right": summary.put_right,
             }

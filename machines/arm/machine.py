@@ -19,6 +19,7 @@ from ...control.tracking import SeriesElasticity
 from ...devices.force_torque import ForceTorques
 from ...devices.image import ProcessImage
 from ...devices.torque_drive import JointDrives
+from ...hqp import REMARKS
 from ...models import Array, Robot
 from ...runtime.core.machine import REST_S
 from ...runtime.core.measured import alive, sensor
@@ -26,7 +27,16 @@ from ...runtime.core.stages import Mark
 from ...runtime.core.torque_axes import TorqueAxes, peaks_of
 from ...safety import Plausibility
 from ..rendering.foresight import REACTION_S, Foresight
-from ..rendering.logged import Field, StateLog, felt, heated, motion, solved, twin_fields
+from ..rendering.logged import (
+    Field,
+    StateLog,
+    felt,
+    heated,
+    levels_of,
+    motion,
+    solved,
+    twin_fields,
+)
 from ..rendering.ratings import Ratings
 from ..rendering.rendering import JOINTS_AT_REST, Rendering, pulled, sensor_pose
 from ..rendering.sections import SPRINGS_DIFFER, Twin
@@ -41,7 +51,14 @@ STRONG = 100.0, 10.0
 
 
 def state_layout(
-    m: int, sums: int, points: int, twin: Twin, coupled: tuple[int, ...], springs: int = 0, heats: int = 0
+    m: int,
+    sums: int,
+    points: int,
+    twin: Twin,
+    coupled: tuple[int, ...],
+    levels: int,
+    springs: int = 0,
+    heats: int = 0,
 ) -> np.dtype[np.void]:
     """What the log keeps of a tick: numbers first, then flags and the solver."""
     active = degrees_of_freedom(twin, coupled) + m + sums + 3 * points
@@ -49,7 +66,10 @@ def state_layout(
     measured = [("link", "<f8", m), ("points", "<f8", (points, 3))]  # link side [rad or m]; boxed frames [m]
     known: list[Field] = [("stiffness", "<f8", springs)] if springs else []  # of the springs, by now
     return np.dtype(
-        [*measured, *motion(m), *known, *heated(heats), *twin_fields(joints), *solved(m, active, joints)]
+        [
+            *(*measured, *motion(m), *known, *heated(heats), *twin_fields(joints)),
+            *solved(m, active, levels, joints),
+        ]
     )
 
 
@@ -87,8 +107,10 @@ class SerialArm:
             config.look_ahead, described, foreseen_limits(config, robot), self._joints.link_position, stop
         )
         sums, boxes = len(arm.sums or ()), len(arm.boxes or ())
+        self.levels, self.remarks = levels_of(control), REMARKS
         self.state = state_layout(
-            robot.nv, sums, boxes, arm.twin, directions(config), len(self._known), len(self._used)
+            *(robot.nv, sums, boxes, arm.twin, directions(config), len(self.levels)),
+            *(len(self._known), len(self._used)),
         )
         self.play, self.braking = ratings.play, ratings.braking
         self.thresholds = ratings.axes.thresholds(config, image)

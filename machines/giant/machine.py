@@ -20,6 +20,7 @@ from ...devices.force_torque import ForceTorques
 from ...devices.image import ProcessImage
 from ...devices.imu import Imus
 from ...devices.torque_drive import JointDrives
+from ...hqp import REMARKS
 from ...models import Array, Robot
 from ...runtime.core.machine import GATE_SHARE, GRAVITY, GRAVITY_MARGIN, REST_S
 from ...runtime.core.measured import alive, axes, sensor
@@ -27,7 +28,7 @@ from ...runtime.core.stages import Mark
 from ...runtime.core.torque_axes import TorqueAxes, peaks_of, thresholds
 from ...safety import AxisLimits, Heat, Plausibility, Thresholds, Values
 from ..rendering.foresight import REACTION_S, Foresight
-from ..rendering.logged import StateLog, felt, heated, motion, solved, twin_fields
+from ..rendering.logged import StateLog, felt, heated, levels_of, motion, solved, twin_fields
 from ..rendering.ratings import Ratings
 from ..rendering.rendering import JOINTS_AT_REST, Rendering, pulled, sensor_pose
 from ..rendering.sections import Twin
@@ -52,7 +53,7 @@ MACHINE_LIMITS = 13
 """Limits besides the twin's: six joints, their tilt, three directions of handle and elbow each."""
 
 
-def state_layout(twin: Twin, peaks: bool = False) -> np.dtype[np.void]:
+def state_layout(twin: Twin, levels: int, peaks: bool = False) -> np.dtype[np.void]:
     """What the log keeps of a tick: numbers first, then flags and the solver."""
     joints = joint_names(twin)
     return np.dtype(
@@ -64,7 +65,7 @@ def state_layout(twin: Twin, peaks: bool = False) -> np.dtype[np.void]:
             *heated(6 if peaks else 0),
             ("ppu", "<f8", (3, 2)),  # estimated position, velocity, acceleration [m, s]
             *twin_fields(joints),
-            *solved(6, degrees_of_freedom(twin) + MACHINE_LIMITS, joints),
+            *solved(6, degrees_of_freedom(twin) + MACHINE_LIMITS, levels, joints),
         ]
     )
 
@@ -133,7 +134,8 @@ class Giant:
         )
         sensors = (self._force, self._carried, self._held)
         self.plausibility = _plausibility(config, image, ratings, stiffness, heat, sensors)
-        self.state = state_layout(giant.twin, bool(ratings.axes.peaks))
+        self.levels, self.remarks = levels_of(control), REMARKS
+        self.state = state_layout(giant.twin, len(self.levels), bool(ratings.axes.peaks))
         self.position: list[float] = [0.0] * len(self.axes)
         self.velocity: list[float] = [0.0] * len(self.axes)
         self.overload = ""

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from ...control.chain_twin import ChainTwin
 from ...control.force_control import ForceControl
 from ...models import Array
+from ...runtime.core.machine import LevelSpec
 from .rendering import Rendering
 
 Field = tuple[str, str | list[tuple[str, str]]] | tuple[str, str, int | tuple[int, ...]]
@@ -45,11 +46,20 @@ def heated(m: int) -> list[Field]:
     return [("heat", "<f8", m)] if m else []
 
 
-def solved(m: int, active: int, joints: Sequence[str] = ()) -> list[Field]:
-    """What follows after all numbers: m motors, so many limits of levels 2 to 8, and a chain's locks."""
+def solved(m: int, active: int, levels: int, joints: Sequence[str] = ()) -> list[Field]:
+    """What follows after all numbers: m motors, so many limits of levels 2 to 8, levels, a chain's locks."""
     held: list[Field] = [("held", "u1", len(joints))] if joints else []
     flags: list[Field] = [("spent", "u1", m), ("active", "u1", active)]
-    return [*flags, ("status", "i1"), ("iterations", "<u2"), ("solves", "u1"), *held]
+    solver: list[Field] = [
+        *(("status", "i1"), ("iterations", "<u2"), ("solves", "u1"), ("levels_done", "u1")),
+        ("slack", "<f8", levels),  # of each level, see ``ForceControl.write_slack``
+    ]
+    return [*flags, *solver, *held]
+
+
+def levels_of(control: ForceControl) -> tuple[LevelSpec, ...]:
+    """The levels that are logged."""
+    return tuple(LevelSpec(*level) for level in control.outline())
 
 
 def felt(rendering: Rendering) -> tuple[Array, ...]:
@@ -74,9 +84,11 @@ class StateLog:
         if control.twin.held is not None:
             flags.append(("held", control.twin.held))
         self._flags = [(state[name][0], array) for name, array in flags]
-        self._status, self._iterations, self._solves = (
-            state[name] for name in ("status", "iterations", "solves")
+        self._status, self._iterations, self._solves, self._done = (
+            state[name] for name in ("status", "iterations", "solves", "levels_done")
         )
+        self._slack = np.zeros(state["slack"].shape[1])
+        self._logged_slack = state["slack"][0]
 
     def fill(self) -> None:
         """Copy the state of this tick."""
@@ -86,3 +98,6 @@ class StateLog:
             logged[:] = flags
         self._status[0] = control.solution.status
         self._iterations[0], self._solves[0] = control.iterations, control.solves
+        self._done[0] = control.solution.levels_done
+        control.write_slack(self._slack)  # the log's own are not aligned
+        self._logged_slack[:] = self._slack

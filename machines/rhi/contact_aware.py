@@ -67,22 +67,30 @@ class Resolution(Protocol):
 
     Attributes:
         torque: (n,) [N m]; alpha: rendered share of the force.
-        iterations, solves: of a solver in the last tick.
+        iterations, solves, status, levels_done: of a solver in the last tick.
+        levels: name of every level that it solves, and the unit of its slack.
     """
 
     torque: Array
     alpha: float
     iterations: int
     solves: int
+    status: int
+    levels_done: int
+    levels: tuple[tuple[str, str], ...]
 
     def resolve(self, part: float, gain: float) -> bool:
         """Compute the torques; see ``NullSpace.compose``. False where there is no answer to stand by."""
+
+    def write_slack(self, slack: Array) -> None:
+        """How far each level was from being met in the last tick, (levels,)."""
 
 
 class Projection:
     """The paper's resolution: the force first, the null-space torque scaled into what it leaves."""
 
-    iterations = solves = 0
+    iterations = solves = status = levels_done = 0
+    levels: tuple[tuple[str, str], ...] = ()
 
     def __init__(self, space: NullSpace) -> None:
         self._space, self.torque, self.alpha = space, space.torque, 1.0
@@ -92,6 +100,9 @@ class Projection:
         self._space.compose(part, gain)
         self.alpha = self._space.alpha
         return True
+
+    def write_slack(self, slack: Array) -> None:
+        """Nothing: it solves no levels."""
 
 
 class ContactAware:

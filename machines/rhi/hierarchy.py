@@ -16,11 +16,22 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...hqp import Level, Solver, Status
+from ...hqp import Level, Slacks, Solver, Status
+from ...models import Array
 from .nullspace import NullSpace
 
 MAX_ITERATIONS = 64
 """Iterations of one solve: the bound on its time."""
+
+
+LEVELS: tuple[tuple[str, str], ...] = (
+    ("torques of the motors", "N m"),
+    ("force at the hand", "N"),
+    ("limits of joints", "N m"),
+    ("force in full", ""),
+    ("posture", "N m/sqrt(kg m^2)"),
+)
+"""Name of every level, and the unit of its slack."""
 
 
 class Hierarchy:
@@ -28,10 +39,10 @@ class Hierarchy:
 
     Attributes:
         torque: (n,) [N m]; alpha: rendered share of the force.
-        iterations: of the last solve.
+        iterations, status, levels_done: of the last solve.
     """
 
-    solves = 1
+    solves, levels = 1, LEVELS
 
     def __init__(self, space: NullSpace) -> None:
         """Bind to the arrays of a null space."""
@@ -49,6 +60,8 @@ class Hierarchy:
         self._rows = [force.A, force.b, limits.C, posture.A, posture.b]
         rows = [level.rows for level in self._levels]
         self._solver = Solver(n + 1, rows, max_iterations=MAX_ITERATIONS)
+        self.status, self.levels_done = int(Status.SOLVED), 0
+        self._slacks = Slacks(self._solver.solution, len(LEVELS), range(len(LEVELS)))
 
     def resolve(self, part: float, gain: float) -> bool:
         """Solve the levels of this tick; False where the solver does not stand by its answer."""
@@ -59,9 +72,14 @@ class Hierarchy:
         space.level_rows(self._rows, gain)
         solution = self._solver.solve(self._levels)
         self.iterations = solution.iterations
+        self.status, self.levels_done = int(solution.status), solution.levels_done
         if solution.status != Status.SOLVED:
             return False
         np.minimum(solution.x[:n], self._most, out=self.torque)  # rounding may pass the box
         np.maximum(self.torque, self._least, out=self.torque)
         self.alpha = float(solution.x[n])
         return True
+
+    def write_slack(self, slack: Array) -> None:
+        """How far each level was from being met in the last solve, (levels,)."""
+        self._slacks.write(slack)

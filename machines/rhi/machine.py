@@ -14,8 +14,9 @@ from ...devices.force_torque import ForceTorques
 from ...devices.image import ProcessImage
 from ...devices.joint_drive import JointDrive
 from ...devices.torque_drive import JointDrives
+from ...hqp import REMARKS
 from ...models import ModelError, Robot
-from ...runtime.core.machine import DRIFT, REST_S
+from ...runtime.core.machine import DRIFT, REST_S, LevelSpec
 from ...runtime.core.measured import alive, sensor
 from ...runtime.core.stages import Mark, Stage
 from ...runtime.core.torque_axes import TorqueAxes
@@ -46,8 +47,12 @@ AT_REST = 0.25
 """Measured speeds below this are standstill: a hand goes on pulling at motors that hold [rad/s]."""
 
 
-def state_layout(n: int, m: int) -> np.dtype[np.void]:
-    """What the log keeps of a tick, for n motors and m directions; numbers first."""
+SOLVED = ("iterations", "solves", "status", "levels_done")
+"""What the log keeps of a solve, by its names there and in the resolution."""
+
+
+def state_layout(n: int, m: int, levels: int) -> np.dtype[np.void]:
+    """What the log keeps of a tick, for n motors, m directions, levels of the solver; numbers first."""
     return np.dtype(
         [
             ("q", "<f8", n),  # measured [rad]
@@ -66,6 +71,9 @@ def state_layout(n: int, m: int) -> np.dtype[np.void]:
             ("energy", "<f8"),  # that the rendered force has taken from the hand in this contact [J]
             ("iterations", "<u2"),
             ("solves", "u1"),
+            ("status", "i1"),
+            ("levels_done", "u1"),
+            ("slack", "<f8", (levels,)),  # of each level
         ]
     )
 
@@ -90,7 +98,9 @@ class RedundantInterface:
         self._measured = self._force_torque.wrench[0]
         self._measured_force, self._hand = self._measured[:3], np.zeros(3)
         self._demand = [0.0] * arm.m
-        self.state = state_layout(arm.n, arm.m)
+        self.levels = tuple(LevelSpec(*level) for level in self.controller.resolution.levels)
+        self.remarks = REMARKS
+        self.state = state_layout(arm.n, arm.m, len(self.levels))
         motors, torque, hold = rhi.motors, rhi.motors.torque, rhi.hold.stiffness
         limited = TorqueAxes(drive_names(config), motors.lower, motors.upper, motors.velocity, torque)
         self.axes, self.thresholds = limited.limits(config), limited.thresholds(config, image)
@@ -209,7 +219,8 @@ class RedundantInterface:
         )
         count = sum(len(numbers) for numbers in self._numbers) + arm.m + 7
         self._logged = state.view(np.uint8)[: 8 * count].view(np.float64)
-        self._logged_solve = state["iterations"], state["solves"]
+        self._logged_solve = tuple(state[name] for name in SOLVED)
+        self._logged_slack, self._slack = state["slack"][0], np.zeros(len(self.levels))
 
     def fill(self) -> None:
         """Copy the state of this tick."""
@@ -217,8 +228,11 @@ class RedundantInterface:
         observed = (self.environment.depth, controller.reserve, controller.transition.omega)
         scalars = (*observed, controller.alpha, space.cost, space.drive, controller.tank.energy)
         np.concatenate((*self._numbers, self._demand, scalars), out=self._logged)
-        iterations, solves = self._logged_solve
-        iterations[0], solves[0] = controller.resolution.iterations, controller.resolution.solves
+        resolution = controller.resolution
+        for logged, name in zip(self._logged_solve, SOLVED, strict=True):
+            logged[0] = getattr(resolution, name)
+        resolution.write_slack(self._slack)
+        self._logged_slack[:] = self._slack
 
 
 def redundant_arm(config: RhiConfig, robot: Robot) -> RedundantArm:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
@@ -189,6 +189,35 @@ class Equipped(Protocol):
 
     equipment: tuple[Equipment, ...]
     wanted: NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class LevelSpec:
+    """A level of a hierarchy that is solved in each tick.
+
+    Attributes:
+        name: for people.
+        unit: of its slack; empty where its rows have several, or none.
+    """
+
+    name: str
+    unit: str
+
+
+@runtime_checkable
+class Solving(Protocol):
+    """A machine that solves a hierarchy in each tick.
+
+    Its ``state`` has the ``status`` of the solver, 0 where it stands by its answer, how many ``levels_done``
+    are proven, and the ``slack`` of every level, (levels,).
+
+    Attributes:
+        levels: the first outranks all others; none for a machine that was told to solve nothing.
+        remarks: what each status but 0 means.
+    """
+
+    levels: tuple[LevelSpec, ...]
+    remarks: Mapping[int, str]
 
 
 class MachineLimits(Protocol):

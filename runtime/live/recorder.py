@@ -27,7 +27,7 @@ from ..configuration import config
 from ..configuration.session import Session, build, fingerprint
 from ..core.events import Event, EventKind
 from ..errors import HapticdError
-from ..recording.frames import FrameMaker
+from ..recording.frames import FrameMaker, Stored
 from ..recording.log import LogWriter
 from ..recording.log_file import LogFile, cut_short
 from ..recording.published import SUFFIX, About, Publisher, SessionError, run_folder
@@ -97,7 +97,9 @@ class Recorder:
         dtype: np.dtype[np.void],
         screen: Screen,
         publisher: Publisher | None = None,
+        stream: LogFile | None = None,
     ) -> None:
+        self._stream, self._free = stream, 0
         self._ring, self._log, self._dtype, self.screen = ring, log, dtype, screen
         self.hidden = self.endless = False
         self.summary = Summary.of(session)
@@ -146,6 +148,7 @@ class Recorder:
         summary = self.summary
         counts = {
             "ticks skipped": summary.skipped,
+            "frames discarded": summary.discarded,
             "answers missing": summary.missing,
             "commands put right": summary.put_right,
             "ticks late": summary.late,
@@ -155,7 +158,18 @@ class Recorder:
         due = publisher.count % HISTOGRAM_FRAMES == 0
         frame = self._frames.take(counts, (summary.lateness, summary.compute) if due else None)
         if frame:
+            frame.stored = self._stored(due)
             publisher.publish(frame)
+
+    def _stored(self, look: bool) -> Stored | None:
+        """How the recording does; the disk is looked at now and then."""
+        stream, ring = self._stream, self._ring
+        if stream is None:
+            return None
+        if look or not self._free:
+            disk = os.fstatvfs(stream.fileno())
+            self._free = disk.f_bavail * disk.f_frsize
+        return Stored(stream.tell(), ring.unread, ring.room, self._free)
 
     def _note(self, kind: bytes, tick: int, rest: bytes) -> tuple[Event | None, Event | None]:
         """Take what happened at a tick; what the log and the screen say of it, None where nothing is due.
@@ -192,7 +206,7 @@ def main(arguments: list[str]) -> int:
     with LogFile(path) as stream:
         log = LogWriter(stream, session.loaded, fingerprint(session), dtype, int(start_ns))
         publisher = _publisher(session, path, screen)
-        recorder = Recorder(session, Ring.attach(int(ring_fd)), log, dtype, screen, publisher)
+        recorder = Recorder(session, Ring.attach(int(ring_fd)), log, dtype, screen, publisher, stream)
         keys = possible(session.config) if view is Shown.KEYS else ()
         line = LiveLine(session, recorder.summary, keys, float(duration))
         if not report_ready():

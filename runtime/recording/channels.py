@@ -13,6 +13,7 @@ from math import inf
 import numpy as np
 
 from ..configuration.session import Session
+from ..core.machine import Solving
 from ..core.modes import RENDERING, Mode
 from ..core.stages import Stage
 
@@ -26,6 +27,8 @@ class Group(StrEnum):
     HAND = "hand"
     FIGURES = "figures"
     SAFETY = "safety"
+    BUS = "bus"
+    SOLVER = "solver"
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,6 +69,10 @@ class Channels:
         axes = (*((name, "N") for name in FORCE), *((name, "N m") for name in TORQUE))
         grips = self._scene.grips if self._scene else ()
         hand = [(f"{grip.name} {name}".strip(), unit) for grip in grips for name, unit in axes]
+        machine = session.cycle.machine
+        self._solves = isinstance(machine, Solving) and bool(machine.levels)
+        levels = machine.levels if isinstance(machine, Solving) else ()
+        self._period_ms = 1e3 / float(config.loop.rate)
         groups = {
             Group.PUNCTUALITY: [Channel(name, "us", Group.PUNCTUALITY) for name in ("lateness", "compute")],
             Group.STAGES: [Channel(stage.name.lower(), "us", Group.STAGES) for stage in Stage],
@@ -81,6 +88,15 @@ class Channels:
             ],
             Group.HAND: [Channel(name, unit, Group.HAND) for name, unit in hand],
             Group.FIGURES: [Channel(spec.name, spec.unit, Group.FIGURES) for spec in self._figures.specs],
+            Group.BUS: [
+                Channel("frames received", "", Group.BUS),
+                Channel("frames discarded", "", Group.BUS),
+                Channel("dead-man last heard", "ms", Group.BUS),
+            ],
+            Group.SOLVER: [
+                *(Channel(name, "", Group.SOLVER) for name in ("solver status", "levels proven") if levels),
+                *(Channel(f"slack of {level.name}", level.unit, Group.SOLVER) for level in levels),
+            ],
         }
         self.specs = tuple(spec for specs in groups.values() for spec in specs)
         self.groups: dict[Group, slice] = {}
@@ -88,11 +104,13 @@ class Channels:
             start = max((end.stop for end in self.groups.values()), default=0)
             self.groups[group] = slice(start, start + len(specs))
         self._still = [0.0] * len(self._figures.specs)
+        self._unsolved = [0.0] * len(groups[Group.SOLVER])
 
     def values(self, fixed: np.void) -> list[float]:
         """Their values in the fixed part of a record of a tick that has measured; see ``measured``."""
         state = fixed["state"]
         stages = fixed["stage_ns"].tolist()
+        rendering = int(fixed["mode"]) in RENDERING
         return [
             *(1e-3 * int(fixed["lateness_ns"]), 1e-3 * int(fixed["compute_ns"])),
             *(1e-3 * ns for ns in stages),
@@ -100,8 +118,16 @@ class Channels:
             *(float(self._expected - int(fixed["working_counter"])), float(fixed["skipped"])),
             *self._limits.values(state),
             *(self._scene.wrench(state) if self._scene else ()),
-            *(self._figures.values(state) if int(fixed["mode"]) in RENDERING else self._still),
+            *(self._figures.values(state) if rendering else self._still),
+            *(float(fixed["frames"]), float(fixed["discarded"]), self._period_ms * int(fixed["silent"])),
+            *(_solver(state) if rendering and self._solves else self._unsolved),
         ]
+
+
+def _solver(state: np.void) -> list[float]:
+    """Status, levels proven and the slack of each; what was refused has none."""
+    slack: list[float] = np.nan_to_num(state["slack"]).tolist()
+    return [float(state["status"]), float(state["levels_done"]), *slack]
 
 
 def measured(mode: int) -> bool:

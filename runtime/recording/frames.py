@@ -29,6 +29,22 @@ class Said(msgspec.Struct, array_like=True):
     text: str
 
 
+class Stored(msgspec.Struct):
+    """How the recording does.
+
+    Attributes:
+        written: bytes of it that the disk took.
+        waiting: bytes that the recorder has not taken from the session yet.
+        room: bytes that may wait before records are lost.
+        free: bytes that the disk still takes.
+    """
+
+    written: int
+    waiting: int
+    room: int
+    free: int
+
+
 class Frame(msgspec.Struct, kw_only=True):
     """Some ticks.
 
@@ -38,6 +54,9 @@ class Frame(msgspec.Struct, kw_only=True):
         mode: its name.
         stop: reason of the stop that is latched, empty for none.
         pressed, e_stop_closed: the dead-man switch, the emergency stop; None before they were measured.
+        since: tick of this session since which the dead-man switch is as it is.
+        received: frames that came over the bus in this session.
+        stored: of a session that is being recorded, see ``Stored``.
         posture: of the model's joints (nv,) [rad or m]; empty before it was measured, as all that follow.
         wrench: of the hand on the machine (6,) [N, N m].
         twin: its place (3,) [m]; None without one.
@@ -55,6 +74,9 @@ class Frame(msgspec.Struct, kw_only=True):
     stop: str = ""
     pressed: bool | None = None
     e_stop_closed: bool | None = None
+    since: int = 0
+    received: int = 0
+    stored: Stored | None = None
     posture: list[float] = []
     wrench: list[float] = []
     twin: list[float] | None = None
@@ -81,6 +103,7 @@ class FrameMaker:
         self._last: np.void | None = None
         self._before = int(Mode.BRINGUP)
         self._known = False
+        self._received, self._pressed, self._since = 0, False, 0
         self._events: list[Said] = []
         self._forget()
 
@@ -88,6 +111,10 @@ class FrameMaker:
         """Take the fixed part of a tick's record."""
         self._last = fixed
         self._ticks += 1
+        self._received += int(fixed["frames"])
+        pressed = self._dead_man(fixed)
+        if pressed != self._pressed:
+            self._pressed, self._since = pressed, int(fixed["tick"])
         self._known = measured(self._before)
         if self._known:
             row = np.array(self.channels.values(fixed))
@@ -118,6 +145,8 @@ class FrameMaker:
             published_ns=monotonic_ns(),
             mode=Mode(int(last["mode"])).name,
             stop=last["reason"].decode() if last["latched"] else "",
+            since=self._since,
+            received=self._received,
             counts={**counts, "events left out": lost} if lost > 0 else counts,
             events=self._events[-MOST_EVENTS:],
         )
@@ -130,7 +159,7 @@ class FrameMaker:
 
     def _measure(self, frame: Frame, last: np.void) -> None:
         inputs = last["raw"][self._safety]
-        frame.pressed = bool((inputs & DEAD_MAN == DEAD_MAN).all())
+        frame.pressed = self._pressed
         frame.e_stop_closed = bool((inputs & EMERGENCY_STOP == EMERGENCY_STOP).all())
         frame.low, frame.high = self._low.tolist(), self._high.tolist()
         frame.mean = (self._sum / self._rows).tolist()
@@ -141,6 +170,10 @@ class FrameMaker:
             frame.twin = None if twin is None else list(twin)
             if self._scene.strength:
                 frame.demand = list(self._scene.strength.demand(state))
+
+    def _dead_man(self, fixed: np.void) -> bool:
+        """Whether every safety controller says that it is pressed."""
+        return all(bits & DEAD_MAN == DEAD_MAN for bits in fixed["raw"][self._safety].tolist())
 
     def _forget(self) -> None:
         self._ticks = self._rows = 0

@@ -33,7 +33,7 @@ from .reader import MAX_COUNT, MAX_RECORD, Channel, Message, read
 from .record import HEAD, Record, describe
 from .record import parse as parse_record
 
-LAYOUT_VERSION = "2"
+LAYOUT_VERSION = "3"
 CHUNK_BYTES = 64 << 10
 """Small chunks: a recording that is killed loses less than 100 ms."""
 EDS = "eds/"

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from ...devices.network import Network
+from ...devices.safety_plc import GROUP
 from ..core.cycle import Cycle
 from ..core.stages import NO_STAGES, Stage
 from ..core.tick import Inputs
@@ -35,6 +36,9 @@ HEAD = (
     ("reason", "S24", "24s"),
     ("working_counter", "<u2", "H"),
     ("digest", "<u4", "I"),
+    ("frames", "<u2", "H"),
+    ("discarded", "<u2", "H"),
+    ("silent", "<u2", "H"),
     ("in_bytes", "<u2", "H"),
     ("out_bytes", "<u2", "H"),
     ("lateness_ns", "<i8", "q"),
@@ -43,7 +47,12 @@ HEAD = (
     ("gain", "<f8", "d"),
     ("trust", "<f8", "d"),
 )
-"""Name, type and struct code of the scalars that every record begins with."""
+"""Name, type and struct code of the scalars that every record begins with.
+
+``frames`` were received, ``discarded`` of them as stale, ahead or repeated; the safety controllers were
+``silent`` for so many ticks.
+"""
+LONGEST_SILENCE = 0xFFFF
 _HEAD = struct.Struct("<" + "".join(code for _, _, code in HEAD))
 _STAGES = struct.Struct(f"<{len(Stage)}I")
 _NAMES = [name for name, _, _ in HEAD]
@@ -88,6 +97,7 @@ class RecordWriter:
         self._cycle = cycle
         self.fixed = np.zeros(1, layout(machine.state, len(machine.axes), len(image.raw)))
         self._bytes = self.fixed.view(np.uint8).data
+        self._switches = [k for k, d in enumerate(image.network.devices) if d.group == GROUP]
         self._admitted, self._raw = self.fixed["admitted"][0], self.fixed["raw"][0]
         machine.bind_state(self.fixed["state"])
 
@@ -106,7 +116,8 @@ class RecordWriter:
             0,
             *(inputs.tick, inputs.skipped, int(inputs.commands)),
             *(cycle.mode, verdict.reaction, latch.reaction, standing.reason.encode()),
-            *(cycle.image.working_counter, cycle.digest, len(cycle.packed), len(out)),
+            *(cycle.image.working_counter, cycle.digest),
+            *(len(inputs.frames), cycle.image.discarded, self._silent(), len(cycle.packed), len(out)),
             *timing,
             *(cycle.phase.gain, cycle.senses.trust),
         )
@@ -114,6 +125,13 @@ class RecordWriter:
         cycle.machine.fill()
         self._raw[:] = cycle.image.raw
         return b"".join((self._bytes, cycle.packed, out))
+
+    def _silent(self) -> int:
+        """Ticks since every safety controller was heard."""
+        image = self._cycle.image
+        if image.calm or not self._switches:
+            return 0
+        return min(LONGEST_SILENCE, int(image.missed[self._switches].max()))
 
 
 @dataclass(frozen=True, slots=True)

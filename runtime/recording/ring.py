@@ -69,6 +69,11 @@ class Ring:
         return int(lib.ring_read(self._ring))
 
     @property
+    def room(self) -> int:
+        """Bytes of it that records may take, but for a few."""
+        return len(self._map)
+
+    @property
     def unread(self) -> int:
         """Bytes that wait to be taken out."""
         return int(lib.ring_unread(self._ring))

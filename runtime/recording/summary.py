@@ -158,6 +158,7 @@ class Summary:
     skipped: int = 0
     stop: str = ""
     missing: int = 0
+    discarded: int = 0
     put_right: int = 0
     last: np.void | None = None
     measured: bool = False
@@ -195,6 +196,7 @@ class Summary:
         self.skipped += said["skipped"]
         mode = self._mode = said["mode"]
         self.modes[mode] += 1
+        self.discarded += said["discarded"]
         self.lateness.add(said["lateness_ns"])
         self.compute.add(said["compute_ns"])
         if not self.measured:

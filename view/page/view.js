@@ -38,7 +38,7 @@ function begin(said) {
   $("orders").replaceChildren(...hello.words.filter(w => !["hold", "lead", "press", "release", "e-stop", "pull out"].includes(w) && !w.startsWith("push")).map(word => {
     const button = document.createElement("button"); button.textContent = word; button.onclick = () => say(word); return button;
   }));
-  buildLimits(); buildPlots(); changed = true;
+  buildLimits(); buildSolver(); buildPlots(); changed = true;
 }
 function take(frame) {
   if (frame.type === "over") { lamp("session over", "--soft"); letGo(); return; }
@@ -73,6 +73,7 @@ function show() {
   if (now.stop) $("stop").textContent = events.findLast(e => e.severity === "stop" && e.tick <= now.tick)?.text ?? now.stop;
   $("estop").classList.toggle("on", now.e_stop_closed === false);
   $("estop").textContent = now.e_stop_closed === false ? "pull e-stop out" : "e-stop";
+  showDeadMan();
   const pressed = now.pressed === null ? "" : now.pressed ? "pressed" : "open";
   $("hold").classList.toggle("on", now.pressed === true);
   $("hold").textContent = held ? `holding: ${pressed}` : `hold dead-man${pressed ? ` (${pressed})` : ""}`;
@@ -105,6 +106,48 @@ function showLimits() {
     mark.style.left = Math.max(0, Math.min(100, 100 * (v - spec.lower) / (spec.upper - spec.lower))) + "%";
   }
   return touched.join(", ");
+}
+const place = name => hello.channels.findIndex(spec => spec.name === name); // a channel, -1 where there is none
+function showDeadMan() { // how long it is as it is, and how long ago that was heard: at worst in these ticks
+  const heard = now.high[place("dead-man last heard")];
+  $("deadman").textContent = now.pressed === null || heard === undefined ? "not measured yet"
+    : `${now.pressed ? "pressed" : "open"} for ${((now.tick - now.since) / hello.rate).toFixed(1)} s, heard ${heard < 1 ? "in this tick" : `${heard.toFixed(0)} ms ago`}`;
+}
+let levelRows = [];
+function buildSolver() {
+  levelRows = [];
+  $("levels").replaceChildren(...hello.channels.flatMap((spec, k) => {
+    if (spec.group !== "solver" || !spec.name.startsWith("slack of ")) return [];
+    const [name, slack, proven] = ["span", "span", "span"].map(tag => document.createElement(tag));
+    name.textContent = spec.name.slice("slack of ".length); levelRows.push({spec, k, slack, proven}); return [name, slack, proven];
+  }));
+  $("solver").hidden = !levelRows.length;
+}
+function showSolver() {
+  const status = place("solver status"), solving = now && now.mean.length && ["ENGAGING", "ACTIVE"].includes(now.mode);
+  if (!levelRows.length) return;
+  const remark = solving && (hello.remarks[now.low[status]] ?? hello.remarks[now.high[status]]);
+  const most = solving && now.high[place("HQP iterations")], done = solving && now.low[place("levels proven")];
+  $("answer").textContent = !solving ? "solves while the machine renders" : `${remark || "solved"}, ${most.toFixed(0)} iteration${most === 1 ? "" : "s"} at most`;
+  $("answer").className = remark ? "some" : "";
+  levelRows.forEach(({spec, k, slack, proven}, i) => {
+    const high = solving ? now.high[k] : 0, some = high > 1e-6;
+    slack.textContent = solving ? `${some ? high.toPrecision(3) : "met"}${some ? ` ${pretty(spec.unit)}` : ""}` : ""; slack.className = some ? "slack some" : "slack";
+    proven.textContent = solving ? (i < done ? "✓" : "–") : ""; proven.title = i < done ? "proven" : "not proven";
+  });
+}
+const pretty = unit => unit.replaceAll("^2", "²").replace(/sqrt\(([^)]*)\)/, "√$1");
+const OF_THE_LOG = ["records lost", "frames left out", "events left out"];
+function showCounts() {
+  const counts = Object.entries(now ? now.counts : {}), size = bytes => bytes < 1e6 ? `${(bytes / 1e3).toFixed(0)} kB` : bytes < 1e9 ? `${(bytes / 1e6).toFixed(1)} MB` : `${(bytes / 1e9).toFixed(1)} GB`;
+  const rows = (list, loss) => list.flatMap(([name, n]) => {
+    const dt = document.createElement("dt"), dd = document.createElement("dd"); dt.textContent = name; dd.textContent = n; dd.className = loss && n ? "some" : ""; return [dt, dd];
+  });
+  const log = counts.filter(([name]) => OF_THE_LOG.includes(name)), stored = now?.stored, lost = now?.counts["records lost"];
+  $("bus").replaceChildren(...rows([["frames received", now?.received ?? 0]]), ...rows(counts.filter(([name]) => !OF_THE_LOG.includes(name)), true));
+  const ill = lost ? "records were lost" : !stored ? "" : stored.waiting > stored.room / 2 ? "the recorder falls behind" : stored.free < 1e9 ? "the disk is nearly full" : "";
+  $("health").textContent = ill || (stored ? "complete so far" : "read from its file"); $("health").className = ill ? "some" : "";
+  $("stored").replaceChildren(...(stored ? rows([["written", size(stored.written)], ["waiting", `${(100 * stored.waiting / stored.room).toFixed(1)} %`], ["free on the disk", size(stored.free)]]) : []), ...rows(log, true));
 }
 function buildPlots() {
   const groups = {}, specs = hello.channels;
@@ -195,10 +238,7 @@ setInterval(() => { // what need not be drawn at every frame
   if (open) socket.send("ping " + performance.now().toFixed(1));
   if (hello.live) $("latency").textContent = `view ${(age + way).toFixed(0)} ms behind, ${dropped} frames dropped`;
   else $("latency").textContent = "a recording";
-  const counts = now ? now.counts : {};
-  $("counts").replaceChildren(...Object.entries(counts).flatMap(([name, n]) => {
-    const dt = document.createElement("dt"), dd = document.createElement("dd"); dt.textContent = name; dd.textContent = n; dd.className = n ? "some" : ""; return [dt, dd];
-  }));
+  showCounts(); showSolver();
   histogram($("late"), last.lateness, hello.bars, "--c1"); histogram($("took"), last.compute, hello.bars, "--c3");
 }, 500);
 addEventListener("resize", () => { scene.framed && scene.fit(); changed = true; });
