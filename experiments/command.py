@@ -38,6 +38,7 @@ NAMES = (
     "giant_table3",
     "giant_timing",
     "giant_felt",
+    "giant_zwidth",
     "bimanual_fig6",
     "bimanual_fig7",
     "bimanual_table1",

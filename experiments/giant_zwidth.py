@@ -1,0 +1,172 @@
+"""Beyond the paper: the highest wall that the giant renders without trembling, against the mass behind it.
+
+A wall is a spring under the rendered mass, straight down. The hand taps it, stays pressed into it, and never
+leaves it: the spring might as well be one-sided. Whether that is stable is told by what the hand of the
+simulated machine gets at the handle, and by nothing that the controller counts. The machine is what its
+controller believes, without dry friction, which would swallow what trembles.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from itertools import product
+from typing import Any
+
+import msgspec
+import numpy as np
+
+from ..runtime.configuration import config
+from ..runtime.configuration.config import Loaded
+from . import haptify
+from .haptify import Felt, Place, Way
+from .outcome import COLOURS, LINES, Outcome, Progress, Row
+from .own_plant import Doubt
+
+TITLE = "Z-width of the giant: highest stable wall against the rendered mass"
+WALLS = (1e3, 2e3, 4e3, 8e3, 16e3, 32e3, 64e3)
+"""Stiffnesses of walls [N/m]."""
+MASSES = (1.0, 2.0, 4.0, 8.0)
+"""What is rendered [kg]."""
+STIFF, SOFTLY_DAMPED, DAMPED = (300.0, 900.0, 3000.0), (10.0,), (10.0, 40.0)
+"""Hands [N/m], [N s/m]."""
+RATES = (1000.0, 2000.0, 4000.0)
+"""[Hz]"""
+PRESS, TAP_S, PRESSED_S = 20.0, 0.1, 1.6
+"""How hard the hand presses in the end [N], how soon, and when the session ends [s]."""
+LAST_S, STILL, LESS = 0.5, 1e-5, 0.9
+"""In its last part [s] a stable wall gives the hand less than an energy [J], or a share of that before."""
+SEED = 1
+
+
+@dataclass(frozen=True, slots=True)
+class Hand:
+    """Of a person: stiffness [N/m], damping [N s/m]."""
+
+    stiffness: float
+    damping: float
+
+
+@dataclass(frozen=True, slots=True)
+class Width:
+    """Of a hand and a rate [Hz]: the highest stable wall of each mass [N/m], 0 where there is none."""
+
+    hand: Hand
+    rate: float
+    walls: Sequence[float]
+
+
+def run(progress: Progress) -> Outcome:
+    """At the configured rate, with the least damped hands."""
+    return _outcome(RATES[:1], [Hand(*each) for each in product(STIFF, SOFTLY_DAMPED)], progress)
+
+
+def study(progress: Progress) -> Outcome:
+    """At all rates, with all hands."""
+    return _outcome(RATES, [Hand(*each) for each in product(STIFF, DAMPED)], progress)
+
+
+def machine(loaded: Loaded, mass: float, wall: float, hand: Hand, rate: float) -> Loaded:
+    """The giant that renders a mass [kg] on a wall [N/m] at a rate [Hz] for a hand."""
+    replaced = msgspec.structs.replace
+    whole: Any = loaded.config
+    free: Any = whole.giant.twin
+    giant = replaced(whole.giant, twin=replaced(free, mass=type(free.mass)(mass)))
+    # a twin's file is read beside what the configuration says: all else is set afterwards
+    walled = haptify.with_slider(replace(loaded, config=replaced(whole, giant=giant)), wall)
+    whole = walled.config
+    grip = whole.simulation.hand
+    grip = replaced(
+        grip, stiffness=type(grip.stiffness)(hand.stiffness), damping=type(grip.damping)(hand.damping)
+    )
+    loop = replaced(whole.loop, rate=type(whole.loop.rate)(rate))
+    simulation = replaced(whole.simulation, hand=grip)
+    return replace(walled, config=replaced(whole, loop=loop, simulation=simulation))
+
+
+def tap(start: Place, wall: float, hand: Hand) -> Way:
+    """Down at once until wall and hand would hold each other with the press, and no further."""
+    down = [*start[:2], start[2] - PRESS * (1.0 / wall + 1.0 / hand.stiffness), *start[3:]]
+    still = np.linspace(TAP_S, PRESSED_S, 8).tolist()
+    return [(0.0, start), *((t, down) for t in still)]
+
+
+def taken(felt: Felt, hand: Hand, rate: float) -> float:
+    """Energy that the damping of the hand takes from the handle, which nothing but the machine gives [J]."""
+    return hand.damping * float((felt.velocity**2).sum()) / rate
+
+
+def stable(felt: Felt, hand: Hand, rate: float) -> bool:
+    """Whether the machine went on, and what trembled after the tap has died down, or is about to."""
+    end = PRESSED_S
+    before, last = (taken(felt.part(end - i * LAST_S, end - (i - 1) * LAST_S), hand, rate) for i in (2, 1))
+    return not felt.stop and last < max(STILL, LESS * before)
+
+
+def highest(walls: Sequence[float], holds: Callable[[float], bool]) -> float:
+    """The last of rising walls that holds, as if all below one that holds did; 0 if none was found."""
+    low, high = 0, len(walls)  # walls[:low] hold, walls[high:] do not
+    while low < high:
+        middle = (low + high) // 2
+        low, high = (middle + 1, high) if holds(walls[middle]) else (low, middle)
+    return walls[low - 1] if low else 0.0
+
+
+def pressed(loaded: Loaded, mass: float, wall: float, hand: Hand, rate: float, progress: Progress) -> Felt:
+    """The session in which a hand taps a wall."""
+    way = tap(haptify.first_place(loaded), wall, hand)
+    return haptify.felt(machine(loaded, mass, wall, hand, rate), way, SEED, Doubt(), progress, 150.0)
+
+
+def _outcome(rates: Sequence[float], hands: Sequence[Hand], progress: Progress) -> Outcome:
+    loaded = config.load("giant")
+    widths = [_width(loaded, hand, rate, progress) for rate, hand in product(rates, hands)]
+    return Outcome([_row(width) for width in widths], _figures(widths), partial(_draw, widths))
+
+
+def _width(loaded: Loaded, hand: Hand, rate: float, progress: Progress) -> Width:
+    def holds(mass: float, wall: float) -> bool:
+        progress(f"{rate:g} Hz, a hand of {hand.stiffness:g} N/m, {mass:g} kg on {wall:g} N/m")
+        return stable(pressed(loaded, mass, wall, hand, rate, lambda _: None), hand, rate)
+
+    return Width(hand, rate, [highest(WALLS, partial(holds, mass)) for mass in MASSES])
+
+
+def _name(width: Width) -> str:
+    return f"{width.rate / 1e3:g} kHz, hand of {width.hand.stiffness:g} N/m and {width.hand.damping:g} N s/m"
+
+
+def _row(width: Width) -> Row:
+    masses = " / ".join(f"{mass:g}" for mass in MASSES)
+    walls = " / ".join(f"{wall / 1e3:g}" if wall else "none" for wall in width.walls)
+    return Row(f"{_name(width)}: highest stable wall under {masses} kg [kN/m]", "-", walls)
+
+
+def _figures(widths: Sequence[Width]) -> dict[str, Any]:
+    return {"mass": MASSES, "widths": [msgspec.to_builtins(width) for width in widths]}
+
+
+def _draw(widths: Sequence[Width], figure: Any) -> None:
+    rates = list(dict.fromkeys(width.rate for width in widths))
+    plots = dict(zip(rates, figure.subplots(1, len(rates), sharey=True, squeeze=False)[0], strict=True))
+    for width in widths:
+        hand = width.hand
+        plots[width.rate].loglog(
+            MASSES,
+            [wall or np.nan for wall in width.walls],
+            color=COLOURS[STIFF.index(hand.stiffness)],
+            ls=LINES[DAMPED.index(hand.damping)],
+            marker="os^"[STIFF.index(hand.stiffness)],
+            label=f"{hand.stiffness:g} N/m, {hand.damping:g} N s/m",
+        )
+    for rate, plot in plots.items():
+        plot.set_title(f"{rate / 1e3:g} kHz")
+        plot.set_xlabel("rendered mass [kg]")
+        plot.set_xticks(MASSES, [f"{mass:g}" for mass in MASSES])
+        plot.set_yticks(WALLS, [f"{wall:g}" for wall in WALLS])
+        plot.set_ylim(WALLS[0] / 1.5, WALLS[-1] * 1.5)
+        plot.minorticks_off()
+    first = plots[rates[0]]
+    first.set_ylabel("highest stable wall [N/m]")
+    figure.legend(*first.get_legend_handles_labels(), loc="outside lower center", ncols=3, fontsize=7)
