@@ -209,6 +209,12 @@ class HandleMass(Mass):
     range = Range(1e-3, 20.0, "kg", "a stylus; two hands carry no more")
 
 
+class CueForce(Quantity):
+    dimension = "force"
+    range = Range(0.05, 5.0, "N", "what nobody feels; what pushes a hand about")
+    strict = False
+
+
 class NoiseForce(Quantity):
     dimension = "force"
     range = Range(1e-6, 10.0, "N", "of a force sensor that is worth one")

@@ -25,6 +25,8 @@ class RemoteFlag(IntFlag):
     """The operator's station knows that the arm at the other side does not follow."""
     WAITING = 0x08
     """The arm holds where it is because it hears nothing that it may follow."""
+    BEHIND = 0x20
+    """The passivity of the link keeps the arm from where it is led."""
 
 
 ENGAGED: Final = RemoteFlag.ENGAGED.value
@@ -32,6 +34,7 @@ STOPPED: Final = RemoteFlag.STOPPED.value
 CLUTCHED: Final = RemoteFlag.CLUTCHED.value
 WAITING: Final = RemoteFlag.WAITING.value
 TOLD: Final = RemoteFlag.TOLD.value
+BEHIND: Final = RemoteFlag.BEHIND.value
 """Plain numbers: enum arithmetic is slow."""
 
 ACTS: Final = 256

@@ -13,7 +13,7 @@ from ...control.lease import Granted
 from ...control.link_passivity import AvatarPort
 from ...control.notice import Notice
 from ...devices.image import ProcessImage
-from ...devices.remote import ENGAGED, STOPPED, TOLD, WAITING, packed, unpacked
+from ...devices.remote import BEHIND, ENGAGED, STOPPED, TOLD, WAITING, packed, unpacked
 from ...devices.remote_operator import RemoteOperators
 from ...models import Robot
 from ...runtime.core.stages import Mark
@@ -138,6 +138,7 @@ class AvatarStation(Station):
             flags = STOPPED if arm.stopped else 0
             flags |= ENGAGED if self._engaged and self._laws[i].share > 0.0 else 0
             flags |= 0 if lease.follows else WAITING
+            flags |= BEHIND if lease.follows and self._damped[i].on else 0
             self._energy[i] = self._ports[i].sent
             words[i] = packed(flags, self._acts[i])
         for hand in self.hands:

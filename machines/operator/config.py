@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from msgspec import Meta
+from msgspec import Meta, field
 
-from ...configs.quantities import Duration
+from ...configs.quantities import CueForce, Duration
 from ...configs.strict import Strict
 from ...devices.remote import MOST_DRIVES
 from ...runtime.core.sections import Config, Name
@@ -33,6 +33,12 @@ class Gloves(Strict, frozen=True):
     right: Drives
 
 
+class Announced(Strict, frozen=True):
+    """How strongly the hand is told that something intervenes, 0 for not at all."""
+
+    force: CueForce = CueForce(2.0)
+
+
 class Operator(Station, frozen=True, kw_only=True):
     """What the controller of the operator station needs.
 
@@ -47,6 +53,7 @@ class Operator(Station, frozen=True, kw_only=True):
     avatar: Foreseen | None = None
     gloves: Gloves | None = None
     body: bool = False
+    cue: Announced = field(default_factory=Announced)
 
 
 class OperatorSimulation(StationSimulation, frozen=True, kw_only=True):

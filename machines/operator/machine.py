@@ -9,7 +9,9 @@ import numpy as np
 
 from ...control.avatar_model import AvatarModel
 from ...control.clutch import Clutch
-from ...control.lease import Fader, Granted
+from ...control.cue import AVATAR_LIMIT, ENERGY, LIMIT, QUIET, UNLED, Cue
+from ...control.cue import STOPPED as STOPPED_THERE
+from ...control.lease import ENDS_S, Fader, Granted
 from ...control.limit_avoidance import LOWER, SPEED, LimitAvoidance
 from ...control.link_passivity import EMPTY, OperatorPort
 from ...control.notice import Notice
@@ -17,7 +19,7 @@ from ...control.operator_law import OperatorLaw
 from ...control.task_arm import Posture
 from ...devices.buttons import ButtonRows
 from ...devices.image import ProcessImage
-from ...devices.remote import ACTS, CLUTCHED, ENGAGED, STOPPED, TOLD, WAITING, packed, unpacked
+from ...devices.remote import ACTS, BEHIND, CLUTCHED, ENGAGED, STOPPED, TOLD, WAITING, packed, unpacked
 from ...devices.remote_avatar import RemoteAvatars
 from ...models import Array, Robot
 from ...runtime.core.stages import Mark
@@ -35,6 +37,10 @@ MOST_PUSH = 25.0, 1.5
 a wrist to and fro faster than its own limit (experiments/strange_pair.py, seed 3)."""
 DAMPS = 1.0
 """Damping by the link that is worth a word [N s/m]."""
+CUE_AXIS = 0
+"""Of a palm, along which cues vibrate: forward, where hands push."""
+WHOLE = {ENERGY: 10.0, LIMIT: 10.0, AVATAR_LIMIT: 10.0, UNLED: ENDS_S, STOPPED_THERE: 1.0}
+"""How much of each cause is announced with the whole force [N s/m, N m, N m, s, 1]."""
 RISE_S, FALL_S = 3.0, 50e-3
 """In which what the avatar feels fades in and out."""
 
@@ -67,6 +73,10 @@ def state_layout(n: int) -> np.dtype[np.void]:
             ("head", "<f8", 7),  # of the operator [m]
             ("paddle", "<f8", 3),  # shares of its way
             ("brakes", "u1", arms),  # of the gloves, a bit a finger from the thumb on
+            ("cause", "u1", arms),  # what intervenes, of those of `control.cue` the most urgent
+            ("amount", "<f8", arms),  # how much [N s/m, N m, N m, s, -]
+            ("announced", "u1", arms),  # what the hand is being told
+            ("cue", "<f8", arms),  # with what force [N]; in `torque`, too
         ]
     )
 
@@ -126,6 +136,10 @@ class OperatorStation(Station):
         quiet = round(QUIET_S / self._dt)
         self._notices = [(Notice(PUSHES, FADED, quiet), Notice(PUSHES, FADED, quiet)) for _ in arms]
         self._damped = [Notice(DAMPS, DAMPS, quiet) for _ in arms]
+        self._cues = [Cue(section.cue.force, self._dt) for _ in arms]
+        self._causes, self._amounts = [QUIET] * len(arms), [0.0] * len(arms)
+        self._pushed = [[0.0, 0.0] for _ in arms]  # by limits, the own ones and those there
+        self._led, self._behind = [False] * len(arms), [False] * len(arms)
         self._faders = [Fader(RISE_S, FALL_S, self._dt) for _ in arms]
         self._feedback, self._scale = section.feedback, section.scale
         self._most = section.stop.force, section.stop.torque
@@ -155,6 +169,7 @@ class OperatorStation(Station):
             if fresh:
                 self._last[i] = wrench
                 self._waits_there[i] = bool(flags & WAITING)
+                self._behind[i] = bool(flags & BEHIND)
             stopped = valid and bool(flags & STOPPED)
             if stopped is not self._stopped_there[i]:
                 self._stopped_there[i] = stopped
@@ -210,8 +225,17 @@ class OperatorStation(Station):
             self._acts[i] = (self._acts[i] + 1) % ACTS
             clutch.align(arm.task.palm.position, arm.task.palm.rotation)
 
+    def engage(self) -> None:
+        """See ``Machine``."""
+        super().engage()
+        for cue in self._cues:
+            cue.reset()
+        self._led = [False] * len(self.arms)
+
     def _stop(self, i: int) -> None:
         self.leases[i].bar()
+        self._cues[i].reset()
+        self._causes[i], self._amounts[i] = QUIET, 0.0
 
     def restart(self, i: int) -> None:
         """See ``Station``; what the avatar feels fades in again."""
@@ -229,8 +253,9 @@ class OperatorStation(Station):
         self._foresee(i, clutch, share * gain)
         law = self._laws[i]
         law.update()
+        self._announce(i, arm, law, gain)
         arm.move(law.torque, 1.0 - gain)
-        self._tell(i, arm, law)
+        self._tell(i, arm)
 
     def _feel(self, i: int, share: float) -> None:
         """A share of what the avatar feels, as far as the energy of the link allows."""
@@ -263,10 +288,36 @@ class OperatorStation(Station):
         model.update()
         _push(model.wrench, share, MOST_PUSH, limits)
 
-    def _tell(self, i: int, arm: StationArm, law: OperatorLaw) -> None:
+    def _intervenes(self, i: int) -> tuple[int, float]:
+        """What keeps the avatar from following the hand, or the hand from moving, and how much of it."""
+        own, there = self._notices[i]
+        if self._stopped_there[i]:
+            return STOPPED_THERE, 1.0
+        if self._led[i] and not self.leases[i].follows and not self._clutches[i].open:
+            return UNLED, float(self._remote.age[i])
+        if there.on:
+            return AVATAR_LIMIT, self._pushed[i][1]
+        if own.on:
+            return LIMIT, self._pushed[i][0]
+        damps = self._damped[i].on or self._behind[i]
+        return (ENERGY, self._ports[i].damping) if damps else (QUIET, 0.0)
+
+    def _announce(self, i: int, arm: StationArm, law: OperatorLaw, gain: float) -> None:
+        """Tell the hand what intervenes."""
+        self._led[i] |= self.leases[i].follows
+        cause, amount = self._causes[i], self._amounts[i] = self._intervenes(i)
+        palm, cue = arm.task.palm, self._cues[i]
+        axis = palm.rotation[:, CUE_AXIS]
+        share = amount / WHOLE[cause] if cause else 0.0
+        force = cue.update(cause if gain == 1.0 else QUIET, share, float(axis.dot(arm.task.twist[:3])))
+        if force:
+            law.torque += force * (axis @ palm.J[:3])
+
+    def _tell(self, i: int, arm: StationArm) -> None:
         """Which limit pushes back, and how hard: a hand that is not obeyed must know why."""
         own, there = self._notices[i]
-        pushed = list(map(abs, arm.avoidance.torque.tolist()))
+        pushed = list(map(abs, (arm.avoidance.torque + arm.ends).tolist()))
+        self._pushed[i][0] = max(pushed)
         if own.update(max(pushed)):
             self.notes.append(_pushed(f"{arm.side} arm", pushed, arm.avoidance))
         model = self._models[i]
@@ -274,6 +325,7 @@ class OperatorStation(Station):
             return
         acts = bool(self._limits[i].any())
         pushed = [abs(torque) * acts for torque in model.limits.torque.tolist()]
+        self._pushed[i][1] = max(pushed)
         if there.update(max(pushed)):
             self.notes.append(_pushed(f"{arm.side} avatar arm", pushed, model.limits))
 
@@ -294,6 +346,8 @@ class OperatorStation(Station):
             if (model := self._models[i]) is not None:
                 logged["foreseen"][i] = model.q
             logged["brakes"][i] = self.gloves[i].brakes.bits if self.gloves else 0
+            logged["cause"][i], logged["amount"][i] = self._causes[i], self._amounts[i]
+            logged["announced"][i], logged["cue"][i] = self._cues[i].cause, self._cues[i].force
             logged["clutched"][i], logged["near"][i] = clutch.open, arm.avoidance.near
         if self.body is not None:
             logged["head"][:], logged["paddle"][:] = self.body.head, self.body.paddle

@@ -70,6 +70,7 @@ class StationArm:
         task: palm, inertia, weight, posture; n: joints.
         force: wrench on the palm in its axes, (6,), as it is measured: ``force.wrench``.
         avoidance: of its joint limits.
+        ends: torques of its end stops in the last tick, (n,) [N m].
         stopped: why it stopped itself, "" where it did not.
         torque: for its motors, (n,) [N m].
     """
@@ -114,6 +115,7 @@ class StationArm:
         )
         self._hold = Hold(HoldGains(stiffness, damping, deceleration, own.effort), dt)
         self._end_stop = EndStop(limits.lower, limits.upper, stiffness, damping, END_STOP)
+        self.ends = self._end_stop.torque
         self._fastest: list[float] = (TOO_FAST * limits.velocity).tolist()
         self._most = station.stop.force, station.stop.torque
         self.stopped = ""
