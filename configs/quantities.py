@@ -99,6 +99,16 @@ class Torque(Quantity):
     dimension = "torque"
 
 
+class DryForce(Force):
+    range = Range(0.0, 5000.0, "N", "nothing; a closed brake")
+    strict = False
+
+
+class DryTorque(Torque):
+    range = Range(0.0, 500.0, "N m", "nothing; a closed brake")
+    strict = False
+
+
 class Stiffness(Quantity):
     dimension = "stiffness"
 
@@ -304,6 +314,16 @@ class AngularDampings6(Vector):
 
 class Torques6(Vector):
     dimension, length, minimum = "torque", 6, 0.0
+
+
+class DryTorques6(Vector):
+    dimension, length, minimum, strict = "torque", 6, 0.0, False
+    range = Range(0.0, 500.0, "N m", "nothing; a closed brake")
+
+
+class GearDampings6(Vector):
+    dimension, length, minimum, strict = "angular damping", 6, 0.0, False
+    range = Range(0.0, 1000.0, "N m s/rad", "nothing; a locked joint")
 
 
 class Angles2(Vector):

@@ -170,6 +170,7 @@ class Vector(tuple[float, ...]):
     range: ClassVar[Range | None] = None
     length: ClassVar[int | None] = None
     minimum: ClassVar[float] = float("-inf")
+    strict: ClassVar[bool] = True
     infinite: ClassVar[bool] = False
 
     @classmethod
@@ -184,7 +185,9 @@ class Vector(tuple[float, ...]):
             raise UnitError(f'"{shown(text)}" holds {len(numbers)} numbers; give {cls.length}')
         if not cls.infinite and any(map(isinf, numbers)):
             raise UnitError(f'"{shown(text)}" contains inf; give finite numbers')
-        if any(number <= cls.minimum for number in numbers if not isinf(number)):
-            raise UnitError(f'"{shown(text)}" is out of range; give numbers > {cls.minimum:g}')
+        finite = [number for number in numbers if not isinf(number)]
+        if any(x < cls.minimum or (cls.strict and x == cls.minimum) for x in finite):
+            relation = ">" if cls.strict else ">="
+            raise UnitError(f'"{shown(text)}" is out of range; give numbers {relation} {cls.minimum:g}')
         require_range(text, numbers, cls.range or RANGES[cls.dimension])
         return cls(numbers)

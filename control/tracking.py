@@ -16,6 +16,10 @@ from .serial import SerialChain
 SETTLED = 20
 """Ticks after a start until what loads a spring has a rate that means anything."""
 
+SLOW = 0.002
+"""Part of a joint's top speed at which most of its dry friction is fed forward: a sharper step shakes the
+spring where more is believed than there is, a wider one leaves slow motion to the feedback."""
+
 
 @dataclass(frozen=True, slots=True)
 class SeriesElasticity:
@@ -23,6 +27,24 @@ class SeriesElasticity:
 
     rotor: Array
     stiffness: Array
+
+
+@dataclass(frozen=True, slots=True)
+class DriveFriction:
+    """Friction of drives beyond the viscous one of the model, one entry a joint; slides have N, N s/m, m/s.
+
+    Attributes:
+        gear: dry, before the spring [N m]; damping: viscous, there [N m s/rad].
+        share: of the torque in the spring, by which a gear rubs besides.
+        bearing: dry, behind the spring [N m].
+        slow: commanded speed at which 0.7 of the dry friction is fed forward [rad/s].
+    """
+
+    gear: Array
+    damping: Array
+    share: Array
+    bearing: Array
+    slow: Array
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,10 +65,11 @@ class Admitted:
 class Tracking:
     """Torques that make the links follow the commanded state.
 
-    Feedforward of the link side (gravity, inertia, the operator's wrench, viscous friction) gives the
-    spring torque; the spring's deflection under it moves the reference of a motor-side PD controller. What
+    Feedforward of the link side (gravity, inertia, the operator's wrench, friction) gives the spring torque;
+    the spring's deflection under it moves the reference of a motor-side PD controller. What
     the deflection's rate and acceleration ask of the motor is fed forward, too (a series-elastic joint is
-    flat), from the spring torque behind a low-pass of 7 ms in all; it is foretold by 2 ms.
+    flat), from the spring torque behind a low-pass of 7 ms in all; it is foretold by 2 ms. So is the friction
+    of the gear, viscous, dry, and in proportion to its load, in the direction of the commanded speed.
     The measured motor state is one tick old, so it is compared with the reference of that tick: what it adds
     is known before the acceleration of the tick is chosen.
     """
@@ -56,6 +79,7 @@ class Tracking:
         manipulator: Robot,
         chain: SerialChain,
         elasticity: SeriesElasticity,
+        friction: DriveFriction,
         proportional: Array,
         derivative: Array,
         admitted: Admitted,
@@ -69,6 +93,7 @@ class Tracking:
             manipulator: model of the links.
             chain: the same for the tick.
             elasticity: of its joints.
+            friction: of its drives.
             proportional: motor-side gains, (6,) [N m/rad].
             derivative: motor-side gains, (6,) [N m s/rad].
             admitted: to the drives.
@@ -86,6 +111,11 @@ class Tracking:
             lib,
             self._core,
             friction=manipulator.damping,
+            gear=friction.gear,
+            gear_damping=friction.damping,
+            load_share=friction.share,
+            bearing=friction.bearing,
+            slow=friction.slow,
             rotor=elasticity.rotor,
             stiffness=elasticity.stiffness,
             p=proportional,

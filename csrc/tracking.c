@@ -14,8 +14,23 @@ static const double AHEAD = 2e-3;
  * torque. */
 static const double MISJUDGED = 1.4, UNSEEN = 0.02;
 
+/* Direction of the commanded motion, smooth through rest. The measured speed would set it, and with it the
+ * motor, swinging about 0. */
+static double direction(const tracking *t, int i) {
+    return t->qd[i] / sqrt(t->qd[i] * t->qd[i] + t->slow[i] * t->slow[i]);
+}
+
 static double without_wrench(const tracking *t, int i) {
-    return t->rigid[i] + t->friction[i] * t->qd[i];
+    return t->rigid[i] + t->friction[i] * t->qd[i] + t->bearing[i] * direction(t, i);
+}
+
+/* What the gear takes before the spring. Its load is that of the last tick behind the filter: known before
+ * qdd is chosen, and without the noise of the wrench. */
+static double in_gear(const tracking *t, int i) {
+    const double load = t->smoothed[TRACKING_STAGES * i + TRACKING_STAGES - 1];
+    /* once a wrench was no number, the filter is none until the next start; a stop must not be */
+    const double dry = t->gear[i] + (isfinite(load) ? t->load_share[i] * fabs(load) : 0.0);
+    return dry * direction(t, i) + t->gear_damping[i] * t->qd[i];
 }
 
 /* Of J^T w what the spring shows. */
@@ -85,7 +100,7 @@ void tracking_forecast(const tracking *t, int fresh) {
     for (int i = 0; i < n; i++) {
         const double load = through_spring(t, i);
         if (fresh) refer(t, i, load, fresh);
-        t->load[i] = load;
+        t->load[i] = load + in_gear(t, i);
         t->feedback[i] = fed_back(t, i);
         t->inertia[(n + 1) * i] += t->rotor[i];
         /* power is what drives: a motor may brake with all it has; rounding must not lead further out either
@@ -102,7 +117,7 @@ void tracking_update(const tracking *t, int fresh, int planned) {
     for (int i = 0; i < t->n; i++) {
         const double spring = through_spring(t, i);
         if (fresh) refer(t, i, spring, fresh);
-        const double torque = t->rotor[i] * t->qdd[i] + spring + fed_back(t, i);
+        const double torque = t->rotor[i] * t->qdd[i] + spring + in_gear(t, i) + fed_back(t, i);
         t->torque[i] = torque + (planned ? for_yielding(t, i, torque) : 0.0);
         refer(t, i, spring, 0);
         t->shown[i] = without_wrench(t, i) - t->stiffness[i] * (t->motor[i] - t->link[i]);

@@ -10,8 +10,12 @@ enum { TRACKING_MAX_JOINTS = 24, TRACKING_STAGES = 3 };
 typedef struct {
     int n; /* joints, at most TRACKING_MAX_JOINTS */
     double dt;
-    /* constants: viscous friction, rotor inertia, spring stiffness, motor-side gains */
+    /* constants: viscous friction of the links, rotor inertia, spring stiffness, motor-side gains */
     const double *friction SHAPE(n), *rotor SHAPE(n), *stiffness SHAPE(n), *p SHAPE(n), *d SHAPE(n);
+    /* constants: dry and viscous friction of the gears, what they have besides as a share of the torque in
+     * the spring, dry friction of the bearings, and the speed beyond which dry friction is almost whole */
+    const double *gear SHAPE(n), *gear_damping SHAPE(n), *load_share SHAPE(n), *bearing SHAPE(n);
+    const double *slow SHAPE(n);
     /* inputs of a tick: commanded state, rigid-body torque of it, handle Jacobian, wrench on the handle,
      * measured motor state */
     const double *q SHAPE(n), *qd SHAPE(n), *qdd SHAPE(n), *rigid SHAPE(n);

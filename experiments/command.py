@@ -39,6 +39,7 @@ NAMES = (
     "giant_timing",
     "giant_felt",
     "giant_zwidth",
+    "giant_friction",
     "bimanual_fig6",
     "bimanual_fig7",
     "bimanual_table1",

@@ -39,6 +39,7 @@ class Felt:
         position, velocity, acceleration: of the handle, (k, 3) [m, s].
         spin, spin_rate: angular velocity and acceleration, (k, 3) [rad, s].
         force, torque: of the hand on the handle, (k, 3) [N], [N m].
+        strayed: links from where they are led, (k, 6) [rad].
         stop: why the machine stopped, "" where it did not.
     """
 
@@ -50,6 +51,7 @@ class Felt:
     spin_rate: Array
     force: Array
     torque: Array
+    strayed: Array
     stop: str
 
     def part(self, begin: float, end: float) -> Felt:
@@ -143,14 +145,16 @@ def _held(way: Way) -> Way:
 def _watched(lockstep: Lockstep, seconds: float, progress: Callable[[str], None]) -> Felt:
     plant, cycle, rate = lockstep.plant, lockstep.session.cycle, lockstep.session.config.loop.rate
     assert isinstance(plant, GiantPlant)
-    arm, ppu = plant.arm, plant.ppu
+    machine: Any = cycle.machine
+    arm, ppu, control = plant.arm, plant.ppu, machine.force_control
     rows: list[Array] = []
     for tick in range(round(seconds * rate)):
+        led = control.q.copy()
         lockstep.tick()
         if cycle.stops.last or cycle.mode is Mode.FAILED:
             break
         if tick >= BEGIN_S * rate:
-            row = np.concatenate([arm.position, arm.twist, arm.acceleration, arm.hold.wrench])
+            row = np.concatenate([arm.position, arm.twist, arm.acceleration, arm.hold.wrench, arm.q - led])
             for i in range(2):
                 row[i] += ppu.position[i]
                 row[3 + i] += ppu.velocity[i]
@@ -159,13 +163,13 @@ def _watched(lockstep: Lockstep, seconds: float, progress: Callable[[str], None]
         if tick % 2000 == 0:
             progress(f"{tick / rate:.0f} of {seconds:.0f} s")
     trip = cycle.stops.last
-    table = np.array(rows).reshape(-1, 21)
+    table = np.array(rows).reshape(-1, 27)
     position, velocity, spin, acceleration, spin_rate, force, torque = (
         table[:, 3 * i : 3 * i + 3] for i in range(7)
     )
     t = np.arange(len(table)) / rate
     stop = str(trip.verdict.detail) if trip else "" if cycle.mode is not Mode.FAILED else "it did not start"
-    return Felt(t, position, velocity, acceleration, spin, spin_rate, force, torque, stop)
+    return Felt(t, position, velocity, acceleration, spin, spin_rate, force, torque, table[:, 21:], stop)
 
 
 def size(vectors: Array) -> Array:

@@ -37,6 +37,9 @@ LEAST_SHARE = 0.1
 """Part of the windows in each direction without which Coulomb friction is an offset."""
 MOTOR = "rotor_inertia", "coulomb", "load_friction", "viscous"
 """What is identified with the motor."""
+KNOWN = 0.01
+"""Part of a joint's largest torque, at its top speed or under a load of that size, by which a friction may be
+uncertain: feeding forward less than is known helps nobody."""
 TRUSTED = 0.1
 """Standard error, as a share of the estimate, beyond which a stiffness or an inertia is not identified."""
 
@@ -197,6 +200,12 @@ def _motor(
         del estimates["rotor_inertia"]
         least = f"it takes {LEAST_INERTIAL:.0%}"
         refused.append(f"rotor_inertia: what it acts on varied by {taken:.3g} of {torque:g}; {least}")
+    at = {"coulomb": 1.0, "load_friction": torque, "viscous": top_speed}
+    for name in [name for name in at if name in estimates]:
+        value, error = estimates[name]
+        if not error * at[name] <= KNOWN * torque:
+            refused.append(f"{name}: {value:.4g} +- {error:.2g} is too uncertain: record more of it")
+            del estimates[name]
     _keep(found, refused, estimates, {"rotor_inertia"})
     return late
 

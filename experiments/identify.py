@@ -17,7 +17,7 @@ from ..runtime.configuration import config
 from ..runtime.invocation import install
 from ..runtime.recording.log import open_log
 from .excited_joints import Excited, excite, links_of
-from .identification import Identified, identify
+from .identification import Estimate, Identified, identify
 from .link_parameters import LinkFit
 from .own_plant import Doubt
 from .recorded_joints import Believed, IdentifyError, recorded
@@ -30,8 +30,19 @@ UNITS = {
     "load_friction": ("of the load", "of the load"),
 }
 """Of what is identified, where a joint turns and where it slides."""
+KEYS = {"coulomb": "gear_friction", "viscous": "gear_damping"}
+"""What a configuration calls what it is told under another name."""
+WRITTEN = {
+    "stiffness": UNITS["stiffness"],
+    "rotor_inertia": UNITS["rotor_inertia"],
+    "gear_friction": UNITS["coulomb"],
+    "gear_damping": UNITS["viscous"],
+    "load_friction": ("", ""),
+    "bearing_friction": UNITS["coulomb"],
+}
+"""Keys of a configuration, with their units."""
 WANTED = ("stiffness", "rotor_inertia")
-"""What the controller is told."""
+"""Without these a joint is not identified."""
 
 
 def run(options: argparse.Namespace) -> int:
@@ -53,7 +64,7 @@ def run(options: argparse.Namespace) -> int:
     else:
         print("\n".join([*table(found), *(_led_table(found, *led) if led else [])]))
     if options.out:
-        write(options.out, "\n".join(toml(found, tag)))
+        write(options.out, "\n".join(toml(found, tag, led[1] if led else None)))
     return int(any(key not in seen.found for _, seen in found for key in WANTED))
 
 
@@ -134,8 +145,8 @@ def table(found: Found) -> list[str]:
             if key not in seen.found:
                 continue
             value, error = seen.found[key].value, seen.found[key].error
-            believed = getattr(joint, key, None)
-            beside = "" if believed is None else f"  believed {believed:g}: {value / believed - 1:+.1%}"
+            believed = getattr(joint, key, None) or joint.friction.get(KEYS.get(key, key))
+            beside = f"  believed {believed:g}: {value / believed - 1:+.1%}" if believed else ""
             lines.append(f"  {key:16}{value:10.4g} +- {error:<8.2g} {units[joint.slides]}{beside}")
         lines += [
             f"  left over, {key}: {value:.2g} {UNITS['coulomb'][joint.slides]} (standard deviation)"
@@ -149,7 +160,7 @@ def as_json(found: Found, led: tuple[Excited, LinkFit] | None = None) -> str:
     """The same as one JSON object; with the course that was led, and the links."""
     joints: dict[str, Any] = {}
     for joint, seen in found:
-        believed = {key: getattr(joint, key) for key in WANTED}
+        believed = {**{key: getattr(joint, key) for key in WANTED}, **_fed(joint)}
         joints[joint.name] = {
             **{"believed": believed, "identified": seen.found, "residual": seen.residual},
             **{"late": seen.late, "refused": seen.refused},
@@ -170,27 +181,58 @@ def as_json(found: Found, led: tuple[Excited, LinkFit] | None = None) -> str:
     return msgspec.json.encode(whole, enc_hook=float).decode()
 
 
-def toml(found: Found, system: str) -> list[str]:
-    """Lines for the configuration of a system; where something was refused, what is believed."""
+def _fed(joint: Believed) -> dict[str, float]:
+    """Friction that is fed forward."""
+    return {key: value for key, value in joint.friction.items() if value}
 
-    def value(joint: Believed, seen: Identified, key: str) -> str:
-        known = seen.found.get(key)
-        return f"{known.value if known else getattr(joint, key):.6g}"
 
+def toml(found: Found, system: str, fit: LinkFit | None = None) -> list[str]:
+    """Lines for the configuration of a system; where something was refused, what is believed.
+
+    Dry friction behind the springs is that of ``fit``, where the joints were led.
+    """
+    known = known_of(found, fit)
     if system == "giant":
         lines = ["[giant.tracking]"]
-        for key in WANTED:
-            numbers = " ".join(value(joint, seen, key) for joint, seen in found)
-            lines.append(f'{key} = "{numbers} {UNITS[key][False]}"')
+        for key, (unit, _) in WRITTEN.items():
+            numbers = [f"{values[key]:.6g}" for values in known]
+            lines.append(
+                f"{key} = " + (f'"{" ".join(numbers)} {unit}"' if unit else f"[{', '.join(numbers)}]")
+            )
     else:
         lines = []
-        for joint, seen in found:
+        for (joint, _), values in zip(found, known, strict=True):
             lines.append(f"[arm.joints.{joint.name}]")
-            lines += [f'{key} = "{value(joint, seen, key)} {UNITS[key][joint.slides]}"' for key in WANTED]
+            for key, units in WRITTEN.items():
+                number, unit = f"{values[key]:.6g}", units[joint.slides]
+                lines.append(f"{key} = " + (f'"{number} {unit}"' if unit else number))
     for joint, seen in found:
         lines += [f"# {joint.name} {key}: {e.value:.4g} +- {e.error:.2g}" for key, e in seen.found.items()]
         lines += [f"# {joint.name}, not identified: {reason}" for reason in seen.refused]
     return lines
+
+
+def known_of(found: Found, fit: LinkFit | None) -> list[dict[str, float]]:
+    """Of each joint, by the keys of a configuration: ``WRITTEN``."""
+    known = [_known(joint, seen) for joint, seen in found]
+    if fit is not None:
+        for values, dry in zip(known, fit.dry.tolist(), strict=True):
+            values["bearing_friction"] = max(0.0, dry)
+    return known
+
+
+def _known(joint: Believed, seen: Identified) -> dict[str, float]:
+    """Of a joint, by the keys of a configuration: what was identified, or else what is believed.
+
+    What is not above its standard error is nothing.
+    """
+    believed = {key: getattr(joint, key) for key in WANTED}
+    told = {KEYS.get(name, name): _above_error(estimate) for name, estimate in seen.found.items()}
+    return {**believed, **joint.friction, **told}
+
+
+def _above_error(estimate: Estimate) -> float:
+    return estimate.value if estimate.value > estimate.error else 0.0
 
 
 def write(path: Path, text: str) -> None:

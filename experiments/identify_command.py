@@ -31,7 +31,8 @@ EPILOG = """examples:
   {program} run giant --lockstep --log walk.mcap
   {program} identify walk.mcap
   {program} identify walk.mcap --out identified.toml
-      writes lines to paste into the configuration; what was refused stays as it is
+      writes lines to paste into the configuration, friction to be fed forward among them; what was refused
+      stays as it is
 
 exit status: 0 every stiffness and inertia was identified, 1 some were refused, 2 nothing to identify from"""
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -33,7 +34,8 @@ class IdentifyError(HapticdError):
 class Believed:
     """A joint as its controller knows it: inertia, stiffness, top speed, largest torque.
 
-    What slides has kg, N/m, m/s and N.
+    What slides has kg, N/m, m/s and N. ``friction`` is what its controller feeds forward, by the keys of the
+    configuration.
     """
 
     name: str
@@ -42,6 +44,11 @@ class Believed:
     speed: float
     torque: float
     slides: bool
+    friction: Mapping[str, float]
+
+
+FRICTION = ("gear_friction", "gear_damping", "load_friction", "bearing_friction")
+"""Keys of a configuration."""
 
 
 def recorded(log: Log) -> list[tuple[Believed, list[Recorded]]]:
@@ -70,7 +77,17 @@ def elastic(config: Config, robot: Robot) -> list[Believed]:
     """
     known = zip(robot.names, robot.effort.tolist(), robot.sliding, strict=True)
     limits = {name: (effort, bool(slides)) for name, effort, slides in known}
-    return [Believed(*row, *limits[row[0]]) for row in _elastic(config)]
+    rows = zip(_elastic(config), _rubbing(config), strict=True)
+    return [Believed(*row, *limits[row[0]], friction) for row, friction in rows]
+
+
+def _rubbing(config: Config) -> list[dict[str, float]]:
+    if isinstance(config, GiantConfig):
+        given = [getattr(config.giant.tracking, key) or (0.0,) * len(JOINTS) for key in FRICTION]
+        return [dict(zip(FRICTION, values, strict=True)) for values in zip(*given, strict=True)]
+    assert isinstance(config, ArmConfig)
+    joints = [joint for joint in config.arm.joints.values() if joint.stiffness is not None]
+    return [{key: getattr(joint, key) or 0.0 for key in FRICTION} for joint in joints]
 
 
 def _elastic(config: Config) -> list[tuple[str, float, float, float]]:

@@ -21,6 +21,7 @@ from ..rendering.check import (
     Found,
     check_control,
     check_devices,
+    check_friction,
     check_gains,
     check_inertia,
     check_peak,
@@ -36,7 +37,7 @@ from ..rendering.sections import ChainTwin
 from ..rendering.surroundings import check_pairs
 from ..rendering.tool import check_tool
 from .config import DIRECTIONS, ArmConfig, PrismaticJoint, PrismaticPlant, PrismaticSum
-from .machine import directions, joint_ratings, joint_sums
+from .machine import directions, drive_friction, joint_ratings, joint_sums
 from .simulation import plant_values
 
 FEWEST, MOST = 3, 7
@@ -51,7 +52,10 @@ def check_arm(config: ArmConfig, robot: Robot) -> Found:
     wrong = _joints(config, robot) or _frames(config, robot) or _directions(config)
     if wrong:
         return wrong
-    found = _limits(config, robot) + _sums(config) + _boxes(config) + _posture(config)
+    friction = drive_friction(config)
+    keys = [f"arm.joints.{name}.gear_friction" for name in config.arm.joints]
+    found = check_friction(keys, (friction.gear + friction.bearing).tolist(), robot)
+    found += _limits(config, robot) + _sums(config) + _boxes(config) + _posture(config)
     found += check_pairs(robot, config.look_ahead)
     arm = config.arm
     frames = arm.frames.handle, arm.frames.sensor

@@ -20,6 +20,8 @@ from ...configs.quantities import (
     Corner,
     Damping,
     DampingGain,
+    DryForce,
+    DryTorque,
     Force,
     HandAngularDamping,
     HandAngularStiffness,
@@ -39,7 +41,7 @@ from ...configs.quantities import (
 )
 from ...configs.strict import Strict
 from ...runtime.core.sections import Config, Hand, Name, Place, Safety, Simulation, Substeps
-from ..rendering.sections import Away, ForceControl, Handle, LookAhead, Plant, StiffnessTolerance, Twin
+from ..rendering.sections import Away, ForceControl, Handle, LookAhead, Plant, Share, StiffnessTolerance, Twin
 
 DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
 """Along and about the axes of the base."""
@@ -64,6 +66,10 @@ class RevoluteJoint(Strict, frozen=True, tag_field="type", tag="revolute"):
     d_gain: AngularDampingGain
     stiffness: AngularStiffness | None = None
     home: AnyAngle | None = None
+    gear_friction: DryTorque | None = None
+    gear_damping: AngularDamping | None = None
+    load_friction: Share | None = None
+    bearing_friction: DryTorque | None = None
 
 
 class PrismaticJoint(Strict, frozen=True, tag_field="type", tag="prismatic"):
@@ -77,6 +83,10 @@ class PrismaticJoint(Strict, frozen=True, tag_field="type", tag="prismatic"):
     d_gain: DampingGain
     stiffness: Stiffness | None = None
     home: AnyLength | None = None
+    gear_friction: DryForce | None = None
+    gear_damping: Damping | None = None
+    load_friction: Share | None = None
+    bearing_friction: DryForce | None = None
 
 
 class RevoluteSum(Strict, frozen=True, tag_field="type", tag="revolute"):

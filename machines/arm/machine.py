@@ -15,7 +15,7 @@ from ...control.force_control import Posture as Home
 from ...control.look_ahead import Stop
 from ...control.serial import SerialChain
 from ...control.standstill import Standstill
-from ...control.tracking import SeriesElasticity
+from ...control.tracking import SLOW, DriveFriction, SeriesElasticity
 from ...devices.force_torque import ForceTorques
 from ...devices.image import ProcessImage
 from ...devices.torque_drive import JointDrives
@@ -96,7 +96,8 @@ class SerialArm:
         self.axes, heat = ratings.axes.limits(config), ratings.axes.heat(image, dt)
         self._used = heat.used if ratings.axes.peaks else heat.used[:0]
         self._rendering = Rendering(
-            robot, control, self._joints, elasticity, (p_gain, d_gain), self.axes, heat, mark, dt
+            *(robot, control, self._joints, elasticity, drive_friction(config), (p_gain, d_gain)),
+            *(self.axes, heat, mark, dt),
         )
         self._measure(config, robot, dt)
         rated = ratings.limits
@@ -258,6 +259,22 @@ def drifts(scales: Sequence[float]) -> tuple[float, float]:
     A weak arm is led with little force: all of it would pass for the drift of a sensor many times too large.
     """
     return min(1.0, scales[0] / STRONG[0]), min(1.0, scales[3] / STRONG[1])
+
+
+def drive_friction(config: ArmConfig) -> DriveFriction:
+    """What is fed forward of the joints' friction."""
+    joints = config.arm.joints.values()
+
+    def given(key: str) -> Array:
+        return np.array([getattr(joint, key) or 0.0 for joint in joints], float)
+
+    return DriveFriction(
+        gear=given("gear_friction"),
+        damping=given("gear_damping"),
+        share=given("load_friction"),
+        bearing=given("bearing_friction"),
+        slow=SLOW * given("velocity"),
+    )
 
 
 def joint_ratings(config: ArmConfig, robot: Robot) -> Ratings:

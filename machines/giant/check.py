@@ -12,13 +12,21 @@ from ...devices.joint_drive import JointDrive
 from ...devices.safety_plc import SafetyPlc
 from ...models import Robot
 from ...runtime.core.machine import MOST_PERMILLE
-from ..rendering.check import Found, check_devices, check_peak, check_ramp, check_range, check_wire
+from ..rendering.check import (
+    Found,
+    check_devices,
+    check_friction,
+    check_peak,
+    check_ramp,
+    check_range,
+    check_wire,
+)
 from ..rendering.surroundings import check_pairs
 from ..rendering.tool import check_tool
 from .config import GiantConfig
 from .geometry import check_geometry
 from .kinematics import DROP
-from .machine import braking_time
+from .machine import braking_time, drive_friction
 from .names import JOINTS, PPU_JOINTS
 from .plant_check import check_plant
 from .rates import check_rates
@@ -56,6 +64,9 @@ def check_giant(config: GiantConfig, robot: Robot) -> Found:
         found.append(
             ("giant.box.lower", f"the elbow's constant height {-DROP} m is outside", "let the box contain it")
         )
+    friction, key = drive_friction(config), "giant.tracking.gear_friction"
+    dry = (friction.gear + friction.bearing).tolist()
+    found += check_friction([key] * len(JOINTS), dry, robot.without(PPU_JOINTS))
     found += check_pairs(robot, config.look_ahead)
     found += check_ramp(braking_time(config), config.safety.stop_time)
     return found + _devices_of_giant(config, robot) + check_rates(config) + check_plant(config, robot)

@@ -16,6 +16,8 @@ from ...configs.quantities import (
     AngularDampings6,
     AngularSpeeds6,
     AngularStiffnesses6,
+    DryTorques6,
+    GearDampings6,
     HandAngularDamping,
     HandAngularStiffness,
     HandTorque,
@@ -41,9 +43,13 @@ from ..rendering.sections import (
     Handle,
     LookAhead,
     Plant,
+    Share,
     StiffnessTolerance,
     Twin,
 )
+
+Shares6 = Annotated[tuple[Share, ...], Meta(min_length=6, max_length=6)]
+"""Of the torques in the joints' springs."""
 
 
 class GiantSafety(Safety, frozen=True):
@@ -81,13 +87,17 @@ class Ppu(Strict, frozen=True):
 
 
 class Tracking(Strict, frozen=True):
-    """Series elasticity of the joints and the gains of their motor-side controllers."""
+    """Series elasticity and friction of the joints, and the gains of their motor-side controllers."""
 
     rotor_inertia: Inertias6
     stiffness: AngularStiffnesses6
     p_gain: AngularStiffnesses6
     d_gain: AngularDampings6
     stiffness_tolerance: StiffnessTolerance = SPRINGS_DIFFER
+    gear_friction: DryTorques6 | None = None
+    gear_damping: GearDampings6 | None = None
+    load_friction: Shares6 | None = None
+    bearing_friction: DryTorques6 | None = None
 
 
 class Giant(Strict, frozen=True):

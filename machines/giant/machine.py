@@ -14,7 +14,7 @@ from ...control.force_control import Box, ForceControl
 from ...control.limits import Limits
 from ...control.look_ahead import Stop
 from ...control.standstill import Standstill
-from ...control.tracking import SeriesElasticity
+from ...control.tracking import SLOW, DriveFriction, SeriesElasticity
 from ...devices.axis_drive import AxisDrives
 from ...devices.force_torque import ForceTorques
 from ...devices.image import ProcessImage
@@ -112,6 +112,7 @@ class Giant:
             control,
             self._joints,
             SeriesElasticity(np.array(tracking.rotor_inertia), stiffness),
+            drive_friction(config),
             (np.array(tracking.p_gain), np.array(tracking.d_gain)),
             joints,
             heat,
@@ -317,6 +318,22 @@ def _ratings(config: GiantConfig, robot: Robot) -> Ratings:
         peaks=peaks_of(config.devices, JOINTS),
     )
     return Ratings(axes, tracking.stiffness, m.acceleration, tracking.p_gain)
+
+
+def drive_friction(config: GiantConfig) -> DriveFriction:
+    """What is fed forward of the joints' friction."""
+    tracking = config.giant.tracking
+
+    def given(values: tuple[float, ...] | None) -> Array:
+        return np.zeros(len(JOINTS)) if values is None else np.array(values)
+
+    return DriveFriction(
+        gear=given(tracking.gear_friction),
+        damping=given(tracking.gear_damping),
+        share=given(tracking.load_friction),
+        bearing=given(tracking.bearing_friction),
+        slow=SLOW * np.array(config.giant.manipulator.velocity),
+    )
 
 
 def _ppu_limits(config: GiantConfig) -> PpuLimits:

@@ -176,6 +176,15 @@ def check_weight(arm: Robot, q: Array, brakes: Sequence[float], keys: Sequence[s
     return found
 
 
+def check_friction(keys: Sequence[str], dry: Sequence[float], arm: Robot) -> Found:
+    """Dry friction of joints (m,), by the key of each, that leaves their motors nothing."""
+    return [
+        (key, f"{rubs:g} {'N' if slides else 'N m'} are as much as its motor gives", "lower it")
+        for key, rubs, effort, slides in zip(keys, dry, arm.effort.tolist(), arm.sliding, strict=True)
+        if rubs >= effort
+    ]
+
+
 def inverse_inertia(arm: Robot, q: Array) -> Array:
     """Inverse inertia of the links alone at joints (m,), (m, m) [1/(kg m^2) or 1/kg]."""
     links = pin.crba(arm.model, arm.data, arm.configuration(q))

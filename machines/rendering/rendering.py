@@ -9,7 +9,7 @@ import numpy as np
 
 from ...control.ability import Ability
 from ...control.force_control import ForceControl
-from ...control.tracking import Admitted, SeriesElasticity, Tracking
+from ...control.tracking import Admitted, DriveFriction, SeriesElasticity, Tracking
 from ...devices.torque_drive import JointDrives
 from ...models import Array, Robot
 from ...runtime.core.machine import DRIFT
@@ -64,6 +64,7 @@ class Rendering:
         control: ForceControl,
         joints: JointDrives,
         elasticity: SeriesElasticity,
+        friction: DriveFriction,
         gains: tuple[Array, Array],
         axes: Sequence[AxisLimits],
         heat: Heat,
@@ -100,6 +101,7 @@ class Rendering:
             manipulator,
             control.arm,
             elasticity,
+            friction,
             *gains,
             Admitted(
                 heat.able, *(np.array([getattr(axis, name) for axis in axes], float) for name in ADMITTED)

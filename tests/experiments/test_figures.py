@@ -25,6 +25,7 @@ from hapticd.experiments import (
     giant_fig8,
     giant_fig9,
     giant_forces,
+    giant_friction,
     giant_table1,
     giant_table3,
     giant_timing,
@@ -100,10 +101,13 @@ def little_work(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(giant_felt, "felt", lambda loaded, changed: along)
 
     def felt(*_: Any) -> haptify.Felt:
-        noise = np.random.default_rng(0).normal(size=(7, 13_000, 3))
+        noise = np.random.default_rng(0).normal(size=(8, 13_000, 3))
         return haptify.Felt(np.arange(13_000) / 1000.0, *noise, "")
 
     monkeypatch.setattr(haptify, "felt", felt)
+    monkeypatch.setattr(giant_friction, "felt", lambda loaded, changed: along)
+    monkeypatch.setattr(giant_friction, "told", lambda loaded: loaded)
+    monkeypatch.setattr(giant_friction, "PLANTS", 1)
     monkeypatch.setattr(giant_table3, "SAMPLES", 20_000)
     for module in (giant_table1, giant_forces):
         monkeypatch.setattr(module, "POSTURES", 20)

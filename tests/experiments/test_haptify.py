@@ -60,7 +60,7 @@ def test_inertia_and_damping_are_told_from_a_motion_and_from_a_bias() -> None:
 
 def still(force: np.ndarray, position: np.ndarray) -> Felt:
     zero = np.zeros_like(force)
-    return Felt(np.arange(len(force)) / 1000.0, position, zero, zero, zero, zero, force, zero, "")
+    return Felt(np.arange(len(force)) / 1000.0, position, zero, zero, zero, zero, force, zero, zero, "")
 
 
 def test_the_peak_ends_where_the_spring_gives_way() -> None:

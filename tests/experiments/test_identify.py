@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import tomllib
 from pathlib import Path
 
@@ -10,6 +11,7 @@ import numpy as np
 import pytest
 from hapticd.configs import read_text
 from hapticd.experiments.identification import Identified, Recorded, identify
+from hapticd.experiments.identify import WRITTEN
 from hapticd.runtime.command_line.cli import main
 
 DT = 1e-3
@@ -110,6 +112,15 @@ def test_a_torque_sensor_of_another_gain_does_not_move_the_inertia_of_a_rotor() 
     assert found["rotor_inertia"].value == pytest.approx(TRUTH["rotor_inertia"], rel=0.1)
 
 
+def test_friction_that_noise_hides_is_refused_rather_than_fed_forward() -> None:
+    calm = joint(1)
+    speed = calm.speed + np.random.default_rng(6).normal(0.0, 0.5, len(calm.speed))
+    load = calm.load + np.random.default_rng(5).normal(0.0, 400.0, len(calm.load))
+    found = of(Recorded(calm.told, load, speed, calm.deflection))
+    assert not {"coulomb", "viscous", "load_friction"} & set(found.found)
+    assert any(reason.startswith("coulomb") or "moved" in reason for reason in found.refused)
+
+
 def test_runs_with_a_gap_between_are_not_joined() -> None:
     whole = joint(2)
     parts = [
@@ -144,6 +155,13 @@ def test_a_recorded_walk_tells_the_springs_of_the_machine_that_walked(
     written = tomllib.loads(out.read_text())["giant"]["tracking"]
     assert float(written["stiffness"].split()[0]) == pytest.approx(10500.0, rel=0.03)
     assert float(written["stiffness"].split()[5]) == 2500.0  # as it was believed
+    assert set(written) == set(WRITTEN)
+    pasted = tmp_path / "pasted.toml"
+    table = "\n".join(line for line in out.read_text().splitlines() if line.startswith(tuple(WRITTEN)))
+    old = r"(?m)^(rotor_inertia|stiffness) = .*\n"
+    before, rest = read_text("giant.toml").split("[giant.tracking]\n")
+    pasted.write_text(f"{before}[giant.tracking]\n{table}\n{re.sub(old, '', rest, count=2)}")
+    assert main(["check", str(pasted)]) == 0
     assert main(["identify", str(write_walk), "--out", str(out)]) == 2
     assert "is there already" in capsys.readouterr().err
     assert main(["identify", str(write_walk)]) == 1

@@ -50,6 +50,11 @@ JOINT_1 = GOOD.partition("[arm.joints.joint_1]\n")[2].partition("\n[arm")[0]
         ([('stiffness = "12000 N m/rad"', "#")], "arm.joints.joint_1.stiffness", "others have one"),
         ([('range = "-2.85 2.85 rad"', 'range = "-2.95 2.85 rad"')], "arm.joints.joint_1.range", "outside"),
         ([('range = "-2.85 2.85 rad"', 'range = "2.85 -2.85 rad"')], "arm.joints.joint_1.range", "not below"),
+        (
+            [('range = "-1.72', 'gear_friction = "80 N m"\nbearing_friction = "7 N m"\nrange = "-1.72')],
+            "arm.joints.joint_2.gear_friction",
+            "87 N m are as much as its motor gives",
+        ),
         ([('velocity = "2 rad/s"', 'velocity = "3 rad/s"')], "arm.joints.joint_1.velocity", "3 of joint_1"),
         ([('acceleration = "7.5 rad/s^2"', 'acceleration = "4 rad/s^2"')], "safety.stop_time", "takes 0.5 s"),
         ([('handle = "handle"', 'handle = "hand"')], "arm.frames.handle", "lacks the frame 'hand'"),

@@ -48,6 +48,11 @@ def findings(*changes: tuple[str, str], model: str = GOOD) -> dict[str, str]:
             "giant.twin.rotational_damping",
             "one",
         ),
+        (
+            [('d_gain = "180', 'gear_friction = "1 1 1 1 40 1 N m"\nd_gain = "180')],
+            "giant.tracking.gear_friction",
+            "40 N m are as much as its motor gives",
+        ),
         ([('gain = "3 1/s"', 'gain = "1000 1/s"')], "giant.ppu.gain", "one period"),
         ([('time_constant = "50 ms"', 'time_constant = "0.5 ms"')], "giant.ppu.time_constant", "one period"),
         (
