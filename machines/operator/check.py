@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from ...control.panda_ik import PandaIk
 from ...devices.buttons import Buttons
 from ...devices.device import Device
 from ...devices.foot_paddle import FootPaddle
@@ -11,11 +10,10 @@ from ...devices.remote_avatar import RemoteAvatar
 from ...devices.remote_body import RemoteBody
 from ...devices.remote_hand import RemoteHand
 from ...devices.sense_glove import SenseGlove
-from ...models import ModelError, Robot
+from ...models import Robot
 from ..rendering.check import Found
-from ..telemanipulation.arm import PALM, SIDES, chain_of
+from ..telemanipulation.arm import SIDES
 from ..telemanipulation.check import check_chain, check_station
-from ..telemanipulation.sections import Chain
 from .config import OperatorConfig
 
 
@@ -37,10 +35,7 @@ def check_operator(config: OperatorConfig, robot: Robot) -> Found:
         return found
     for side in SIDES:
         key, chain = f"operator.avatar.{side}", getattr(own.avatar, side)
-        wrong = check_chain(key, chain, robot)
-        if not wrong:
-            wrong = _foreseeable(key, chain, robot)
-        found += wrong
+        found += check_chain(key, chain, robot)
     return found
 
 
@@ -56,13 +51,3 @@ def _presses(config: OperatorConfig) -> Found:
         for i, push in enumerate(presses)
         if push.until <= push.at
     ]
-
-
-def _foreseeable(key: str, chain: Chain, robot: Robot) -> Found:
-    """An arm whose joints nobody can tell from a pose of its palm."""
-    try:
-        PandaIk(chain_of(robot, chain), PALM)
-    except ModelError as error:
-        fix = "leave operator.avatar out: nothing is foreseen of another arm than a Panda"
-        return [(f"{key}.prefix", error.problem, fix)]
-    return []

@@ -21,7 +21,7 @@ from ...devices.buttons import ButtonRows
 from ...devices.image import ProcessImage
 from ...devices.remote import ACTS, BEHIND, CLUTCHED, ENGAGED, STOPPED, TOLD, WAITING, packed, unpacked
 from ...devices.remote_avatar import RemoteAvatars
-from ...models import Array, Robot
+from ...models import Array, ModelError, Robot
 from ...runtime.core.stages import Mark
 from ..telemanipulation.arm import PALM, SIDES, StationArm, chain_of, quaternion
 from ..telemanipulation.sections import Chain
@@ -81,17 +81,20 @@ def state_layout(n: int) -> np.dtype[np.void]:
     )
 
 
-def _model(avatar: Foreseen | None, side: str, robot: Robot, dt: float) -> AvatarModel | None:
-    """What this station foresees of an arm of the avatar."""
+def _model(avatar: Foreseen | None, side: str, robot: Robot, dt: float) -> tuple[AvatarModel | None, str]:
+    """What this station foresees of an arm of the avatar, or why it foresees nothing."""
     if avatar is None:
-        return None
+        return None, "operator.avatar says nothing about it"
     chain: Chain = getattr(avatar, side)
     arm = chain_of(robot, chain)
     arm.lower, arm.upper, arm.velocity = (
         np.array(x, float) for x in (chain.lower, chain.upper, chain.velocity)
     )
     posture = Posture(np.array(chain.home), avatar.posture.stiffness, avatar.posture.damping)
-    return AvatarModel(arm, PALM, posture, avatar.lag, dt)
+    try:
+        return AvatarModel(arm, PALM, posture, avatar.lag, dt), ""
+    except ModelError as error:
+        return None, f"{error.problem}; {error.fix}"
 
 
 def _push(wrench: Array, share: float, largest: tuple[float, float], out: Array) -> None:
@@ -132,7 +135,9 @@ class OperatorStation(Station):
         self._granted = [Granted() for _ in arms]
         self._passive = section.link.passivity
         self._energy = image["remote.own_energy"]
-        self._models = [_model(section.avatar, side, robot, self._dt) for side in SIDES]
+        models = [_model(section.avatar, side, robot, self._dt) for side in SIDES]
+        self._models = [model for model, _ in models]
+        self._unforeseen = [why for _, why in models]
         quiet = round(QUIET_S / self._dt)
         self._notices = [(Notice(PUSHES, FADED, quiet), Notice(PUSHES, FADED, quiet)) for _ in arms]
         self._damped = [Notice(DAMPS, DAMPS, quiet) for _ in arms]
@@ -220,6 +225,9 @@ class OperatorStation(Station):
         return super().brake(dropped)
 
     def _begin(self) -> None:
+        for arm, why in zip(self.arms, self._unforeseen, strict=True):
+            if why:
+                self.notes.append(f"{arm.side} avatar arm: its limits are not foreseen: {why}")
         self._pressed_starts = (self._pressed_starts + 1) % ACTS
         for i, (arm, clutch) in enumerate(zip(self.arms, self._clutches, strict=True)):
             self._acts[i] = (self._acts[i] + 1) % ACTS
