@@ -8,7 +8,6 @@ from math import inf
 import numpy as np
 
 from ..binding import bind
-from ..models import Array
 from ._kernels import ffi, lib
 from .limit_avoidance import LimitAvoidance
 from .task_arm import TaskArm
@@ -25,7 +24,7 @@ class Impedance:
         damping, rotational_damping: [N s/m], [N m s/rad].
         fade: from the held to the commanded pose [s].
         rate: of the integral that keeps a held pose [1/s]; 0 for none.
-        most_force, most_torque: of that integral and of what held the arm up before [N], [N m].
+        most_force, most_torque: of that integral and of what held the arm before [N], [N m].
         most_pull, most_turn: of the springs, however far the goal is away [N], [N m].
     """
 
@@ -67,16 +66,13 @@ class AvatarLaw:
         wrench: on the palm in the station's axes, (6,) [N, N m].
     """
 
-    def __init__(
-        self, arm: TaskArm, avoidance: LimitAvoidance, impedance: Impedance, felt: Array, dt: float
-    ) -> None:
+    def __init__(self, arm: TaskArm, avoidance: LimitAvoidance, impedance: Impedance, dt: float) -> None:
         """Bind to the arm.
 
         Args:
             arm: updated before the law is.
             avoidance: of its limits, updated before the law is, too.
             impedance: its constants.
-            felt: wrench of the world on the palm, in its axes, (6,) [N, N m].
             dt: of a tick [s].
         """
         n, k = arm.n, impedance
@@ -105,7 +101,6 @@ class AvatarLaw:
             position=arm.palm.position,
             rotation=arm.palm.rotation,
             twist=arm.twist,
-            felt=felt,
             null=arm.null,
             coriolis=arm.coriolis,
             own=avoidance.torque,

@@ -69,11 +69,7 @@ static void bounded(double *v, double most) {
 }
 
 void avatar_law_hold(avatar_law *l, int steady) {
-    for (int k = 0; k < 6; k++) {
-        const double *R = l->rotation + 3 * (k % 3), *f = l->felt + (k < 3 ? 0 : 3);
-        const double world = R[0] * f[0] + R[1] * f[1] + R[2] * f[2];
-        l->steady[k] = steady ? l->wrench[k] + world : 0.0;
-    }
+    for (int k = 0; k < 6; k++) l->steady[k] = steady ? l->wrench[k] : 0.0;
     bounded(l->steady, l->most_force);
     bounded(l->steady + 3, l->most_torque);
     memcpy(l->held, l->position, sizeof l->held);

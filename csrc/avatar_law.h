@@ -18,7 +18,6 @@ typedef struct {
     double most_pull, most_turn;     /* of the springs: force [N], torque [N m] */
     double dt, fade;                 /* of a tick, of the way from the held to the commanded pose [s] */
     const double *J SHAPE(6, n), *position SHAPE(3), *rotation SHAPE(3, 3), *twist SHAPE(6);
-    const double *felt SHAPE(6); /* wrench of the world on the palm, in its axes */
     const double *null SHAPE(n), *coriolis SHAPE(n), *own SHAPE(n);
     const double *commanded SHAPE(3), *commanded_rotation SHAPE(3, 3);
     /* state */
@@ -31,7 +30,7 @@ typedef struct {
     double *torque SHAPE(n);
 } avatar_law;
 
-/* The pose of now is held from now on; `steady`: what held the arm up goes on. */
+/* The pose of now is held from now on; `steady`: what held the arm there goes on. */
 void avatar_law_hold(avatar_law *l, int steady);
 
 /* One tick; `follow`: there is a commanded pose to go to. */

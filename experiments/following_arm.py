@@ -39,11 +39,11 @@ class Avatar:
         impedance: Impedance | None = None,
     ) -> None:
         robot = panda()
-        self.q, self.qd, self.felt, self.push = home.copy(), np.zeros(7), np.zeros(6), np.zeros(6)
+        self.q, self.qd, self.push = home.copy(), np.zeros(7), np.zeros(6)
         self.arm = TaskArm(robot, PALM, self.q, self.qd, Posture(posture))
         span = JointLimits(robot.lower, robot.upper, robot.velocity)
         self.avoidance = LimitAvoidance(span, self.q, self.qd)
-        self.law = AvatarLaw(self.arm, self.avoidance, impedance or Impedance(), self.felt, DT)
+        self.law = AvatarLaw(self.arm, self.avoidance, impedance or Impedance(), DT)
         rubs = Friction(np.full(7, friction), np.zeros(7), np.zeros(7))
         wrong = changed(robot, np.full(7, masses))
         self.plant = DirectArm(wrong, PALM, np.zeros(7), np.zeros(7), 2, rubs)
@@ -65,8 +65,6 @@ class Avatar:
         plant, arm = self.plant, self.arm
         self.q[:], self.qd[:] = plant.q, plant.qd
         arm.update()
-        R = arm.palm.rotation
-        self.felt[:3], self.felt[3:] = R.T @ self.push[:3], R.T @ self.push[3:]
         self.avoidance.update()
         self.law.update(follow)
         plant.step(self.law.torque + arm.weight + arm.palm.J.T @ self.push, self._none, self._still, DT)

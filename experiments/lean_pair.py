@@ -117,7 +117,7 @@ class FollowingArm(LeanArm):
         super().__init__(loaded, robot, side, seed)
         arm, gains = self.own, replace(impedance(loaded.avatar), fade=SETTLES)
         felt = arm.force.wrench
-        self._law = AvatarLaw(arm.task, arm.avoidance, gains, felt, DT)
+        self._law = AvatarLaw(arm.task, arm.avoidance, gains, DT)
         self._port = AvatarPort(arm.task.palm.rotation, arm.task.twist, felt, gains, DT)
         self.position, self.rotation = self._port.position, self._port.rotation
         self.position[:], self.rotation[:] = arm.task.palm.position, arm.task.palm.rotation

@@ -82,9 +82,7 @@ class AvatarStation(Station):
         section = config.avatar
         super().__init__(config, section, robot, image, mark)
         gains = impedance(section)
-        self._laws = [
-            AvatarLaw(arm.task, arm.avoidance, gains, arm.force.wrench, self._dt) for arm in self.arms
-        ]
+        self._laws = [AvatarLaw(arm.task, arm.avoidance, gains, self._dt) for arm in self.arms]
         self._ports = [
             AvatarPort(arm.task.palm.rotation, arm.task.twist, arm.force.wrench, gains, self._dt)
             for arm in self.arms
