@@ -7,6 +7,9 @@
 
 /* How much faster than it rises the posture's share may fall: the force is waiting for it. */
 static const double FALLING = 3.0;
+/* Part of the trace of J M^-1 J^T below which a direction of the hand begins to count as one that motors
+ * cannot move. */
+static const double HELD_STILL = 0.01;
 /* Weight of what leads out of dead ends [N m]. */
 static const double AVOID = 1.0;
 
@@ -195,6 +198,9 @@ int nullspace_secondary(nullspace *s, double omega) {
             for (int i = 0; i < n; i++) S[m * a + b] += s->J[n * a + i] * column[i];
         }
     }
+    double easiest = 0.0;
+    for (int a = 0; a < m; a++) easiest += S[m * a + a];
+    spd_raise(m, S, HELD_STILL * easiest);
     if (spd_factor(m, S) < 0) return 0;
     hierarchy(s, M, S);
     guard_update(s->guard);
@@ -257,6 +263,17 @@ static double beside(const nullspace *s, const double *torque, double alpha) {
     return alpha;
 }
 
+/* Largest share, at most 1, of what is more (n) that finds room beside these torques. */
+static double fitting(const nullspace *s, const double *torque, const double *more) {
+    double share = 1.0;
+    for (int i = 0; i < s->n; i++) {
+        const double used = more[i] < 0.0 ? -torque[i] : torque[i];
+        const double room = fmax(s->room[i] - used, 0.0), size = fabs(more[i]);
+        if (size * share > room) share = room / size;
+    }
+    return share;
+}
+
 double nullspace_bearable(const nullspace *s, double part, double gain) {
     const int n = s->n, m = s->m;
     double torque[JOINTS] = {0.0};
@@ -282,7 +299,9 @@ void nullspace_compose(nullspace *s, double part, double gain) {
     share = fmin(fmin(fmax(share, s->share - FALLING * s->slew), s->share + s->slew), gain);
     for (int i = 0; i < n; i++) posture[i] *= share;
     guard_hold(s->guard, posture, kept);
-    for (int i = 0; i < n; i++) posture[i] += kept[i] + s->guard->stop[i];
+    for (int i = 0; i < n; i++) posture[i] += s->guard->stop[i];
+    const double most = fitting(s, posture, kept); /* cut motor by motor they would move the hand */
+    for (int i = 0; i < n; i++) posture[i] += most * kept[i];
     s->alpha = beside(s, posture, s->alpha);
     for (int i = 0; i < n; i++) {
         const double sum = s->alpha * s->wanted[i] + posture[i];
@@ -291,16 +310,34 @@ void nullspace_compose(nullspace *s, double part, double gain) {
     s->share = share;
 }
 
+/* Bounds of the joint limits, as far as the guard's own soft answer to a wish keeps them. */
+static void soften(const nullspace *s, const double *wish) {
+    const int n = s->n;
+    double kept[JOINTS];
+    guard *g = s->guard;
+    guard_hold(g, wish, kept);
+    const double most = fitting(s, wish, kept);
+    for (int i = 0; i < n; i++) kept[i] = wish[i] + most * kept[i];
+    for (int i = 0; i < n; i++) {
+        const double moved = dot(n, g->rows + n * i, kept);
+        g->floor[i] = fmin(g->floor[i], moved), g->ceiling[i] = fmax(g->ceiling[i], moved);
+    }
+}
+
 void nullspace_levels(const nullspace *s, double gain, double *force, double *force_b, double *limits,
                       double *posture, double *posture_b) {
     const int n = s->n, wide = n + 1;
     const size_t row = sizeof(double) * (size_t)n;
-    double wish[JOINTS]; /* the end stop as a whole: what of it the hand feels is another level's */
-    for (int i = 0; i < n; i++) wish[i] = s->guard->stop[i] + gain * s->null[i];
+    double wish[JOINTS], felt[JOINTS]; /* the end stop as a whole: what the hand feels is another level's */
+    for (int i = 0; i < n; i++) {
+        wish[i] = felt[i] = s->guard->stop[i] + gain * s->null[i];
+        for (int a = 0; a < s->m; a++) felt[i] += s->J[n * a + i] * gain * s->coupling[a];
+    }
+    soften(s, wish);
     for (int a = 0; a < s->m; a++) {
         memcpy(force + wide * a, s->inverse + n * a, row);
         force[wide * a + n] = -dot(n, s->inverse + n * a, s->wanted);
-        force_b[a] = dot(n, s->inverse + n * a, s->guard->stop) + gain * s->coupling[a];
+        force_b[a] = dot(n, s->inverse + n * a, felt);
     }
     for (int i = 0; i < n; i++) {
         memcpy(limits + wide * i, s->guard->rows + n * i, row);

@@ -78,8 +78,8 @@ double nullspace_bearable(const nullspace *s, double part, double gain);
 void nullspace_compose(nullspace *s, double part, double gain);
 
 /* Rows of a hierarchy over (tau, alpha), each n + 1 wide, with their right-hand sides:
- * force (m):    J#^T tau - alpha F = J#^T stop + gain f
- * limits (n):   floor <= rows tau <= ceiling, of the guard; their bounds are its own
+ * force (m):    J#^T (tau - alpha J^T F) = J#^T (stop + gain (J^T f + tau_N))
+ * limits (n):   floor <= rows tau <= ceiling, of the guard, whose bounds give way to what guard_hold leaves
  * posture (n):  L^-1 tau = L^-1 (N stop + gain tau_N) */
 void nullspace_levels(const nullspace *s, double gain, double *force, double *force_b, double *limits,
                       double *posture, double *posture_b);

@@ -17,6 +17,10 @@ void spd_solve(int n, const double *L, double *x);
 /* A^-1 (n x n, n <= SPD_MAX) from the factor of A. */
 void spd_invert(int n, const double *L, double *inverse);
 
+/* Raise what is small of A (n x n), in place: an eigenvalue e below `least` becomes
+ * (e^2 + least^2) / (2 least), continuous with its slope. A stays as it is, to the bit, where none is. */
+void spd_raise(int n, double *A, double least);
+
 /* log det A from the factor of A. */
 double spd_logdet(int n, const double *L);
 

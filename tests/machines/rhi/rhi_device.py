@@ -38,6 +38,32 @@ def wall(point: Sequence[float], normal: Sequence[float], stiffness: float) -> E
     return Environment([Body(Plane(point, normal), Tissue(stiffness))])
 
 
+NARROW = 0.01
+"""Of csrc/nullspace.c: part of the trace of J M^-1 J^T below which an eigenvalue is raised."""
+
+
+def mobility(arm: RedundantArm) -> Array:
+    """J M^-1 J^T, (m, m)."""
+    S: Array = arm.J @ np.linalg.solve(arm.M, arm.J.T)
+    return S
+
+
+def narrow(arm: RedundantArm) -> bool:
+    """Whether motors can hardly move the hand in some direction."""
+    S = mobility(arm)
+    return bool(np.linalg.eigvalsh(S)[0] < NARROW * np.trace(S))
+
+
+def raised_projection(arm: RedundantArm) -> Array:
+    """I - J^T S^-1 J M^-1, (n, n), with the small eigenvalues of S = J M^-1 J^T raised."""
+    S = mobility(arm)
+    least = NARROW * np.trace(S)
+    e, V = np.linalg.eigh(S)
+    e = np.where(e < least, (e**2 + least**2) / (2.0 * least), e)
+    N: Array = np.eye(arm.n) - arm.J.T @ (V / e) @ V.T @ arm.J @ np.linalg.inv(arm.M)
+    return N
+
+
 def printed_position(q: Array) -> Array:
     d = planar.LENGTHS
     c, s = np.cos, np.sin

@@ -6,10 +6,10 @@ from hapticd.control.hold import Hold, HoldGains
 from hapticd.machines.rhi.contact_aware import ContactAware, Settings
 from hapticd.machines.rhi.guard import Span
 from hapticd.machines.rhi.hierarchy import Hierarchy
-from hapticd.machines.rhi.nullspace import Gains, NullSpace, null_projection
+from hapticd.machines.rhi.nullspace import Gains, NullSpace
 from hapticd.machines.rhi.transition import Thresholds
 
-from .rhi_device import LIMIT, U, four_dof, home_shape, wall
+from .rhi_device import LIMIT, U, four_dof, home_shape, narrow, raised_projection, wall
 
 DT = 1e-3
 FRICTION = (0.063, 0.112, 0.040, 0.027)
@@ -54,6 +54,8 @@ def test_the_coupling_force_cancels_what_the_motion_of_the_posture_does_to_the_h
         arm.update()
         arm.qd[:] = np.linalg.svd(arm.J)[2][2:].T @ rng.standard_normal(2) * 3.0
         arm.update()
+        if narrow(arm):
+            continue
         assert made.space.secondary(0.5)
         torque = made.space.null + arm.J.T @ made.space.coupling
         assert np.abs(acceleration_of_hand(made, torque)).max() < 1e-8
@@ -140,6 +142,8 @@ def test_far_from_the_limits_the_hierarchy_is_the_projection() -> None:
         if share == 1.0 and alpha == 1.0:
             np.testing.assert_allclose(hierarchy.torque, projected, atol=1e-7)
             compared += 1
+        if narrow(arm):
+            continue
         # the hand feels the same either way
         felt = space.inverse @ hierarchy.torque - space.coupling
         np.testing.assert_allclose(felt, alpha * (space.inverse @ space.wanted), atol=1e-6)
@@ -243,7 +247,7 @@ def test_without_a_ratio_the_damping_is_the_papers_and_with_one_that_of_the_curv
         W2 = np.diag(LIMIT**-2.0)
         X = [np.linalg.solve(arm.J @ W2 @ arm.J.T, d @ W2 @ arm.J.T + arm.J @ W2 @ d.T) for d in arm.dJ]
         H = np.array([[0.5 * np.trace(a @ b) for b in X] for a in X])
-        mobile = np.linalg.solve(arm.M, null_projection(arm.J, arm.M))
+        mobile = np.linalg.solve(arm.M, raised_projection(arm))
         square = np.trace(mobile @ (20.0 * H + 10.0 * np.eye(4)))
         scale = min(1.0, 100.0**2 / square)
         pull = 20.0 * space.gradient + 10.0 * arm.q

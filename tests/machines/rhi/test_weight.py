@@ -7,6 +7,8 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from hapticd.configs import read_text
+from hapticd.experiments.hands import session
+from hapticd.experiments.temper import Temper
 from hapticd.machines.rendering.own_plant import heavier
 from hapticd.machines.rhi.bodies import environment
 from hapticd.machines.rhi.config import RhiConfig
@@ -156,3 +158,27 @@ def test_a_speed_limit_is_kept_by_the_posture() -> None:
     still = -np.linalg.solve(arm.M, N @ load) - dynamic_inverse(arm.J, arm.M) @ arm.drift
     ceiling = guard.ceiling[2] / arm.M[2, 2] + still[2]  # as an acceleration
     assert ceiling == pytest.approx(-0.2 * most[2] / 0.01)
+
+
+def test_what_the_posture_cannot_slow_down_the_hand_feels() -> None:
+    law = controller()
+    arm, guard = law.arm, law.space.guard
+    most = SPEED * np.array(described().rhi.motors.velocity)
+    arm.q[:], arm.qd[:] = described().rhi.task.home, 0.0
+    for rate, share in ((0.99, 0.0), (1.1, -0.1), (-1.1, 0.1)):
+        arm.qd[3] = rate * most[3]
+        arm.update()
+        assert law.space.secondary(1.0)
+        expected = [0.0, 0.0, 0.0, share * most[3] * arm.M[3, 3] / 0.01, 0.0, 0.0, 0.0]
+        np.testing.assert_allclose(guard.stop, expected, rtol=1e-9)
+    arm.qd[3] = 10.0 * most[3]
+    arm.update()
+    assert law.space.secondary(1.0)
+    assert guard.stop[3] == -described().rhi.motors.torque[3]
+
+
+def test_a_hand_that_drags_the_arm_past_a_singular_posture_is_no_reason_to_stop() -> None:
+    """A hand of 30 N that stretches the arm at 0.5 m/s, on the hierarchy; no limit is passed."""
+    done = session(config.load("panda_rhi"), 8019, 5.5, Temper(force=30.0, speed=0.5))
+    assert (done.stop, done.detail) == ("", "")
+    assert max(done.excess.values()) <= 0.0
