@@ -151,6 +151,10 @@ class Horizon(Duration):
     range = Range(1e-4, 0.2, "s", "a period of the fastest loop; a limit that is felt from afar")
 
 
+class RelaxTime(Duration):
+    range = Range(0.03, 2.0, "s", "faster than springs and drives follow; whoever is pinned has waited")
+
+
 class PeakTime(Duration):
     range = Range(0.2, 60.0, "s", "a stop takes longer; who can hold it for a minute may rate it higher")
 

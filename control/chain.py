@@ -14,6 +14,7 @@ from ..hqp import Level
 from ..models import Array
 from ._kernels import ffi, lib
 from .ability import Ability
+from .compliance import Compliance
 from .limits import Limits
 
 REACHED = 1e-6
@@ -110,9 +111,9 @@ class ChainLevels:
     """Levels over x = [qdd_m, qdd_a, constraint torques], see csrc/chain.h.
 
     The motors' torques, where they are known; set A of the manipulator; sums of joints; one level a point;
-    set A of the twin; coupling; set B of the manipulator; set B of the twin; the twin's dynamics. Under the
-    printed rule the range of the constraint torques and their size follow; under Gauss's principle the
-    posture, where the coupling leaves one free.
+    set A of the twin; what gives way to pushes, where something does; coupling; set B of the manipulator; set
+    B of the twin; the twin's dynamics. Under the printed rule the range of the constraint torques and their
+    size follow; under Gauss's principle the posture, where the coupling leaves one free.
 
     Table II has the coupling first. Here limits outrank it: where those of manipulator and twin contradict
     each other, the handle leaves the twin for a while, and neither passes its limits.
@@ -124,7 +125,8 @@ class ChainLevels:
         coupling_level: index of the coupling of handle and twin.
         range_level: index of the level with the range of the constraint torques (printed rule).
         safe_levels: how many levels keep the machine inside its limits; the rest shape what is felt.
-        stop_levels: those of a stop: the limits, without the coupling, and then ``braking``.
+        stop_levels: those of a stop: the limits, without coupling and compliance, and then ``braking``.
+        kept: indices among ``levels`` of all of those but ``braking``.
         braking: accelerations of manipulator and twin that come nearest to rest, (m + n,).
         error: from H to E after ``assemble``: translation and rotation vector in B, (6,) [m, rad].
         active: which limits are active, a flag word for each joint of twin and manipulator, sum and
@@ -147,12 +149,14 @@ class ChainLevels:
         directions: Sequence[int] = ALL_DIRECTIONS,
         held: NDArray[np.uint8] | None = None,
         ability: Ability | None = None,
+        compliance: Compliance | None = None,
     ) -> None:
         """The inputs are those of ``input_shapes``, each a C-contiguous float64 array.
 
         ``held``, (n,): what locks do to the twin's joints now, each FREE, CAUGHT or LOCKED, (31). Where it is
         known what the motors can give, no more is asked of them, and what moves towards a limit counts on no
-        more to brake.
+        more to brake. What gives way does so within those limits, and takes the twin along: coupling and
+        twin come after it.
 
         Raises:
             BindError: for inputs or limits of another shape.
@@ -187,13 +191,15 @@ class ChainLevels:
         self._write = lib.chain_dynamics if torques else lib.chain_gauss
         self.posture = np.zeros(m)
         self._motors = [self._torque_level(ability)] if ability else []
-        first = 3 + len(points) + len(self._motors)
+        self._giving = [self._compliance_level(compliance)] if compliance else []
+        first = 3 + len(points) + len(self._motors) + len(self._giving)
         self.coupling_level, self.safe_levels, self.range_level = first, first + 3, first + 4
         self.levels = self._levels()
         self.braking = np.zeros(m + n)
         come_to_rest = Level(A=np.eye(m + n, self.dim), b=self.braking)
-        kept = [self.levels[i] for i in range(self.safe_levels) if i != self.coupling_level]
-        self.stop_levels = (*kept, come_to_rest)
+        shaping = range(first - len(self._giving), first + 1)
+        self.kept = [i for i in range(self.safe_levels) if i not in shaping]
+        self.stop_levels = (*(self.levels[i] for i in self.kept), come_to_rest)
 
     def assemble(self) -> bool:
         """Write the levels from the inputs; False where they cannot be formed (levels unusable)."""
@@ -210,6 +216,7 @@ class ChainLevels:
         motion = "rad/s^2, m/s^2"
         torques = [("torques of the motors", "N m, N")] if self._motors else []
         sums = [("limits of joint sums", motion)]
+        giving = [("links give way", motion)] if self._giving else []
         points = [
             (f"box of point {k + 1}" if len(self._boxes) > 1 else "box", "m/s^2")
             for k in range(len(self._boxes))
@@ -220,6 +227,7 @@ class ChainLevels:
             *sums,
             *points,
             ("twin: position, speed", motion),
+            *giving,
             ("handle on twin", "m/s^2, rad/s^2"),
             ("joints: braking", motion),
             ("twin: braking", motion),
@@ -276,6 +284,9 @@ class ChainLevels:
         bind(lib, self._c, sizes, **inputs, C_torque=C, lb_torque=lb, ub_torque=ub)
         return Level(C=C, lb=lb, ub=ub)
 
+    def _compliance_level(self, compliance: Compliance) -> Level:
+        return Level(C=np.eye(self.m, self.dim), lb=compliance.least, ub=compliance.most)
+
     def _levels(self) -> tuple[Level, ...]:
         m, n, dim = self.m, self.n, self.dim
         rows, torques = self._c.rows, self._c.torques
@@ -296,6 +307,7 @@ class ChainLevels:
             Level(C=sums, **bounds(3, len(sums))),
             *(Level(C=C, lb=lb, ub=ub) for C, lb, ub in self._boxes),
             Level(C=twin, **bounds(6, n)),
+            *self._giving,
             Level(A=self._array("A1", rows, dim), b=self._array("b1", rows)),
             Level(C=manipulator, **bounds(7, m)),
             Level(C=twin, **bounds(8, n)),

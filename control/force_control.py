@@ -15,6 +15,7 @@ from ..models import Array, Robot
 from ._kernels import lib
 from .ability import Ability
 from .chain import ALL_DIRECTIONS, BoxedPoint, ChainLevels, Gains, Horizons, JointSum, Rule
+from .compliance import Compliance
 from .limits import Limits
 from .serial import Frame, SerialChain
 from .twin import Twin
@@ -88,6 +89,7 @@ class ForceControl:
         twin: the rendered mechanism.
         ability: what the motors can give at this tick, to be filled between ``prepare`` and ``assemble``;
             None where the levels do not ask for it.
+        compliance: what gives way to pushes; None where nothing does.
         base: what carries it.
         q, qd, qdd: commanded state of the manipulator, (m,) [rad or m, s].
         solution: of the last solve.
@@ -110,11 +112,13 @@ class ForceControl:
         handle: str = "handle",
         posture: Posture | None = None,
         limited: bool = False,
+        compliance: Compliance | None = None,
     ) -> None:
         """The directions, 0 to 5, in which handle and twin are coupled; the frame that is the handle.
 
         Without a posture to be drawn to, what the coupling leaves free is damped by nothing but limits.
-        ``limited``: no more is asked of the motors than they can give.
+        ``limited``: no more is asked of the motors than they can give. ``compliance``: what gives way, to be
+        updated before ``assemble``.
         """
         names = list(dict.fromkeys([handle, *(box.frame for box in boxes)]))
         self.arm = SerialChain(manipulator, names)
@@ -137,9 +141,11 @@ class ForceControl:
         ]
         rule: Rule = "gauss" if detection == "gauss" else "torques"
         self.ability = Ability(m) if limited else None
+        self.compliance = compliance
         self._chain = ChainLevels(
             *(inputs, limits, twin.limits, sums, points, gains, horizons, dt, rule, directions, twin.held),
             ability=self.ability,
+            compliance=compliance,
         )
         rows = [level.rows for level in self._chain.levels]
         self._solver = Solver(self._chain.dim, rows, max_iterations=MAX_ITERATIONS)
@@ -149,11 +155,10 @@ class ForceControl:
             [level.rows for level in self._chain.stop_levels],
             max_iterations=MAX_ITERATIONS,
         )
-        count, coupling = len(self._chain.levels), self._chain.coupling_level
-        kept = [i for i in range(self._chain.safe_levels) if i != coupling]
+        count = len(self._chain.levels)
         self._slacks = {
             self._solver: Slacks(self._solver.solution, count, range(count)),
-            self._stop_solver: Slacks(self._stop_solver.solution, count, [*kept, None]),
+            self._stop_solver: Slacks(self._stop_solver.solution, count, [*self._chain.kept, None]),
         }
         self._asked = self._solver
         self._posture = posture

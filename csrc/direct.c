@@ -6,7 +6,7 @@
 /* Torques at the present state. */
 static void torques(const direct *d) {
     for (int i = 0; i < d->n; i++) {
-        d->load[i] = d->torque[i] - d->viscous[i] * d->qd[i];
+        d->load[i] = d->torque[i] - d->viscous[i] * d->qd[i] + d->push[i];
         d->dry[i] = d->gear[i] + d->share[i] * fabs(d->spring[i]) + d->bearing[i];
         if (d->braked[i]) d->dry[i] += d->brake[i];
     }
@@ -21,7 +21,7 @@ static void advance(const direct *d, const held *c, double h) {
         double held_by = 0.0;
         for (int k = 0; k < c->rows; k++) held_by += c->J[d->n * k + i] * c->wrench[k];
         d->work[WORK_MOTORS] += way * d->torque[i];
-        d->work[WORK_HAND] += way * held_by;
+        d->work[WORK_HAND] += way * (held_by + d->push[i]);
         d->work[WORK_DRY] += way * c->friction[i];
         d->work[WORK_DAMPING] -= way * d->viscous[i] * d->qd[i];
         d->qdd[i] = (v[i] - d->qd[i]) / h;

@@ -12,6 +12,7 @@ typedef struct {
      * a share of the torque that it carries, and dry friction of its bearing */
     const double *viscous SHAPE(n), *brake SHAPE(n), *gear SHAPE(n), *share SHAPE(n), *bearing SHAPE(n);
     const double *torque SHAPE(n); /* of the motors */
+    const double *push SHAPE(n);   /* on the links, by what else touches them */
     const unsigned char *braked SHAPE(n);
     double *spring SHAPE(n); /* torque that each gear carries */
     const double *rotor SHAPE(n);

@@ -7,7 +7,7 @@ static void torques(const elastic *e) {
     for (int i = 0; i < e->n; i++) {
         e->spring[i] =
             e->stiffness[i] * (e->motor[i] - e->q[i]) + e->damping[i] * (e->motor_rate[i] - e->qd[i]);
-        e->load[i] = e->spring[i] - e->viscous[i] * e->qd[i];
+        e->load[i] = e->spring[i] - e->viscous[i] * e->qd[i] + e->push[i];
     }
 }
 
@@ -27,7 +27,7 @@ static void count_work(const elastic *e, const held *c, double h, const double *
         double held_by = 0.0;
         for (int k = 0; k < c->rows; k++) held_by += c->J[e->n * k + i] * c->wrench[k];
         e->work[WORK_MOTORS] += turn * e->torque[i];
-        e->work[WORK_HAND] += way * held_by;
+        e->work[WORK_HAND] += way * (held_by + e->push[i]);
         e->work[WORK_DRY] += turn * push + way * c->friction[i];
         e->work[WORK_DAMPING] -= way * e->viscous[i] * e->qd[i] + (turn - way) * damped;
     }

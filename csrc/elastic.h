@@ -15,12 +15,13 @@ typedef struct {
     const double *stiffness SHAPE(n), *damping SHAPE(n), *rotor SHAPE(n), *viscous SHAPE(n), *brake SHAPE(n);
     const double *gear SHAPE(n), *share SHAPE(n);
     const double *torque SHAPE(n); /* of the motors */
+    const double *push SHAPE(n);   /* on the links, by what else touches them */
     const unsigned char *braked SHAPE(n);
     double *qdd SHAPE(n);                         /* of the links */
     double *q SHAPE(n), *qd SHAPE(n);             /* links */
     double *motor SHAPE(n), *motor_rate SHAPE(n); /* rotors, in joint units */
     double *spring SHAPE(n);                      /* torque in the springs */
-    double *load SHAPE(n);                        /* spring less friction: what moves the links */
+    double *load SHAPE(n);                        /* spring and push less friction: what moves the links */
     double *work SHAPE(4);                        /* done on the joints so far, see above */
 } elastic;
 

@@ -24,7 +24,7 @@ class Work:
 
     Attributes:
         motors: by their torques.
-        hand: by its wrench.
+        hand: by its wrench, and by what else pushes.
         dry: by brakes and dry friction.
         damping: by viscous friction and the springs' damping.
     """
@@ -46,6 +46,7 @@ class HeldArm(ABC):
         motor, motor_rate: rotor side, in joint units, (n,).
         spring: torque that a sensor between rotor and link measures, (n,) [N m or N].
         hold: what the hand does to the frame.
+        push: what else touches the links, as torques of the joints, (n,) [N m or N].
         position, rotation, twist, acceleration: of the frame in B without the base's motion, (3,), (3, 3),
             (6,), (6,).
     """
@@ -61,7 +62,7 @@ class HeldArm(ABC):
         self._gravity = robot.model.gravity.linear.copy()
         self._links = links = Links(robot, frame, armature)
         self.q, self.qd, self.qdd = links.q, links.qd, links.qdd
-        self.spring = np.zeros(n)
+        self.spring, self.push = np.zeros(n), np.zeros(n)
         self.position, self.rotation = links.position, links.rotation
         self.twist, self.acceleration = links.twist, links.acceleration
         self.hold = Hold()
@@ -146,6 +147,7 @@ class SeriesElasticArm(HeldArm):
             gear=dry.gear,
             share=dry.share,
             torque=self._torque,
+            push=self.push,
             braked=self._braked,
             qdd=self.qdd,
             q=self.q,
@@ -220,6 +222,7 @@ class DirectArm(HeldArm):
             share=rubs.share,
             bearing=rubs.bearing,
             torque=self._torque,
+            push=self.push,
             braked=self._braked,
             spring=self.spring,
             rotor=rotor,
@@ -244,7 +247,7 @@ class DirectArm(HeldArm):
         model, q = robot.model, robot.configuration(self.q)
         self._field.linear = links.gravity
         moving = pin.rnea(model, robot.data, q, self.qd, self.qdd)
-        np.subtract(moving, links.J.T @ self.hold.wrench, out=self.spring)
+        np.subtract(moving, links.J.T @ self.hold.wrench + self.push, out=self.spring)
         self._field.linear = self._gravity
         lib.direct_feel(self._core, self._held)
 

@@ -32,6 +32,7 @@ from ..rendering.check import (
     check_wire,
     inverse_inertia,
 )
+from ..rendering.giving_way import check_compliance, check_pushes
 from ..rendering.own_plant import check_own_plant, own_robot
 from ..rendering.sections import ChainTwin
 from ..rendering.surroundings import check_pairs
@@ -57,6 +58,7 @@ def check_arm(config: ArmConfig, robot: Robot) -> Found:
     found = check_friction(keys, (friction.gear + friction.bearing).tolist(), robot)
     found += _limits(config, robot) + _sums(config) + _boxes(config) + _posture(config)
     found += check_pairs(robot, config.look_ahead)
+    found += check_compliance(config.compliance, config.arm.force_control)
     arm = config.arm
     frames = arm.frames.handle, arm.frames.sensor
     found += check_tool(arm.handle, config.devices, robot, frames, ("arm.handle", "force_torque"))
@@ -278,6 +280,7 @@ def _plant(config: ArmConfig, robot: Robot) -> Found:
     found = check_inertia(f"{key}.handle_inertia", plant.handle_inertia)
     q = _typical(config)
     found += _begins(config, robot, q)
+    found += check_pushes(robot, config.simulation.pushes or ())
     brakes = [joint.brake for joint in plant.joints.values()]
     found += check_weight(own, q, brakes, [f"{key}.joints.{name}.brake" for name in plant.joints])
     rotor, stiffness, friction = plant_values(config, robot)

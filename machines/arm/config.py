@@ -41,7 +41,18 @@ from ...configs.quantities import (
 )
 from ...configs.strict import Strict
 from ...runtime.core.sections import Config, Hand, Name, Place, Safety, Simulation, Substeps
-from ..rendering.sections import Away, ForceControl, Handle, LookAhead, Plant, Share, StiffnessTolerance, Twin
+from ..rendering.sections import (
+    Away,
+    Compliance,
+    ForceControl,
+    Handle,
+    LookAhead,
+    Plant,
+    Push,
+    Share,
+    StiffnessTolerance,
+    Twin,
+)
 
 DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
 """Along and about the axes of the base."""
@@ -196,6 +207,7 @@ class ArmSimulation(Simulation, frozen=True, kw_only=True):
     arm: ArmPlantSection
     hand: ArmHand
     plant: Plant = field(default_factory=Plant)
+    pushes: Annotated[tuple[Push, ...], Meta(max_length=1000)] | None = None
 
 
 class ArmConfig(Config, frozen=True, kw_only=True, tag="arm"):
@@ -204,4 +216,5 @@ class ArmConfig(Config, frozen=True, kw_only=True, tag="arm"):
     safety: ArmSafety
     arm: Arm
     look_ahead: LookAhead | None = None
+    compliance: Compliance | None = None
     simulation: ArmSimulation | None = None

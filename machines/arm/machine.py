@@ -27,10 +27,13 @@ from ...runtime.core.stages import Mark
 from ...runtime.core.torque_axes import TorqueAxes, peaks_of
 from ...safety import Plausibility
 from ..rendering.foresight import REACTION_S, Foresight
+from ..rendering.giving_way import Announcer, compliance_of
 from ..rendering.logged import (
     Field,
     StateLog,
     felt,
+    felt_beside,
+    given_way,
     heated,
     levels_of,
     motion,
@@ -59,17 +62,16 @@ def state_layout(
     levels: int,
     springs: int = 0,
     heats: int = 0,
+    gives: int = 0,
 ) -> np.dtype[np.void]:
     """What the log keeps of a tick: numbers first, then flags and the solver."""
     active = degrees_of_freedom(twin, coupled) + m + sums + 3 * points
     joints = joint_names(twin)
     measured = [("link", "<f8", m), ("points", "<f8", (points, 3))]  # link side [rad or m]; boxed frames [m]
     known: list[Field] = [("stiffness", "<f8", springs)] if springs else []  # of the springs, by now
+    own = [*known, *heated(heats), *given_way(gives)]
     return np.dtype(
-        [
-            *(*measured, *motion(m), *known, *heated(heats), *twin_fields(joints)),
-            *solved(m, active, levels, joints),
-        ]
+        [*measured, *motion(m), *own, *twin_fields(joints), *solved(m, active, levels, joints)]
     )
 
 
@@ -84,6 +86,8 @@ class SerialArm:
         robot = carrying(robot, arm.frames.handle, arm.frames.sensor, device, arm.handle)
         self._joints, self._force_torque = JointDrives(image), ForceTorques(image)
         self.force_control = control = force_control(config, robot, dt)
+        self.notes: list[str] = []
+        self._announcer = Announcer(list(arm.joints), control.compliance, self.notes, dt)
         ratings = joint_ratings(config, robot)
         joints = arm.joints.values()
         rotor, p_gain, d_gain = (
@@ -112,6 +116,7 @@ class SerialArm:
         self.state = state_layout(
             *(robot.nv, sums, boxes, arm.twin, directions(config), len(self.levels)),
             *(len(self._known), len(self._used)),
+            gives=robot.nv if config.compliance else 0,
         )
         self.play, self.braking = ratings.play, ratings.braking
         self.thresholds = ratings.axes.thresholds(config, image)
@@ -204,6 +209,7 @@ class SerialArm:
         self.solved = self._rendering.render(self._estimator.wrench, gain, trust, STILL)
         self.astray = self._rendering.astray
         self.overload = self._rendering.overload
+        self._announcer.update()
         self._foresight.update()
         self._command()
 
@@ -233,6 +239,7 @@ class SerialArm:
             control.qdd,
             self._known,
             self._used,
+            *felt_beside(control),
             *felt(self._rendering),
         )
         self._log = StateLog(state, numbers, control)
@@ -302,10 +309,12 @@ def joint_ratings(config: ArmConfig, robot: Robot) -> Ratings:
 def force_control(config: ArmConfig, robot: Robot, dt: float) -> ForceControl:
     """The hierarchical force control that a configuration describes."""
     arm, gains = config.arm, config.arm.force_control
-    coupled = directions(config)
+    coupled, ratings = directions(config), joint_ratings(config, robot)
+    joints = arm.joints.values()
+    yielding = np.array([1.0 / joint.p_gain + 1.0 / (joint.stiffness or inf) for joint in joints])
     return ForceControl(
         robot,
-        joint_ratings(config, robot).limits,
+        ratings.limits,
         twin_of(arm.twin, coupled),
         joint_sums(config),
         [Box(box.frame, box.lower, box.upper) for box in arm.boxes or ()],
@@ -317,6 +326,7 @@ def force_control(config: ArmConfig, robot: Robot, dt: float) -> ForceControl:
         handle=arm.frames.handle,
         posture=_home(config),
         limited=gains.detection == "gauss",
+        compliance=compliance_of(config.compliance, ratings.axes.torque, ratings.limits, yielding),
     )
 
 

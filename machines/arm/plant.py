@@ -15,6 +15,7 @@ from ...sim.hand import Hand
 from ...sim.plant import Energies, SimPlant
 from ...sim.tool import SensedTool
 from ...sim.torque_drive import SimTorqueDrive
+from ..rendering.giving_way import Pushes
 
 GRAVITY = np.array([0.0, 0.0, -9.81])
 STILL = np.zeros(3)
@@ -38,6 +39,7 @@ class ArmPlant(SimPlant):
         dead_man: Sequence[tuple[float, bool]],
         seed: int,
         delay: int = 0,
+        pushes: Pushes | None = None,
     ) -> None:
         """Standard deviations of the sensor's noise [N, N m]; times at which the switch changes [s].
 
@@ -53,6 +55,7 @@ class ArmPlant(SimPlant):
         )
         (self._force_torque,) = self.nodes.of(SimForceTorque)
         self.wrench = arm.hold.wrench
+        self._pushes = pushes
         self._late = Delay(delay, len(joints.command))
         tool.base[:] = -GRAVITY
         self._measure()
@@ -71,6 +74,8 @@ class ArmPlant(SimPlant):
         arm, joints = self.arm, self._joints
         self.hand.aim(arm.hold, self.time, arm.position.tolist(), arm.rotation)
         joints.update()
+        if self._pushes:
+            self._pushes.apply(self.time, arm.q, arm.push)
         arm.step(self._late(joints.command, joints.braked), joints.braked, STILL, dt)
 
     def _sense(self) -> None:

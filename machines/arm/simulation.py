@@ -9,6 +9,7 @@ from ...models import Array, Robot
 from ...sim.dynamics import DirectArm, HeldArm, SeriesElasticArm
 from ...sim.hand import Grip, Hand, Path, turned
 from ...sim.tool import SensedTool, Tool
+from ..rendering.giving_way import Pushes
 from ..rendering.own_plant import each, own_friction, own_robot
 from ..rendering.rendering import sensor_pose
 from ..rendering.tool import own_handle
@@ -48,6 +49,7 @@ def arm_plant(config: ArmConfig, robot: Robot, network: Network) -> ArmPlant:
         [(float(press.at), press.pressed) for press in hand.dead_man],
         simulation.seed,
         simulation.plant.delay,
+        Pushes(robot, simulation.pushes or ()),
     )
 
 

@@ -21,6 +21,7 @@ from ..rendering.check import (
     check_range,
     check_wire,
 )
+from ..rendering.giving_way import check_compliance
 from ..rendering.surroundings import check_pairs
 from ..rendering.tool import check_tool
 from .config import GiantConfig
@@ -68,6 +69,7 @@ def check_giant(config: GiantConfig, robot: Robot) -> Found:
     dry = (friction.gear + friction.bearing).tolist()
     found += check_friction([key] * len(JOINTS), dry, robot.without(PPU_JOINTS))
     found += check_pairs(robot, config.look_ahead)
+    found += check_compliance(config.compliance, config.giant.force_control)
     found += check_ramp(braking_time(config), config.safety.stop_time)
     return found + _devices_of_giant(config, robot) + check_rates(config) + check_plant(config, robot)
 

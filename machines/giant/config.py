@@ -39,10 +39,12 @@ from ...runtime.core.sections import Config, Hand, Place, Safety, Simulation, Su
 from ..rendering.sections import (
     SPRINGS_DIFFER,
     Away,
+    Compliance,
     ForceControl,
     Handle,
     LookAhead,
     Plant,
+    Push,
     Share,
     StiffnessTolerance,
     Twin,
@@ -148,6 +150,7 @@ class GiantSimulation(Simulation, frozen=True, kw_only=True):
     giant: GiantPlant
     hand: GiantHand
     plant: Plant = field(default_factory=Plant)
+    pushes: Annotated[tuple[Push, ...], Meta(max_length=1000)] | None = None
 
 
 class GiantConfig(Config, frozen=True, kw_only=True, tag="giant"):
@@ -156,4 +159,5 @@ class GiantConfig(Config, frozen=True, kw_only=True, tag="giant"):
     safety: GiantSafety
     giant: Giant
     look_ahead: LookAhead | None = None
+    compliance: Compliance | None = None
     simulation: GiantSimulation | None = None

@@ -28,7 +28,18 @@ from ...runtime.core.stages import Mark
 from ...runtime.core.torque_axes import TorqueAxes, peaks_of, thresholds
 from ...safety import AxisLimits, Heat, Plausibility, Thresholds, Values
 from ..rendering.foresight import REACTION_S, Foresight
-from ..rendering.logged import StateLog, felt, heated, levels_of, motion, solved, twin_fields
+from ..rendering.giving_way import Announcer, compliance_of
+from ..rendering.logged import (
+    StateLog,
+    felt,
+    felt_beside,
+    given_way,
+    heated,
+    levels_of,
+    motion,
+    solved,
+    twin_fields,
+)
 from ..rendering.ratings import Ratings
 from ..rendering.rendering import JOINTS_AT_REST, Rendering, pulled, sensor_pose
 from ..rendering.sections import Twin
@@ -53,7 +64,9 @@ MACHINE_LIMITS = 13
 """Limits besides the twin's: six joints, their tilt, three directions of handle and elbow each."""
 
 
-def state_layout(twin: Twin, levels: int, peaks: bool = False) -> np.dtype[np.void]:
+def state_layout(
+    twin: Twin, levels: int, peaks: bool = False, gives: bool = False
+) -> np.dtype[np.void]:
     """What the log keeps of a tick: numbers first, then flags and the solver."""
     joints = joint_names(twin)
     return np.dtype(
@@ -63,6 +76,7 @@ def state_layout(twin: Twin, levels: int, peaks: bool = False) -> np.dtype[np.vo
             *motion(6),
             ("stiffness", "<f8", 6),  # of the springs, as far as they are known by now [N m/rad]
             *heated(6 if peaks else 0),
+            *given_way(6 if gives else 0),
             ("ppu", "<f8", (3, 2)),  # estimated position, velocity, acceleration [m, s]
             *twin_fields(joints),
             *solved(6, degrees_of_freedom(twin) + MACHINE_LIMITS, levels, joints),
@@ -86,7 +100,10 @@ class Giant:
         manipulator = robot.without(PPU_JOINTS)
         self._acceleration = np.zeros(2)
         self._observer = PpuObserver(dt, self._axes.position, self._acceleration)
-        self.force_control = control = _force_control(config, manipulator, self._observer, dt)
+        ratings = _ratings(config, robot)
+        self.force_control = control = _force_control(config, manipulator, self._observer, ratings, dt)
+        self.notes: list[str] = []
+        self._announcer = Announcer(JOINTS, control.compliance, self.notes, dt)
         self._estimator = WrenchEstimator(
             tool.mass,
             tool.centre,
@@ -104,7 +121,6 @@ class Giant:
             *(dt, control.q, self._observer.q, self._observer.qd),
         )
         tracking = giant.tracking
-        ratings = _ratings(config, robot)
         stiffness = ratings.axes.believed  # of which the checks of the encoders learn more
         joints, heat = ratings.axes.limits(config), ratings.axes.heat(image, dt)
         self._rendering = Rendering(
@@ -136,7 +152,8 @@ class Giant:
         sensors = (self._force, self._carried, self._held)
         self.plausibility = _plausibility(config, image, ratings, stiffness, heat, sensors)
         self.levels, self.remarks = levels_of(control), REMARKS
-        self.state = state_layout(giant.twin, len(self.levels), bool(ratings.axes.peaks))
+        gives = config.compliance is not None
+        self.state = state_layout(giant.twin, len(self.levels), bool(ratings.axes.peaks), gives)
         self.position: list[float] = [0.0] * len(self.axes)
         self.velocity: list[float] = [0.0] * len(self.axes)
         self.overload = ""
@@ -248,6 +265,7 @@ class Giant:
         self.astray = self._rendering.astray + self._gantry_follows
         self.overload = self._rendering.overload
         self._prepositioning.update()
+        self._announcer.update()
         self._look_ahead()
         self._command(gain)
         self._rendering.advance()
@@ -281,7 +299,7 @@ class Giant:
         control, ppu = self.force_control, self._observer
         numbers = (
             *(self._joints.link_position, self._axes.position, control.q, control.qd, control.qdd),
-            *(self._stiffness, self._used, ppu.q, ppu.qd, ppu.qdd, *felt(self._rendering)),
+            *(self._stiffness, self._used, *felt_beside(control), ppu.q, ppu.qd, ppu.qdd, *felt(self._rendering)),
         )
         self._log = StateLog(state, numbers, control)
 
@@ -341,12 +359,16 @@ def _ppu_limits(config: GiantConfig) -> PpuLimits:
     return PpuLimits(ppu.lower, ppu.upper, ppu.velocity, ppu.acceleration, ppu.time_constant)
 
 
-def _force_control(config: GiantConfig, manipulator: Robot, ppu: PpuObserver, dt: float) -> ForceControl:
+def _force_control(
+    config: GiantConfig, manipulator: Robot, ppu: PpuObserver, ratings: Ratings, dt: float
+) -> ForceControl:
     giant = config.giant
-    control, m = giant.force_control, giant.manipulator
+    control, m, tracking = giant.force_control, giant.manipulator, giant.tracking
+    limits = Limits(*map(np.array, (m.lower, m.upper, m.velocity, m.acceleration)))
+    yielding = 1.0 / np.array(tracking.p_gain) + 1.0 / np.array(tracking.stiffness)
     return ForceControl(
         manipulator,
-        Limits(*map(np.array, (m.lower, m.upper, m.velocity, m.acceleration))),
+        limits,
         twin_of(giant.twin),
         [JointSum(TILT, *m.tilt)],
         [Box(point, giant.box.lower, giant.box.upper) for point in ("handle", ELBOW)],
@@ -356,6 +378,7 @@ def _force_control(config: GiantConfig, manipulator: Robot, ppu: PpuObserver, dt
         Horizons(control.viability_horizon, control.point_horizon),
         ppu,
         limited=control.detection == "gauss",
+        compliance=compliance_of(config.compliance, ratings.axes.torque, limits, yielding),
     )
 
 

@@ -19,6 +19,7 @@ from ...sim.hand import Hand
 from ...sim.joint_drive import SimJointDrive
 from ...sim.plant import Energies, SimPlant
 from ...sim.tool import SensedTool, Tool
+from ..rendering.giving_way import Pushes
 
 GRAVITY = np.array([0.0, 0.0, -9.81])
 
@@ -51,6 +52,7 @@ class GiantPlant(SimPlant):
         dead_man: Sequence[tuple[float, bool]],
         seed: int,
         delay: int = 0,
+        pushes: Pushes | None = None,
     ) -> None:
         """The robot gives the sensors' places and moves with the gantry; the drives obey delay ticks late.
 
@@ -78,6 +80,7 @@ class GiantPlant(SimPlant):
         sensors = ("force_torque", "imu_handle")
         place, unit = ((T_handle @ robot.placement(zero, name))[:3, 3].tolist() for name in sensors)
         self._late = Delay(delay, len(self._joints.command)), Delay(delay, len(self._axes.command))
+        self._pushes = pushes
         self._base, self._wrench = np.zeros(3), arm.hold.wrench
         self.tool = SensedTool(tool, place, arm, self._wrench, unit=unit)
         self._measure()
@@ -124,6 +127,8 @@ class GiantPlant(SimPlant):
         ppu.step(late.tolist(), axes.braked.tolist(), dt)
         self._base[:2] = ppu.acceleration
         self.hand.aim(arm.hold, self.time, position, arm.rotation, (*ppu.velocity, 0.0))
+        if self._pushes:
+            self._pushes.apply(self.time, arm.q, arm.push)
         arm.step(self._late[0](joints.command, joints.braked), joints.braked, self._base, dt)
 
     def _sense(self) -> None:

@@ -6,6 +6,7 @@ import numpy as np
 
 from ...models import Robot
 from ..rendering.check import Found, check_inertia, check_springs, check_weight
+from ..rendering.giving_way import check_pushes
 from ..rendering.own_plant import check_own_plant, own_robot
 from .config import GiantConfig
 from .names import JOINTS, PPU_JOINTS
@@ -31,6 +32,7 @@ def check_plant(config: GiantConfig, robot: Robot) -> Found:
         return found + wrong
     arm = own_robot(robot, JOINTS, config.simulation.plant).without(PPU_JOINTS)
     posture = np.array(plant.posture)
+    found += check_pushes(arm, config.simulation.pushes or ())
     found += check_weight(arm, posture, plant.brake_torque, ["simulation.giant.brake_torque"] * len(JOINTS))
     rotor, stiffness = springs(config)
     return found + check_springs(

@@ -9,6 +9,7 @@ from ...models import Array, Robot
 from ...sim.dynamics import SeriesElasticArm, VelocityAxes
 from ...sim.hand import Grip, Hand, Path, hanging
 from ...sim.tool import Tool
+from ..rendering.giving_way import Pushes
 from ..rendering.own_plant import each, own_friction, own_robot
 from ..rendering.tool import own_handle
 from .config import GiantConfig
@@ -44,6 +45,7 @@ def giant_plant(config: GiantConfig, robot: Robot, network: Network) -> GiantPla
         [upper + HARD_STOP for upper in giant.ppu.upper],
     )
     ppu.position[:] = plant.ppu
+    pushes = Pushes(arm_alone, simulation.pushes or ())
     path = Path(
         [float(point.at) for point in hand.path],
         np.array([[*point.position, *point.angles] for point in hand.path]),
@@ -65,6 +67,7 @@ def giant_plant(config: GiantConfig, robot: Robot, network: Network) -> GiantPla
         [(float(press.at), press.pressed) for press in hand.dead_man],
         simulation.seed,
         simulation.plant.delay,
+        pushes,
     )
 
 

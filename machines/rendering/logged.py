@@ -46,6 +46,16 @@ def heated(m: int) -> list[Field]:
     return [("heat", "<f8", m)] if m else []
 
 
+def given_way(m: int) -> list[Field]:
+    """Torques of m joints that nothing explains, and what of them they give way to."""
+    return [("external", "<f8", m), ("excess", "<f8", m)] if m else []
+
+
+def felt_beside(control: ForceControl) -> tuple[Array, ...]:
+    """The arrays of ``given_way``; none where nothing gives way."""
+    return (control.compliance.external, control.compliance.excess) if control.compliance else ()
+
+
 def solved(m: int, active: int, levels: int, joints: Sequence[str] = ()) -> list[Field]:
     """What follows after all numbers: m motors, so many limits of levels 2 to 8, levels, a chain's locks."""
     held: list[Field] = [("held", "u1", len(joints))] if joints else []

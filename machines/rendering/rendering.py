@@ -8,6 +8,8 @@ from math import exp, hypot
 import numpy as np
 
 from ...control.ability import Ability
+from ...control.compliance import Compliance
+from ...control.external_torque import ExternalTorque
 from ...control.force_control import ForceControl
 from ...control.tracking import Admitted, DriveFriction, SeriesElasticity, Tracking
 from ...devices.torque_drive import JointDrives
@@ -36,6 +38,8 @@ CONTRADICTED_S = 0.2
 """A stop believes no wrench that the springs have contradicted for so long, less the time they did not."""
 STOP_FADE_S = 5e-3
 """Time constant with which the operator's wrench leaves the feedforward of a stop."""
+RECKONED_S = 50e-3
+"""After a start, and after a wrench that was not believed, nothing gives way for so long [s]."""
 FEEDFORWARD_GAIN = 10.0
 """The feedforward of the operator's wrench fades in so many times as fast as the wrench itself."""
 
@@ -95,6 +99,10 @@ class Rendering:
         self._leash = self._most_fed_back / gains[0]
         self._strained, self._longest_strain = np.zeros(n, np.intc), round(STRAIN_S / dt)
         self._yield = 1.0 / gains[0] + 1.0 / elasticity.stiffness
+        self._known, self._reckoned = 0, round(RECKONED_S / dt)
+        self._external = ExternalTorque(
+            manipulator, control.arm, joints.link_position, joints.load_torque, control.handle.J, dt
+        )
         self.fade = exp(-dt / STOP_FADE_S)
         self._mark = mark
         self._tracking = Tracking(
@@ -122,13 +130,16 @@ class Rendering:
 
     def engage(self, q: Array) -> None:
         """Twin on the handle, everything at rest at measured joints (m,), even a little outside limits."""
-        self.control.reset(q)
+        control = self.control
+        control.reset(q)
         self._led[:] = q
         self._strained[:] = 0
         self.overload = ""
         self._settled = False
         self.wrench[:] = self._believed = 0.0
-        self._contradicted = 0
+        self._contradicted = self._known = 0
+        if control.compliance:
+            control.compliance.reset()
         self._tracking.reset()
 
     def render(self, wrench: Array, gain: float, trust: float, base: Array) -> bool:
@@ -153,6 +164,8 @@ class Rendering:
         if control.ability:
             self._tracking.forecast(base)
             self._weigh(control.ability)
+        if control.compliance:
+            self._give_way(control.compliance, wrench, trust, base)
         self._mark(Stage.MODEL)
         regular = control.assemble()
         self._mark(Stage.ASSEMBLE)
@@ -161,6 +174,19 @@ class Rendering:
         if not regular:
             control.brake()
         return solved
+
+    def _give_way(self, compliance: Compliance, wrench: Array, trust: float, base: Array) -> None:
+        """To what pushes beside the wrench (6,), as long as that is believed."""
+        if trust < 1.0:
+            self._known = 0
+        if not self._known:
+            self._external.reset()
+        self._known += 1
+        external = self._external.update(wrench, base)
+        if self._known > self._reckoned:
+            compliance.update(external, self.control.qd)
+        else:
+            compliance.reset()
 
     def lead(self, q: Array, qd: Array, qdd: Array, base: Array) -> None:
         """Motion of the arm by a plan instead of the operator: joints (m,), their speeds and accelerations.
@@ -186,6 +212,8 @@ class Rendering:
         leash, ability = self._leash, self.control.ability
         if yielded > 0.0:
             leash = leash + yielded * np.abs(wrench @ self.control.handle.J) * self._yield
+        if compliance := self.control.compliance:  # what gives way yields to what it is known to be pushed with
+            leash = leash + np.minimum(np.abs(compliance.external), self._most_fed_back) * self._yield
         if ability and yielded <= 0.0:
             strained = np.abs(ability.feedback) > self._most_fed_back  # in the last tick
             self._strained += 1

@@ -22,6 +22,7 @@ from ...configs.quantities import (
     Damping,
     Duration,
     Force,
+    Forces3,
     Gravity,
     HandleMass,
     Horizon,
@@ -36,6 +37,7 @@ from ...configs.quantities import (
     Mass,
     Rate,
     RateSquared,
+    RelaxTime,
     Sizes3,
     SomeAngle,
     Speed,
@@ -48,6 +50,10 @@ from ...configs.strict import Strict
 from ...runtime.core.sections import Name
 
 Factor = Annotated[float, Meta(ge=0.1, le=10.0, description="times what the controller believes")]
+ComplianceShare = Annotated[
+    float,
+    Meta(ge=0.02, le=0.4, description="of a motor's torque; beyond half of it a joint that is led stops"),
+]
 Share = Annotated[float, Meta(ge=0.0, le=1.0, description="of the torque of a joint")]
 StiffnessTolerance = Annotated[
     float, Meta(ge=0.0, le=0.6, description="a share; who knows less of a spring must measure it first")
@@ -214,6 +220,22 @@ class LookAhead(Strict, frozen=True):
     margin: Clearance
     floor: AnyLength | None = None
     obstacles: Annotated[tuple[Obstacle, ...], Meta(max_length=40)] | None = None
+
+
+class Compliance(Strict, frozen=True):
+    """Pushes on the links that give way: a share of each motor's torque, and how fast they are relieved."""
+
+    threshold: ComplianceShare
+    relax: RelaxTime
+
+
+class Push(Strict, frozen=True):
+    """Something pushes a frame of the simulated machine for a time, with a force in the axes of the base."""
+
+    at: Instant
+    seconds: Duration
+    frame: Name
+    force: Forces3
 
 
 class Away(Strict, frozen=True):
