@@ -1,6 +1,6 @@
 """Compliance of joints that something pushes which the sensor at the handle does not explain.
 
-HapticGiant names it as future work (section VIII): a task for unintended collisions.
+HapticGiant names it as future work: a task for unintended collisions.
 """
 
 from __future__ import annotations
@@ -19,10 +19,11 @@ stands."""
 class Compliance:
     """What accelerations leave room for pushes on the links.
 
-    What something else than the operator pushes with, r, is known (``ExternalTorque``). From ``WARY`` of a threshold on a joint moves against it no faster than a speed that
-    falls from its largest to 0, and beyond the threshold it gives way with a speed that grows with what is
-    beyond. Where a link is blocked, that decays with the time constant ``relax``: the torque of a blocked link
-    falls by 1 / yielding for each rad that its reference gives way.
+    What something else than the operator pushes with, r, is known (``ExternalTorque``). From ``WARY`` of a
+    threshold on a joint moves against it no faster than a speed that falls from its largest to 0, and beyond
+    the threshold it gives way with a speed that grows with what is beyond. Where a link is blocked, that
+    decays with the time constant ``relax``, for each rad that the reference of a held joint gives way takes
+    1 / yielding from its torque.
 
     Attributes:
         external: r, (m,) [N m or N].

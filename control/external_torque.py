@@ -13,7 +13,7 @@ SMOOTH_S = 10e-3
 
 
 class ExternalTorque:
-    """Inverse dynamics of the measured motion, less what the springs carry and what the operator's wrench does.
+    """Inverse dynamics of the measured motion, less the springs' loads and the operator's wrench.
 
     Motion and torques pass the same two low-passes in series. Those of the positions give speeds and
     accelerations without differences from tick to tick; since the inertia hardly changes within their time

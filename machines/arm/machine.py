@@ -70,9 +70,7 @@ def state_layout(
     measured = [("link", "<f8", m), ("points", "<f8", (points, 3))]  # link side [rad or m]; boxed frames [m]
     known: list[Field] = [("stiffness", "<f8", springs)] if springs else []  # of the springs, by now
     own = [*known, *heated(heats), *given_way(gives)]
-    return np.dtype(
-        [*measured, *motion(m), *own, *twin_fields(joints), *solved(m, active, levels, joints)]
-    )
+    return np.dtype([*measured, *motion(m), *own, *twin_fields(joints), *solved(m, active, levels, joints)])
 
 
 class SerialArm:

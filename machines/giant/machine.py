@@ -64,9 +64,7 @@ MACHINE_LIMITS = 13
 """Limits besides the twin's: six joints, their tilt, three directions of handle and elbow each."""
 
 
-def state_layout(
-    twin: Twin, levels: int, peaks: bool = False, gives: bool = False
-) -> np.dtype[np.void]:
+def state_layout(twin: Twin, levels: int, peaks: bool = False, gives: bool = False) -> np.dtype[np.void]:
     """What the log keeps of a tick: numbers first, then flags and the solver."""
     joints = joint_names(twin)
     return np.dtype(
@@ -299,7 +297,15 @@ class Giant:
         control, ppu = self.force_control, self._observer
         numbers = (
             *(self._joints.link_position, self._axes.position, control.q, control.qd, control.qdd),
-            *(self._stiffness, self._used, *felt_beside(control), ppu.q, ppu.qd, ppu.qdd, *felt(self._rendering)),
+            *(
+                self._stiffness,
+                self._used,
+                *felt_beside(control),
+                ppu.q,
+                ppu.qd,
+                ppu.qdd,
+                *felt(self._rendering),
+            ),
         )
         self._log = StateLog(state, numbers, control)
 

@@ -38,7 +38,13 @@ class RenderingFigures:
             return []
         force = f"force {hypot(*state['wrench'][:3].tolist()):.0f} N"
         spent = [f"joint {i + 1} at its {_limit(state, i)}" for i in np.flatnonzero(state["spent"])[:1]]
-        return [force, *spent, *_chain(state)]
+        return [force, *_pushed(state), *spent, *_chain(state)]
+
+
+def _pushed(state: np.void) -> Iterator[str]:
+    """The joint that gives way most, where one does."""
+    if "excess" in (state.dtype.names or ()) and state["excess"].any():
+        yield f"joint {int(np.abs(state['excess']).argmax()) + 1} gives way"
 
 
 def _limit(state: np.void, i: int) -> str:

@@ -44,7 +44,9 @@ def check_compliance(section: Section | None, control: ForceControl) -> Found:
 class Announcer:
     """Says once which joint gives way."""
 
-    def __init__(self, names: Sequence[str], compliance: Compliance | None, notes: list[str], dt: float) -> None:
+    def __init__(
+        self, names: Sequence[str], compliance: Compliance | None, notes: list[str], dt: float
+    ) -> None:
         """For the joints of these names, (m,)."""
         self._names, self._compliance, self._notes = names, compliance, notes
         self._notices = [Notice(1e-9, 1e-9, round(QUIET_S / dt)) for _ in names] if compliance else []
@@ -56,7 +58,9 @@ class Announcer:
         excess, external = self._compliance.excess.tolist(), self._compliance.external.tolist()
         for name, notice, beyond, size in zip(self._names, self._notices, excess, external, strict=True):
             if notice.update(abs(beyond)):
-                self._notes.append(f"{name} gives way: {abs(size):.0f} N m that no hand at the handle explains")
+                self._notes.append(
+                    f"{name} gives way: {abs(size):.0f} N m that no hand at the handle explains"
+                )
 
 
 class Pushes:
@@ -92,5 +96,7 @@ def check_pushes(robot: Robot, pushes: Sequence[Push]) -> Found:
         try:
             robot.frame(push.frame)
         except ModelError:
-            found.append((f"simulation.pushes[{i}].frame", f"there is no '{push.frame}'", "name a link or joint"))
+            found.append(
+                (f"simulation.pushes[{i}].frame", f"there is no '{push.frame}'", "name a link or joint")
+            )
     return found

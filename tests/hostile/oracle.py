@@ -245,6 +245,7 @@ PLAIN = {
     "simulation.plant.delay": (0, 100),
     **{f"simulation.sensors.{name}.{share}": (0, 1) for name in SENSORS for share in ("gain", "coupling")},
     "stiffness_tolerance": (0, 0.6),
+    "compliance.threshold": (0.02, 0.4),
     **{f"simulation.fingers.{side}": (0, 1) for side in ("left", "right")},
     "simulation.things.share": (0, 1),
     "avatar.body.base.dead_zone": (0.02, 0.5),
@@ -253,17 +254,17 @@ PLAIN = {
 """Numbers without a unit, by their key or its last word."""
 PATTERNS = [(r"rhi\.bodies\.\w+\.normal", (-1000, 1000)), (r"avatar\.hands\..*\.follows\.\w+", (-100, 100))]
 """The same where a person names what is on the way."""
-MAY_BE_EMPTY = {"dead_man", "sums", "boxes", "walls", "away", "buttons", "things", "fingers"}
+MAY_BE_EMPTY = {"dead_man", "sums", "boxes", "walls", "away", "buttons", "things", "fingers", "pushes"}
 TRUTHS = {"pressed", "best_effort", "passivity", "operator.body"} | {
     f"simulation.buttons.{side}" for side in ("left", "right")
 }
 OPTIONAL = re.compile(
     r"loop\.(duration|on_overrun|best_effort|sync|spin|cpu)|arming\.scanner|rhi\.task\.follow"
     r"|simulation\.touches\..*"  # a promise less is a configuration, too
-    r"|simulation\.(hand\.dead_man|hand\.away|supervisor|buttons|walls|things|fingers)\.\w+"
+    r"|simulation\.(hand\.dead_man|hand\.away|supervisor|buttons|walls|things|fingers|pushes)\.\w+"
     r"|simulation\.(plant|sensors)\..*|simulation\.rhi\.masses|simulation\.arms\.tool_mass|[\w.]+\.stiffness_tolerance"
     r"|operator\.(assist|feedback|scale|body)|simulation\.(head|paddle)\..*|(operator|avatar)\.link\.\w+|arm\.(sums|boxes)\..*"
-    r"|look_ahead\..*|avatar\.hands\..*\.follows\.\w+"
+    r"|look_ahead\..*|compliance\..*|avatar\.hands\..*\.follows\.\w+"
 )
 """What may be missing, by docs/configuration.md, alone or together with the rest of its table."""
 
