@@ -14,6 +14,7 @@ from hapticd.experiments import (
     rhi_fig7,
     rhi_fig9,
     rhi_fig11,
+    rhi_redundancy,
     rhi_table1,
 )
 from hapticd.experiments.command import NAMES
@@ -158,6 +159,22 @@ def test_a_filter_without_phase_keeps_slow_signals_and_drops_fast_ones() -> None
 def test_the_identified_inertia_is_the_apparent_one() -> None:
     device = Device(null_space={"stiffness": 1e-9})
     assert rhi_table1.identify(device, True)[0] == pytest.approx(rhi_table1.apparent(device, True), rel=0.1)
+
+
+def test_a_redundant_device_is_light_and_strong_where_a_locked_one_is_either() -> None:
+    """Locked motors against ones with a rotor of a million kg m^2; forces against their torques."""
+    device = Device()
+    found = rhi_redundancy.worth(device, device.u)
+    for k, stiff in enumerate((False, True)):
+        arm = device.arm.at(device.posture(stiff, rhi_redundancy.SCAN))
+        heavy = arm.M + np.diag([1e6, 1e6, 0.0, 0.0])
+        mass = 1.0 / (device.u @ arm.J @ np.linalg.solve(heavy, arm.J.T) @ device.u)
+        assert found["inertia"][k] == pytest.approx(mass, rel=1e-3)
+        asked = np.abs(arm.J.T @ device.u * found["force"][k])[2:] / device.limit[2:]
+        assert asked.max() == pytest.approx(1.0)
+    light, strong, both = range(3)
+    assert found["inertia"][both] < found["inertia"][light] < 0.1 * found["inertia"][strong]
+    assert found["force"][both] > 2.0 * found["force"][light]
 
 
 def test_the_giants_postures_hold_its_handle() -> None:

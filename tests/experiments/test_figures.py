@@ -35,6 +35,7 @@ from hapticd.experiments import (
     rhi_fig9,
     rhi_fig10,
     rhi_fig11,
+    rhi_redundancy,
     rhi_table1,
 )
 from hapticd.experiments.command import NAMES
@@ -76,6 +77,8 @@ def little_work(monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setattr(rhi_fig10, name, count)
     monkeypatch.setattr(rhi_fig11, "switched", lambda rho, paper: palpation.Device().palpate(0.02, 0.5, 0.02))
     monkeypatch.setattr(rhi_fig11, "SWITCH", 10)
+    monkeypatch.setattr(rhi_redundancy, "DIRECTIONS", 2)
+    monkeypatch.setattr(rhi_redundancy, "SCAN", 300)
     touched, free = (
         collisions.Motion(stop, 1.0, "", least, inf) for stop, least in (("", -0.01), ("x", 0.02))
     )
