@@ -393,6 +393,7 @@ static void start_at(hqp_solver *s, const double *x, int first) {
 
 enum outcome { LOST, SETTLED, PROVEN }; /* SETTLED: x is likely, its proof is missing */
 
+/* By the multipliers at hand. */
 static int is_proven(hqp_solver *s) {
     hqp_find_values(s);
     return hqp_prove(s, s->levels) == s->levels;
@@ -441,11 +442,15 @@ static int is_proven_by_descent(hqp_solver *s, int count) {
     return s->levels_done == s->levels;
 }
 
+static int is_confirmed(hqp_solver *s) {
+    return s->settings.rank <= s->rank_asked || hqp_confirm(s);
+}
+
 /* Whether x, where the walk ended, is proven as it is or after a sweep with the walk's sets, which puts right
  * what rounding left. If not, s->levels_done levels are, and the next can be walked again. */
 static int is_walk_proven(hqp_solver *s, hqp_status of_walk) {
     memcpy(s->kept, s->x, (size_t)s->ld * sizeof(double));
-    if (of_walk == HQP_SOLVED && sweep(s, 0, 0) == PROVEN) return 1;
+    if (of_walk == HQP_SOLVED && sweep(s, 0, 0) == PROVEN && is_confirmed(s)) return 1;
     memcpy(s->x, s->kept, (size_t)s->ld * sizeof(double));
     return is_proven_by_descent(s, of_walk == HQP_ITERATION_CAP ? s->levels_done : s->levels);
 }
@@ -487,7 +492,7 @@ static hqp_status try_both(hqp_solver *s, int first) {
     memcpy(s->start, s->x, (size_t)s->ld * sizeof(double));
     s->resumable = s->levels_done = s->levels;
     const enum outcome outcome = is_worth_a_sweep(s) ? try_sweeps(s, &first) : LOST;
-    return outcome == PROVEN ? HQP_SOLVED : try_walk(s, outcome, first);
+    return outcome == PROVEN && is_confirmed(s) ? HQP_SOLVED : try_walk(s, outcome, first);
 }
 
 /*
@@ -500,6 +505,7 @@ static hqp_status solve_from(hqp_solver *s, int first) {
     const double coarser = COARSER * asked < COARSEST ? COARSER * asked : asked / COARSER;
     const double other = rank == asked ? coarser : asked, ranks[] = {rank, other, rank};
     hqp_status status = HQP_NOT_PROVEN;
+    s->lenience = 1.0;
     for (int attempt = 0, last = s->warm ? 2 : 1; attempt <= last; attempt++) {
         s->settings.rank = ranks[attempt];
         if (attempt > 0) forget(s);

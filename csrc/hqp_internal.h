@@ -102,6 +102,7 @@ struct hqp_solver {
     signed char *weighted;                          /* [levels] its rows have weights of their own */
     signed char *slack;                             /* [levels] there is a slack to be proven minimal */
     int is_doubtful; /* the last proof failed on rows that were settled by too small a multiplier */
+    double lenience; /* times what a proof by projection minds otherwise */
     double *path;    /* [levels + 1][ld] x at the start of each level of a sweep */
     double x_norm, trial_norm;
     int iterations, iteration_limit;
@@ -264,6 +265,7 @@ void hqp_gradient(const hqp_solver *s, int level, double *g);
 int hqp_touches(const hqp_solver *s, int id, int side);
 int hqp_prove(hqp_solver *s, int count);
 int hqp_prove_by_descent(hqp_solver *s, int count);
+int hqp_confirm(hqp_solver *s);
 int hqp_is_minimal(hqp_solver *s, int level);
 
 /* hqp_guess.c: a working set for a level that the walk starts with */

@@ -17,6 +17,8 @@
 static const double PROVEN = 1e-9, ROUNDINGS = 1.0;
 /* times that: a smaller multiplier settles no row, or lower levels could lean on it a million times over */
 static const double SETTLED = 1e3;
+/* To confirm a proof: times what may be left of a gradient otherwise; rows at a smaller angle are one row. */
+static const double LENIENT = 200.0, ONE_ROW = 1e-7;
 /* times (1 + |bound|), plus that many times rounding of row . x: a row this close is at its bound */
 static const double TOUCHING = 1e-9, NEAR = 20.0;
 
@@ -94,7 +96,7 @@ static int is_fulfilled(hqp_solver *s, int level) {
 
 /* The row is left violated by more than counts as none: by less, it is a row at its bound. */
 static int is_missed(const hqp_solver *s, int level, int id) {
-    return fabs(s->lacking[id]) * s->norm[id] > s->none[level];
+    return fabs(s->lacking[id]) * s->norm[id] > s->lenience * s->none[level];
 }
 
 /* The first level that settles the value of a row without being clear about its multiplier or violation. */
@@ -129,6 +131,14 @@ int hqp_prove(hqp_solver *s, int count) {
     return count;
 }
 
+/* What is left of the gradient of a level at x, 0 without a slack worth a proof; s->descent is a way down
+ * where there is one. */
+static double left_of(hqp_solver *s, int level) {
+    hqp_find_values(s);
+    if (!hqp_has_slack(s, level) || s->rank == s->width) return 0.0;
+    return hqp_descent(s, level);
+}
+
 /*
  * The same by projection, in the order of the levels and with a factorisation of its own, which holds for
  * good only what is settled beyond doubt. Where it stops, a walk can go on.
@@ -138,7 +148,7 @@ int hqp_prove_by_descent(hqp_solver *s, int count) {
     hqp_rewind(s, 0);
     for (int p = 0; p < count; p++) {
         s->rank_at[p] = s->rank;
-        if (!hqp_is_minimal(s, p)) return p;
+        if (!(left_of(s, p) <= s->lenience * s->none[p])) return p;
         memset(s->side, 0, (size_t)s->row0[p]);
         hqp_seat_violated(s, p);
         for (int i = s->row0[p]; i < s->row0[p + 1]; i++) {
@@ -156,7 +166,23 @@ int hqp_prove_by_descent(hqp_solver *s, int count) {
 
 /* Whether no way down is left for the level at x; s->descent is one where there is. */
 int hqp_is_minimal(hqp_solver *s, int level) {
-    hqp_find_values(s);
-    if (!hqp_has_slack(s, level) || s->rank == s->width) return 1;
-    return hqp_descent(s, level) <= s->none[level];
+    return left_of(s, level) <= s->none[level];
+}
+
+/*
+ * Whether a proof by the multipliers at hand stands without what they settle. With a coarse idea of rank a
+ * level is minimal up to more than its rounding, and lower levels may lean on that through a multiplier, by
+ * its inverse. Leaves a factorisation that neither hqp_resolve nor a walk can take up.
+ */
+int hqp_confirm(hqp_solver *s) {
+    const double rank = s->settings.rank;
+    const int rank_at_end = s->rank_at[s->levels];
+    s->settings.rank = ONE_ROW;
+    s->lenience = LENIENT;
+    s->resumable = 0;
+    const int proven = hqp_prove_by_descent(s, s->levels);
+    s->settings.rank = rank;
+    s->lenience = 1.0;
+    s->rank_at[s->levels] = rank_at_end;
+    return proven == s->levels;
 }

@@ -147,6 +147,14 @@ def test_no_setting_makes_a_wrong_answer_solved(kind):
             assert (solution.status is Status.SOLVED) == (done == len(levels))
 
 
+def test_a_proof_found_with_a_coarse_rank_leans_on_no_multiplier():
+    """What level 7 leaves over, 1e-9, and a row that it holds by little hid 1e-4 of level 8."""
+    levels = recorded("contact_leaning")[0]
+    solution = solve(levels)
+    assert certificate(levels, solution.x)[: solution.levels_done].max() < 1e-6
+    assert (solution.status is Status.SOLVED) == (solution.levels_done == len(levels))
+
+
 def test_a_row_that_is_missed_by_rounding_lets_no_lower_level_suffer():
     """Nearly parallel rows make 1e-11 of slack on level 0 look like a row that is left violated for good."""
     seed = 9000510
