@@ -27,17 +27,20 @@ from .own_plant import Doubt
 TITLE = "Z-width of the giant: highest stable wall against the rendered mass"
 WALLS = (1e3, 2e3, 4e3, 8e3, 16e3, 32e3, 64e3)
 """Stiffnesses of walls [N/m]."""
-MASSES = (1.0, 2.0, 4.0, 8.0)
-"""What is rendered [kg]."""
+MASSES, JUDGED = (1.0, 2.0, 4.0, 8.0), (1.0, 4.0)
+"""What is rendered, and what of it is tried with the passivity layer on a wall beyond the limit [kg]."""
 STIFF, SOFTLY_DAMPED, DAMPED = (300.0, 900.0, 3000.0), (10.0,), (10.0, 40.0)
 """Hands [N/m], [N s/m]."""
+LONG_S, TREMBLE_S = 6.0, 3.0
+"""How long a wall beyond the limit is pressed, and in what part of it is looked for the largest speed [s]."""
 RATES = (1000.0, 2000.0, 4000.0)
 """[Hz]"""
 PRESS, TAP_S, PRESSED_S = 20.0, 0.1, 1.6
 """How hard the hand presses in the end [N], how soon, and when the session ends [s]."""
 LAST_S, STILL, LESS = 0.5, 1e-5, 0.9
 """In its last part [s] a stable wall gives the hand less than an energy [J], or a share of that before."""
-SEED = 1
+SEED, STRENGTH = 1, 150.0
+"""Of the sensors' noise; of the hand [N]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,6 +49,21 @@ class Hand:
 
     stiffness: float
     damping: float
+
+
+@dataclass(frozen=True, slots=True)
+class Beyond:
+    """The first wall beyond the highest stable one [N/m], of a hand, a rate [Hz] and a mass [kg].
+
+    Attributes:
+        tremble: largest speed of the handle in the last seconds without and with the passivity layer [m/s].
+    """
+
+    hand: Hand
+    rate: float
+    mass: float
+    wall: float
+    tremble: tuple[float, float]
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,7 +85,9 @@ def study(progress: Progress) -> Outcome:
     return _outcome(RATES, [Hand(*each) for each in product(STIFF, DAMPED)], progress)
 
 
-def machine(loaded: Loaded, mass: float, wall: float, hand: Hand, rate: float) -> Loaded:
+def machine(
+    loaded: Loaded, mass: float, wall: float, hand: Hand, rate: float, passivity: bool = False
+) -> Loaded:
     """The giant that renders a mass [kg] on a wall [N/m] at a rate [Hz] for a hand."""
     replaced = msgspec.structs.replace
     whole: Any = loaded.config
@@ -82,13 +102,15 @@ def machine(loaded: Loaded, mass: float, wall: float, hand: Hand, rate: float) -
     )
     loop = replaced(whole.loop, rate=type(whole.loop.rate)(rate))
     simulation = replaced(whole.simulation, hand=grip)
-    return replace(walled, config=replaced(whole, loop=loop, simulation=simulation))
+    control = replaced(whole.giant.force_control, passivity=passivity)
+    giant = replaced(whole.giant, force_control=control)
+    return replace(walled, config=replaced(whole, loop=loop, giant=giant, simulation=simulation))
 
 
-def tap(start: Place, wall: float, hand: Hand) -> Way:
+def tap(start: Place, wall: float, hand: Hand, seconds: float = PRESSED_S) -> Way:
     """Down at once until wall and hand would hold each other with the press, and no further."""
     down = [*start[:2], start[2] - PRESS * (1.0 / wall + 1.0 / hand.stiffness), *start[3:]]
-    still = np.linspace(TAP_S, PRESSED_S, 8).tolist()
+    still = np.linspace(TAP_S, seconds, 8).tolist()
     return [(0.0, start), *((t, down) for t in still)]
 
 
@@ -113,38 +135,78 @@ def highest(walls: Sequence[float], holds: Callable[[float], bool]) -> float:
     return walls[low - 1] if low else 0.0
 
 
-def pressed(loaded: Loaded, mass: float, wall: float, hand: Hand, rate: float, progress: Progress) -> Felt:
-    """The session in which a hand taps a wall."""
-    way = tap(haptify.first_place(loaded), wall, hand)
-    return haptify.felt(machine(loaded, mass, wall, hand, rate), way, SEED, Doubt(), progress, 150.0)
+def pressed(
+    loaded: Loaded,
+    mass: float,
+    wall: float,
+    hand: Hand,
+    rate: float,
+    passivity: bool = False,
+    seconds: float = PRESSED_S,
+) -> Felt:
+    """The session in which a hand taps a wall; arguments as of ``machine``."""
+    way = tap(haptify.first_place(loaded), wall, hand, seconds)
+    walled = machine(loaded, mass, wall, hand, rate, passivity)
+    return haptify.felt(walled, way, SEED, Doubt(), lambda _: None, STRENGTH)
 
 
 def _outcome(rates: Sequence[float], hands: Sequence[Hand], progress: Progress) -> Outcome:
     loaded = config.load("giant")
     widths = [_width(loaded, hand, rate, progress) for rate, hand in product(rates, hands)]
-    return Outcome([_row(width) for width in widths], _figures(widths), partial(_draw, widths))
+    beyond = [
+        _beyond(loaded, width, mass, wall, progress)
+        for width in widths
+        for mass, wall in zip(MASSES, width.walls, strict=True)
+        if mass in JUDGED and wall < WALLS[-1]
+    ]
+    rows = [*map(_row, widths), *map(_beyond_row, beyond)]
+    return Outcome(rows, _figures(widths, beyond), partial(_draw, widths))
 
 
 def _width(loaded: Loaded, hand: Hand, rate: float, progress: Progress) -> Width:
     def holds(mass: float, wall: float) -> bool:
         progress(f"{rate:g} Hz, a hand of {hand.stiffness:g} N/m, {mass:g} kg on {wall:g} N/m")
-        return stable(pressed(loaded, mass, wall, hand, rate, lambda _: None), hand, rate)
+        return stable(pressed(loaded, mass, wall, hand, rate), hand, rate)
 
     return Width(hand, rate, [highest(WALLS, partial(holds, mass)) for mass in MASSES])
 
 
-def _name(width: Width) -> str:
-    return f"{width.rate / 1e3:g} kHz, hand of {width.hand.stiffness:g} N/m and {width.hand.damping:g} N s/m"
+def _beyond(loaded: Loaded, width: Width, mass: float, wall: float, progress: Progress) -> Beyond:
+    hand, rate, above = width.hand, width.rate, WALLS[WALLS.index(wall) + 1 if wall else 0]
+
+    def tremble(passivity: bool) -> float:
+        layer = "with" if passivity else "without"
+        progress(
+            f"{rate:g} Hz, a hand of {hand.stiffness:g} N/m, {mass:g} kg on {above:g} N/m, {layer} layer"
+        )
+        felt = pressed(loaded, mass, above, hand, rate, passivity, LONG_S)
+        last = felt.part(LONG_S - TREMBLE_S, LONG_S)
+        return float(haptify.size(last.velocity).max()) if not felt.stop else np.inf
+
+    return Beyond(hand, rate, mass, above, (tremble(False), tremble(True)))
+
+
+def _name(hand: Hand, rate: float) -> str:
+    return f"{rate / 1e3:g} kHz, hand of {hand.stiffness:g} N/m and {hand.damping:g} N s/m"
 
 
 def _row(width: Width) -> Row:
     masses = " / ".join(f"{mass:g}" for mass in MASSES)
     walls = " / ".join(f"{wall / 1e3:g}" if wall else "none" for wall in width.walls)
-    return Row(f"{_name(width)}: highest stable wall under {masses} kg [kN/m]", "-", walls)
+    quantity = f"{_name(width.hand, width.rate)}: highest stable wall under {masses} kg [kN/m]"
+    return Row(quantity, "-", walls, f"simulated; no higher than {WALLS[-1] / 1e3:g} was tried")
 
 
-def _figures(widths: Sequence[Width]) -> dict[str, Any]:
-    return {"mass": MASSES, "widths": [msgspec.to_builtins(width) for width in widths]}
+def _beyond_row(beyond: Beyond) -> Row:
+    tremble = " / ".join(f"{1e3 * each:.1f}" if np.isfinite(each) else "stop" for each in beyond.tremble)
+    at = f"{beyond.mass:g} kg on {beyond.wall / 1e3:g} kN/m"
+    quantity = f"{_name(beyond.hand, beyond.rate)}, {at}: tremble without / with passivity layer [mm/s]"
+    return Row(quantity, "-", tremble, f"simulated; fastest in the last {TREMBLE_S:g} of {LONG_S:g} s")
+
+
+def _figures(widths: Sequence[Width], beyond: Sequence[Beyond]) -> dict[str, Any]:
+    told = {"widths": widths, "beyond": beyond}
+    return {"mass": MASSES, **{name: [msgspec.to_builtins(e) for e in each] for name, each in told.items()}}
 
 
 def _draw(widths: Sequence[Width], figure: Any) -> None:

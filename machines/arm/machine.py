@@ -39,6 +39,7 @@ from ..rendering.logged import (
     motion,
     solved,
     twin_fields,
+    watched,
 )
 from ..rendering.ratings import Ratings
 from ..rendering.rendering import JOINTS_AT_REST, Rendering, pulled, sensor_pose
@@ -63,13 +64,14 @@ def state_layout(
     springs: int = 0,
     heats: int = 0,
     gives: int = 0,
+    passivity: bool = False,
 ) -> np.dtype[np.void]:
     """What the log keeps of a tick: numbers first, then flags and the solver."""
     active = degrees_of_freedom(twin, coupled) + m + sums + 3 * points
     joints = joint_names(twin)
     measured = [("link", "<f8", m), ("points", "<f8", (points, 3))]  # link side [rad or m]; boxed frames [m]
     known: list[Field] = [("stiffness", "<f8", springs)] if springs else []  # of the springs, by now
-    own = [*known, *heated(heats), *given_way(gives)]
+    own = [*known, *heated(heats), *given_way(gives), *watched(passivity)]
     return np.dtype([*measured, *motion(m), *own, *twin_fields(joints), *solved(m, active, levels, joints)])
 
 
@@ -100,6 +102,7 @@ class SerialArm:
         self._rendering = Rendering(
             *(robot, control, self._joints, elasticity, drive_friction(config), (p_gain, d_gain)),
             *(self.axes, heat, mark, dt),
+            watched=arm.force_control.passivity,
         )
         self._measure(config, robot, dt)
         rated = ratings.limits
@@ -115,6 +118,7 @@ class SerialArm:
             *(robot.nv, sums, boxes, arm.twin, directions(config), len(self.levels)),
             *(len(self._known), len(self._used)),
             gives=robot.nv if config.compliance else 0,
+            passivity=arm.force_control.passivity,
         )
         self.play, self.braking = ratings.play, ratings.braking
         self.thresholds = ratings.axes.thresholds(config, image)

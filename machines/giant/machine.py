@@ -39,6 +39,7 @@ from ..rendering.logged import (
     motion,
     solved,
     twin_fields,
+    watched,
 )
 from ..rendering.ratings import Ratings
 from ..rendering.rendering import JOINTS_AT_REST, Rendering, pulled, sensor_pose
@@ -64,7 +65,9 @@ MACHINE_LIMITS = 13
 """Limits besides the twin's: six joints, their tilt, three directions of handle and elbow each."""
 
 
-def state_layout(twin: Twin, levels: int, peaks: bool = False, gives: bool = False) -> np.dtype[np.void]:
+def state_layout(
+    twin: Twin, levels: int, peaks: bool = False, gives: bool = False, passivity: bool = False
+) -> np.dtype[np.void]:
     """What the log keeps of a tick: numbers first, then flags and the solver."""
     joints = joint_names(twin)
     return np.dtype(
@@ -76,6 +79,7 @@ def state_layout(twin: Twin, levels: int, peaks: bool = False, gives: bool = Fal
             *heated(6 if peaks else 0),
             *given_way(6 if gives else 0),
             ("ppu", "<f8", (3, 2)),  # estimated position, velocity, acceleration [m, s]
+            *watched(passivity),
             *twin_fields(joints),
             *solved(6, degrees_of_freedom(twin) + MACHINE_LIMITS, levels, joints),
         ]
@@ -132,6 +136,7 @@ class Giant:
             heat,
             mark,
             dt,
+            giant.force_control.passivity,
         )
         self._foresee(config, described)
         self._stiffness = stiffness
@@ -150,8 +155,8 @@ class Giant:
         sensors = (self._force, self._carried, self._held)
         self.plausibility = _plausibility(config, image, ratings, stiffness, heat, sensors)
         self.levels, self.remarks = levels_of(control), REMARKS
-        gives = config.compliance is not None
-        self.state = state_layout(giant.twin, len(self.levels), bool(ratings.axes.peaks), gives)
+        gives, watches = config.compliance is not None, giant.force_control.passivity
+        self.state = state_layout(giant.twin, len(self.levels), bool(ratings.axes.peaks), gives, watches)
         self.position: list[float] = [0.0] * len(self.axes)
         self.velocity: list[float] = [0.0] * len(self.axes)
         self.overload = ""

@@ -56,6 +56,11 @@ def felt_beside(control: ForceControl) -> tuple[Array, ...]:
     return (control.compliance.external, control.compliance.excess) if control.compliance else ()
 
 
+def watched(passivity: bool) -> list[Field]:
+    """Damping of translation and rotation that keeps a handle passive, where it is watched."""
+    return [("damping", "<f8", 2)] if passivity else []  # [N s/m], [N m s/rad]
+
+
 def solved(m: int, active: int, levels: int, joints: Sequence[str] = ()) -> list[Field]:
     """What follows after all numbers: m motors, so many limits of levels 2 to 8, levels, a chain's locks."""
     held: list[Field] = [("held", "u1", len(joints))] if joints else []
@@ -73,9 +78,10 @@ def levels_of(control: ForceControl) -> tuple[LevelSpec, ...]:
 
 
 def felt(rendering: Rendering) -> tuple[Array, ...]:
-    """The arrays of ``twin_fields``, in its order."""
+    """The arrays of ``watched`` and ``twin_fields``, in their order."""
     twin, control = rendering.control.twin, rendering.control
     return (
+        *((rendering.passivity.damping,) if rendering.passivity else ()),
         *(rendering.wrench, twin.position, twin.rotation.reshape(-1), twin.twist),
         control.coupling_error,
         *((twin.q, twin.qd) if isinstance(twin, ChainTwin) else ()),

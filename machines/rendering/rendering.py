@@ -11,6 +11,7 @@ from ...control.ability import Ability
 from ...control.compliance import Compliance
 from ...control.external_torque import ExternalTorque
 from ...control.force_control import ForceControl
+from ...control.handle_passivity import HandlePassivity
 from ...control.tracking import Admitted, DriveFriction, SeriesElasticity, Tracking
 from ...devices.torque_drive import JointDrives
 from ...models import Array, Robot
@@ -58,6 +59,7 @@ class Rendering:
             may hold the handle at the next start.
         felt: wrench of the operator that moves the twin, (6,) [N, N m].
         wrench: the one that the joints hold against, (6,) [N, N m].
+        passivity: of the handle; None where nothing watches it.
         fade: what is left after a tick of what fades out in a stop.
         coordinated: whether the limits were kept in the last tick of a stop, or each joint braked for itself.
     """
@@ -74,13 +76,16 @@ class Rendering:
         heat: Heat,
         mark: Mark,
         dt: float,
+        watched: bool = False,
     ) -> None:
         """Motor-side gains of the joints: proportional and derivative, (m,) each; what the gate admits.
 
-        ``heat`` says how much of that the motors may give now.
+        ``heat`` says how much of that the motors may give now; ``watched``: the twin is
+        damped where its handle is not passive.
         """
         self.control = control
         self.felt, self.wrench = np.zeros(6), np.zeros(6)
+        self.passivity = HandlePassivity(dt) if watched else None
         n = control.arm.n
         self._nowhere = self.astray = [False] * n
         self.overload, self._since = "", 0
@@ -141,6 +146,8 @@ class Rendering:
         if control.compliance:
             control.compliance.reset()
         self._tracking.reset()
+        if self.passivity:
+            self.passivity.reset()
 
     def render(self, wrench: Array, gain: float, trust: float, base: Array) -> bool:
         """Motion of arm and twin under the operator's wrench (6,); whether the solver stands by its answer.
@@ -160,7 +167,7 @@ class Rendering:
         self._tracking.doubt(False)
         self._contradicted = 0
         self._judge(wrench, 1.0 - held)
-        control.prepare(self.felt)
+        control.prepare(self._damped(self.passivity) if self.passivity else self.felt)
         if control.ability:
             self._tracking.forecast(base)
             self._weigh(control.ability)
@@ -187,6 +194,13 @@ class Rendering:
             compliance.update(external, self.control.qd)
         else:
             compliance.reset()
+
+    def _damped(self, passivity: HandlePassivity) -> Array:
+        """What moves the twin, (6,): the operator's wrench, less what keeps the handle passive."""
+        control, twist = self.control, self.control.twin.twist
+        passivity.update(self.felt, twist, control.handle.J @ (self._link - control.q))
+        wrench: Array = self.felt + passivity.wrench
+        return wrench
 
     def lead(self, q: Array, qd: Array, qdd: Array, base: Array) -> None:
         """Motion of the arm by a plan instead of the operator: joints (m,), their speeds and accelerations.

@@ -73,6 +73,7 @@ class ForceControl(Strict, frozen=True):
     d_gain: Rate
     viability_horizon: Horizon
     point_horizon: Horizon
+    passivity: bool = False
 
 
 class CartesianTwin(Strict, frozen=True, tag_field="kind", tag="cartesian"):

@@ -18,7 +18,8 @@ def trembling(growth: float, size: float = 0.1, stop: str = "") -> Felt:
     still = np.zeros((len(t), 3))
     velocity = still.copy()
     velocity[:, 2] = size * np.exp(growth * t) * np.cos(2.0 * np.pi * 15.0 * t)
-    return Felt(t, still, velocity, still, still, still, still, still, stop)
+    names = [name for name in Felt.__slots__ if name not in ("t", "velocity", "stop")]
+    return Felt(t=t, velocity=velocity, stop=stop, **dict.fromkeys(names, still))
 
 
 def test_a_wall_is_stable_where_what_trembles_dies_down() -> None:
@@ -57,8 +58,14 @@ def test_the_machine_is_the_one_that_is_asked_for() -> None:
 
 @pytest.mark.parametrize(("mass", "wall", "stable"), [(4.0, 16e3, True), (1.0, 32e3, False)])
 def test_a_hand_taps_a_wall(mass: float, wall: float, stable: bool) -> None:
-    felt = zwidth.pressed(GIANT, mass, wall, HAND, RATE, lambda text: None)
+    felt = zwidth.pressed(GIANT, mass, wall, HAND, RATE)
     assert zwidth.stable(felt, HAND, RATE) == stable
     if stable:
         assert -felt.force[-1, 2] == pytest.approx(zwidth.PRESS, rel=0.02)
         assert felt.force[:, 2].max() < 0.0  # it never leaves the wall
+
+
+def test_a_machine_that_watches_its_handle_holds_a_wall_that_trembles_without() -> None:
+    felt = zwidth.pressed(GIANT, 1.0, 32e3, HAND, RATE, passivity=True)
+    assert zwidth.stable(felt, HAND, RATE)
+    assert -felt.force[-1, 2] == pytest.approx(zwidth.PRESS, rel=0.02)

@@ -1,0 +1,63 @@
+"""Machines that render a twin and watch the passivity of the handle."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hapticd.runtime.configuration import config
+from hapticd.runtime.configuration.config import parse
+from hapticd.runtime.configuration.session import build
+from hapticd.runtime.live import lockstep_run
+from hapticd.runtime.recording import replay as replaying
+from hapticd.runtime.recording.log import open_log
+
+
+def watching(name: str) -> config.Loaded:
+    """A built-in machine that watches its handle."""
+    loaded = config.load(name)
+    table, found, rest = loaded.text.partition(".force_control]\n")
+    assert found
+    text = f"{table}{found}passivity = true\n{rest}"
+    return replace(loaded, text=text, config=parse(text, loaded.source))
+
+
+@pytest.mark.parametrize("name", ["giant", "panda"])
+def test_a_session_that_is_watched_can_be_replayed(name: str, tmp_path: Path) -> None:
+    outcome = lockstep_run.run(watching(name), tmp_path / "log.mcap", 3.0, live=False)
+    assert outcome.status == 0, outcome.message
+    found = replaying.replay(open_log(str(tmp_path / "log.mcap")))
+    assert found.differing_ticks == 0 and found.ticks >= 2000
+
+
+@pytest.mark.parametrize("name", ["giant", "panda"])
+def test_only_what_is_watched_is_damped_and_logged(name: str) -> None:
+    assert "damping" not in (build(config.load(name)).cycle.machine.state.names or ())
+    machine = build(watching(name)).cycle.machine
+    state = np.zeros(1, machine.state)
+    machine.bind_state(state)
+    rendering = machine._rendering  # type: ignore[attr-defined]
+    rendering.passivity.damping[:] = 12.0, 0.5
+    machine.fill()
+    assert state["damping"][0].tolist() == [12.0, 0.5]
+
+
+def test_the_twin_feels_the_damping() -> None:
+    machine = build(watching("giant")).cycle.machine
+    rendering = machine._rendering  # type: ignore[attr-defined]
+    control = rendering.control
+    control.reset(np.array([-0.9, 1.57, -0.67, 0.96, 0.08, 0.0]))
+    rendering._link[:] = control.q
+    seen: list[list[float]] = []
+    for watch in (None, rendering.passivity):
+        rendering.passivity = watch
+        control.twin.twist[2] = 0.0
+        rendering.render(np.zeros(6), 1.0, 1.0, np.zeros(2))
+        control.twin.twist[2] = 0.1
+        if watch:
+            watch.damping[0] = 50.0
+        rendering.render(np.zeros(6), 1.0, 1.0, np.zeros(2))
+        seen.append(control.twin.force.tolist())
+    without, damped = seen
+    assert without[2] == pytest.approx(-8.0 * 0.1)
+    assert damped[2] == pytest.approx(-(8.0 + 50.0) * 0.1, rel=0.05)
