@@ -15,8 +15,6 @@ static const double HORIZON = 0.05;
 static const double SLOWING = 0.01;
 /* A motor of which the posture moves less than this share is hardly asked. */
 static const double SOFT = 0.01;
-/* The same of its speed: to brake one motor by others that must turn much faster for it is no help. */
-static const double SOFT_SPEED = 0.3;
 /* Largest lambda, in torques of its motor: N leaves little of it where the posture hardly moves the motor. */
 static const double MOST = 20.0;
 /* Damping ratio of the end stop. */
@@ -76,11 +74,11 @@ void guard_update(guard *g) {
         for (int k = 0; k < n; k++) own -= g->rows[n * i + k] * load[k];
         for (int a = 0; a < m; a++) own -= inertia * g->inverse[n * a + i] * g->drift[a];
         const bounds_interval b = bounds_c(g->lower[i] + g->kept, g->upper[i] - g->kept, q, qd, HORIZON);
-        g->soft[i] = SOFT;
         const double slower = (-g->fastest[i] - qd) / SLOWING, faster = (g->fastest[i] - qd) / SLOWING;
-        if (slower > b.lower || faster < b.upper) g->soft[i] = SOFT_SPEED;
         g->floor[i] = inertia * fmin(fmax(b.lower, slower), faster) - own;
         g->ceiling[i] = inertia * fmax(fmin(b.upper, faster), slower) - own;
+        g->firm_floor[i] = inertia * fmin(b.lower, faster) - own;
+        g->firm_ceiling[i] = inertia * fmax(b.upper, slower) - own;
         g->stop[i] = stopped(g->lower[i] + zone - q, qd, zone, g->limit[i], inertia) -
                      stopped(q - g->upper[i] + zone, -qd, zone, g->limit[i], inertia) +
                      slowed(qd, g->fastest[i], g->limit[i], inertia);
@@ -159,8 +157,7 @@ void guard_hold(const guard *g, const double *tau, double *add) {
             const double lack = rest < g->floor[i]     ? g->floor[i] - rest
                                 : rest > g->ceiling[i] ? g->ceiling[i] - rest
                                                        : 0.0;
-            const double wanted = clamp(lack / (own + g->soft[i]), MOST * g->limit[i]),
-                         step = wanted - lambda[i];
+            const double wanted = clamp(lack / (own + SOFT), MOST * g->limit[i]), step = wanted - lambda[i];
             lambda[i] = wanted;
             change += fabs(step);
             if (step != 0.0)

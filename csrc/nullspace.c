@@ -310,7 +310,7 @@ void nullspace_compose(nullspace *s, double part, double gain) {
     s->share = share;
 }
 
-/* Bounds of the joint limits, as far as the guard's own soft answer to a wish keeps them. */
+/* Bounds of speeds, as far as the guard's own soft answer to a wish keeps them. */
 static void soften(const nullspace *s, const double *wish) {
     const int n = s->n;
     double kept[JOINTS];
@@ -320,7 +320,8 @@ static void soften(const nullspace *s, const double *wish) {
     for (int i = 0; i < n; i++) kept[i] = wish[i] + most * kept[i];
     for (int i = 0; i < n; i++) {
         const double moved = dot(n, g->rows + n * i, kept);
-        g->floor[i] = fmin(g->floor[i], moved), g->ceiling[i] = fmax(g->ceiling[i], moved);
+        g->floor[i] = fmax(fmin(g->floor[i], moved), g->firm_floor[i]);
+        g->ceiling[i] = fmin(fmax(g->ceiling[i], moved), g->firm_ceiling[i]);
     }
 }
 

@@ -177,8 +177,13 @@ def test_what_the_posture_cannot_slow_down_the_hand_feels() -> None:
     assert guard.stop[3] == -described().rhi.motors.torque[3]
 
 
-def test_a_hand_that_drags_the_arm_past_a_singular_posture_is_no_reason_to_stop() -> None:
+@pytest.mark.parametrize(
+    ("machine", "seed", "seconds"), [("panda_rhi", 8019, 5.5), ("panda_rhi", 8022, 10.5), ("rhi", 2034, 13.0)]
+)
+def test_a_hand_that_drags_the_arm_past_a_singular_posture_is_no_reason_to_stop(
+    machine: str, seed: int, seconds: float
+) -> None:
     """A hand of 30 N that stretches the arm at 0.5 m/s, on the hierarchy; no limit is passed."""
-    done = session(config.load("panda_rhi"), 8019, 5.5, Temper(force=30.0, speed=0.5))
+    done = session(config.load(machine), seed, seconds, Temper(force=30.0, speed=0.5))
     assert (done.stop, done.detail) == ("", "")
     assert max(done.excess.values()) <= 0.0
