@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Literal
 
 from msgspec import Meta, field
 
@@ -96,6 +96,7 @@ class Tracking(Strict, frozen=True):
     p_gain: AngularStiffnesses6
     d_gain: AngularDampings6
     stiffness_tolerance: StiffnessTolerance = SPRINGS_DIFFER
+    estimation: Literal["measured", "kalman"] = "measured"
     gear_friction: DryTorques6 | None = None
     gear_damping: GearDampings6 | None = None
     load_friction: Shares6 | None = None

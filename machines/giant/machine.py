@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from ...control.chain import Gains, Horizons, JointSum
 from ...control.estimation import PpuObserver, WrenchEstimator
 from ...control.force_control import Box, ForceControl
+from ...control.joint_kalman import JointKalman, link_inertia
 from ...control.limits import Limits
 from ...control.look_ahead import Stop
 from ...control.standstill import Standstill
@@ -137,6 +138,7 @@ class Giant:
             mark,
             dt,
             giant.force_control.passivity,
+            _estimator(config, manipulator, self._joints, dt) if tracking.estimation == "kalman" else None,
         )
         self._foresee(config, described)
         self._stiffness = stiffness
@@ -362,6 +364,20 @@ def drive_friction(config: GiantConfig) -> DriveFriction:
         share=given(tracking.load_friction),
         bearing=given(tracking.bearing_friction),
         slow=SLOW * np.array(config.giant.manipulator.velocity),
+    )
+
+
+def _estimator(config: GiantConfig, manipulator: Robot, joints: JointDrives, dt: float) -> JointKalman:
+    tracking, m = config.giant.tracking, config.giant.manipulator
+    middle = np.mean(np.clip([m.lower, m.upper], -np.pi, np.pi), axis=0)
+    return JointKalman(
+        np.array(tracking.rotor_inertia),
+        np.array(tracking.stiffness),
+        link_inertia(manipulator, middle),
+        manipulator.effort,
+        np.array(m.acceleration),
+        (joints.position, joints.velocity, joints.link_position, joints.load_torque),
+        dt,
     )
 
 

@@ -12,6 +12,7 @@ from ...control.compliance import Compliance
 from ...control.external_torque import ExternalTorque
 from ...control.force_control import ForceControl
 from ...control.handle_passivity import HandlePassivity
+from ...control.joint_kalman import JointKalman
 from ...control.tracking import Admitted, DriveFriction, SeriesElasticity, Tracking
 from ...devices.torque_drive import JointDrives
 from ...models import Array, Robot
@@ -77,11 +78,13 @@ class Rendering:
         mark: Mark,
         dt: float,
         watched: bool = False,
+        estimator: JointKalman | None = None,
     ) -> None:
         """Motor-side gains of the joints: proportional and derivative, (m,) each; what the gate admits.
 
         ``heat`` says how much of that the motors may give now; ``watched``: the twin is
-        damped where its handle is not passive.
+        damped where its handle is not passive. Motors are where ``estimator`` says, or where
+        their encoders do.
         """
         self.control = control
         self.felt, self.wrench = np.zeros(6), np.zeros(6)
@@ -110,6 +113,8 @@ class Rendering:
         )
         self.fade = exp(-dt / STOP_FADE_S)
         self._mark = mark
+        self._estimator, self._told, self._acting = estimator, np.zeros(n), np.zeros(n)
+        motor = (estimator.motor, estimator.motor_rate) if estimator else (joints.position, joints.velocity)
         self._tracking = Tracking(
             manipulator,
             control.arm,
@@ -122,7 +127,7 @@ class Rendering:
             control.ability or Ability(control.arm.n),
             {
                 **{"q": control.q, "qd": control.qd, "qdd": control.qdd, "J": control.handle.J},
-                **{"wrench": self.wrench, "motor": joints.position, "motor_rate": joints.velocity},
+                **{"wrench": self.wrench, "motor": motor[0], "motor_rate": motor[1]},
                 "link": joints.link_position,
             },
             dt,
@@ -148,6 +153,15 @@ class Rendering:
         self._tracking.reset()
         if self.passivity:
             self.passivity.reset()
+        self._told[:] = self._acting[:] = 0.0
+        if self._estimator:
+            self._estimator.reset()
+
+    def _estimate(self) -> None:
+        """Take the measurements of this tick, on which the torques of the last tick but one acted."""
+        if self._estimator:
+            self._estimator.update(self._acting)
+            self._acting[:] = self._told
 
     def render(self, wrench: Array, gain: float, trust: float, base: Array) -> bool:
         """Motion of arm and twin under the operator's wrench (6,); whether the solver stands by its answer.
@@ -158,6 +172,7 @@ class Rendering:
             trust: 0 to 1, how far it is believed.
             base: acceleration of what carries the arm, (2,) [m/s^2].
         """
+        self._estimate()
         control = self.control
         self._settled = False
         held = trust * min(1.0, FEEDFORWARD_GAIN * gain)
@@ -211,6 +226,7 @@ class Rendering:
             qdd: their accelerations [rad/s^2 or m/s^2].
             base: acceleration of what carries the arm, (2,) [m/s^2].
         """
+        self._estimate()
         control = self.control
         self.wrench[:] = 0.0
         self._led[:] = control.q
@@ -271,6 +287,7 @@ class Rendering:
             carried: whether that still moves.
             together: whether all that the limits depend on is measured; if not, each joint stops for itself.
         """
+        self._estimate()
         self._let_go()
         self._doubt(wrench)
         control = self.control
@@ -294,7 +311,8 @@ class Rendering:
 
     def torque(self, base: Array) -> list[float]:
         """Motor torques, (m,) [N m or N], on a base with an acceleration (2,) [m/s^2]."""
-        torque: list[float] = self._tracking.update(base).tolist()
+        self._told[:] = self._tracking.update(base)
+        torque: list[float] = self._told.tolist()
         return torque
 
     def advance(self) -> None:

@@ -15,6 +15,7 @@ from hapticd.machines.rendering.sections import Plant
 from hapticd.models import Robot
 from hapticd.runtime.configuration import config
 from hapticd.runtime.configuration.session import Session, build
+from hapticd.runtime.core.modes import Mode
 from hapticd.runtime.errors import ConfigError
 from hapticd.runtime.live.lockstep import Lockstep
 from hapticd.sim.force_torque import SimForceTorque
@@ -157,3 +158,20 @@ def test_energy_changes_by_the_work_of_hand_motors_friction_and_gantry() -> None
         assert done[2] <= 1e-9
     assert worst < 0.05
     assert flow > 5.0 and done[2] < -1.0 and done[0] > 5.0
+
+
+def test_motors_follow_what_a_kalman_filter_says_of_them_where_that_is_asked_for() -> None:
+    loaded = config.load("giant")
+    text = loaded.text.replace("[giant.tracking]\n", '[giant.tracking]\nestimation = "kalman"\n')
+    parsed = config.parse(text, "giant.toml")
+    built = build(config.Loaded("giant", parsed, text, "giant.toml", loaded.model_text, loaded.model_source))
+    lockstep = Lockstep(built)
+    for _ in range(4500):
+        lockstep.tick()
+    plant = lockstep.plant
+    assert isinstance(plant, GiantPlant)
+    estimate = built.cycle.machine._rendering._estimator
+    assert lockstep.mode is Mode.ACTIVE
+    assert np.abs(plant.arm.motor_rate).max() > 0.02
+    np.testing.assert_allclose(estimate.motor_rate, plant.arm.motor_rate, atol=0.02)
+    np.testing.assert_allclose(estimate.link, plant.arm.q, atol=5e-3)  # it moves on meanwhile
