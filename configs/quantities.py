@@ -100,12 +100,12 @@ class Torque(Quantity):
 
 
 class DryForce(Force):
-    range = Range(0.0, 5000.0, "N", "nothing; a closed brake")
+    range = Range(1e-6, 5000.0, "N", "nothing that can be told from none; a closed brake")
     strict = False
 
 
 class DryTorque(Torque):
-    range = Range(0.0, 500.0, "N m", "nothing; a closed brake")
+    range = Range(1e-6, 500.0, "N m", "nothing that can be told from none; a closed brake")
     strict = False
 
 
@@ -322,12 +322,12 @@ class Torques6(Vector):
 
 class DryTorques6(Vector):
     dimension, length, minimum, strict = "torque", 6, 0.0, False
-    range = Range(0.0, 500.0, "N m", "nothing; a closed brake")
+    range = Range(1e-6, 500.0, "N m", "nothing that can be told from none; a closed brake")
 
 
 class GearDampings6(Vector):
     dimension, length, minimum, strict = "angular damping", 6, 0.0, False
-    range = Range(0.0, 1000.0, "N m s/rad", "nothing; a locked joint")
+    range = Range(1e-6, 1000.0, "N m s/rad", "nothing that can be told from none; a locked joint")
 
 
 class Angles2(Vector):

@@ -67,9 +67,12 @@ def opened(chromium: Any, url: str, **options: Any) -> Iterator[Any]:
 
 
 def until(page: Any, condition: str) -> None:
-    """Wait until an expression of the page's script is true; its policy forbids Playwright's own way."""
+    """Wait until an expression of the page's script is true; its policy forbids Playwright's own way.
+
+    A page that has lost its session for a moment has no ``now``.
+    """
     end = time.monotonic() + PATIENCE_S
-    while not page.evaluate(f"!!(now && ({condition}))"):
+    while not page.evaluate(f"(() => {{ try {{ return !!({condition}); }} catch {{ return false; }} }})()"):
         state = page.evaluate(
             "now && [now.mode, now.pressed, now.e_stop_closed, now.stop, $('next').textContent]"
         )
