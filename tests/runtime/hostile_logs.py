@@ -318,7 +318,9 @@ def main(seed: int, count: int, folder: Path) -> None:
     forger = Forger(good, seed)
     ticks = [record.data for record in open_log(str(path)).records()]
     assert take_apart(put_together(forger.parts)) == forger.parts
+    reset_peak()
     replay(open_log(str(path)))
+    honest = peak_mib()
     forged = folder / "forged.mcap"
     refused, readable, wrong = 0, 0, []
     worst_s = worst_mib = 0.0
@@ -328,17 +330,22 @@ def main(seed: int, count: int, folder: Path) -> None:
         forged.write_bytes(make())
         reset_peak()
         before, start = peak_mib(), time.process_time()
-        seconds = 0.0
+        replayed = 0.0
         try:
-            log = open_log(str(forged))
-            read = [record.data for record in log.records()]
-            list(log.events())
-            seconds = time.process_time() - start
+            try:
+                log = open_log(str(forged))
+                read = [record.data for record in log.records()]
+                list(log.events())
+            finally:
+                seconds, mib = time.process_time() - start, peak_mib() - before
             readable += 1
             if kind in (*BLIND, "lying_index") and read != ticks:
                 wrong.append((index, kind, "other ticks than were recorded, without an error"))
             if readable % REPLAYED == 0:
-                replay(log)  # lasts as long as its ticks
+                try:
+                    replay(log)  # lasts as long as its ticks, and builds a session as an honest one does
+                finally:
+                    replayed = peak_mib() - honest
         except HapticdError as error:
             refused += 1
             message = str(error)
@@ -346,7 +353,7 @@ def main(seed: int, count: int, folder: Path) -> None:
                 wrong.append((index, kind, f"message: {message[:200]!r}"))
         except Exception as error:
             wrong.append((index, kind, f"{type(error).__name__}: {error}"[:300]))
-        seconds, mib = seconds or time.process_time() - start, peak_mib() - before
+        mib = max(mib, replayed)
         worst_s, worst_mib = max(worst_s, seconds), max(worst_mib, mib)
         if seconds > MAX_S or mib > MAX_MIB:
             wrong.append((index, kind, f"{seconds:.2f} s, {mib:.0f} MiB"))
