@@ -25,20 +25,22 @@ class Slacks:
             levels: how many are written.
             places: where among them each level of the solution stands; None for one that is left out.
         """
-        parts = [part for pair in zip(solution.w, solution.v, strict=True) for part in pair]
-        owners = [place for place in places for _ in range(2)]
-        self._parts = [part for part in parts if part.size]
-        self._squares = np.zeros(sum(part.size for part in self._parts))
+        # the slacks of all levels lie one after another: two blocks instead of twice as many parts as levels
+        w, v = solution.w[0].base, solution.v[0].base
+        assert w is not None and v is not None
+        self._blocks = w, v
+        parts = (*solution.w, *solution.v)
+        self._squares = np.zeros(sum(part.size for part in parts))
         self._sums = np.zeros((levels, len(self._squares)))
         at = 0
-        for part, place in zip(parts, owners, strict=True):
+        for part, place in zip(parts, (*places, *places), strict=True):
             if place is not None:
                 self._sums[place, at : at + part.size] = 1.0
             at += part.size
 
     def write(self, out: Array) -> None:
         """Write them, (levels,); NaN where the data of the last solve were refused."""
-        np.concatenate(self._parts, out=self._squares)
+        np.concatenate(self._blocks, out=self._squares)
         np.multiply(self._squares, self._squares, out=self._squares)
         np.matmul(self._sums, self._squares, out=out)
         np.sqrt(out, out=out)

@@ -242,9 +242,8 @@ class Rendering:
         leash, ability = self._leash, self.control.ability
         if yielded > 0.0:
             leash = leash + yielded * np.abs(wrench @ self.control.handle.J) * self._yield
-        if (
-            compliance := self.control.compliance
-        ):  # what gives way yields to what it is known to be pushed with
+        if compliance := self.control.compliance:
+            # what gives way yields to what it is known to be pushed with
             leash = leash + np.minimum(np.abs(compliance.external), self._most_fed_back) * self._yield
         if ability and yielded <= 0.0:
             strained = np.abs(ability.feedback) > self._most_fed_back  # in the last tick
