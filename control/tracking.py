@@ -99,7 +99,8 @@ class Tracking:
             admitted: to the drives.
             ability: filled by ``forecast``.
             inputs: ``q, qd, qdd`` commanded link state, (6,); ``J`` of the handle, (6, 6); ``wrench`` of the
-                operator on it in B, (6,) [N, N m]; ``motor, motor_rate, link`` measured, (6,) [rad, rad/s].
+                operator on it in B, (6,) [N, N m]; ``motor, motor_rate, link`` measured, (6,)
+                [rad, rad/s]; ``sensed``: torque between motor and link, (6,) [N m], of rigid joints.
             dt: of a tick [s].
         """
         n = manipulator.nv
@@ -148,12 +149,12 @@ class Tracking:
         self._fresh, self._planned, self._ticks = True, False, 0
 
     def doubt(self, doubted: bool) -> None:
-        """Whether no more of the wrench is believed than what the springs show that they carry of it."""
+        """Whether no more of the wrench is believed than springs, or torque sensors, show of it."""
         self._core.doubted = doubted
 
     @property
     def contradicted(self) -> bool:
-        """Whether a spring shows less of the wrench than it should."""
+        """Whether a joint shows less of the wrench than it should."""
         return bool(lib.tracking_contradicted(self._core))
 
     def reset(self) -> None:

@@ -14,6 +14,11 @@ static const double AHEAD = 2e-3;
  * torque. */
 static const double MISJUDGED = 1.4, UNSEEN = 0.02;
 
+/* What goes through a joint's spring, or through what is in its place. */
+static double carried(const tracking *t, int i) {
+    return isinf(t->stiffness[i]) ? t->sensed[i] : t->stiffness[i] * (t->motor[i] - t->link[i]);
+}
+
 /* Direction of the commanded motion, smooth through rest. The measured speed would set it, and with it the
  * motor, swinging about 0. */
 static double direction(const tracking *t, int i) {
@@ -120,7 +125,7 @@ void tracking_update(const tracking *t, int fresh, int planned) {
         const double torque = t->rotor[i] * t->qdd[i] + spring + in_gear(t, i) + fed_back(t, i);
         t->torque[i] = torque + (planned ? for_yielding(t, i, torque) : 0.0);
         refer(t, i, spring, 0);
-        t->shown[i] = without_wrench(t, i) - t->stiffness[i] * (t->motor[i] - t->link[i]);
+        t->shown[i] = without_wrench(t, i) - carried(t, i);
     }
 }
 

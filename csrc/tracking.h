@@ -17,21 +17,23 @@ typedef struct {
     const double *gear SHAPE(n), *gear_damping SHAPE(n), *load_share SHAPE(n), *bearing SHAPE(n);
     const double *slow SHAPE(n);
     /* inputs of a tick: commanded state, rigid-body torque of it, handle Jacobian, wrench on the handle,
-     * measured motor state */
+     * measured motor state, link and torque between both */
     const double *q SHAPE(n), *qd SHAPE(n), *qdd SHAPE(n), *rigid SHAPE(n);
     const double *J SHAPE(6, n), *wrench SHAPE(6), *motor SHAPE(n), *motor_rate SHAPE(n);
+    const double *link SHAPE(n), *sensed SHAPE(n);
     double *reference SHAPE(n), *rate SHAPE(n); /* motor-side reference of the last tick; updated */
     /* torque through the spring in the stages of its filter, and its first and second derivative; updated */
     double *smoothed SHAPE(n, 3), *slope SHAPE(n), *curve SHAPE(n);
     double *torque SHAPE(n); /* result */
-    /* torque of the wrench that each spring showed in the last tick, and whether no more of it is believed */
+    /* torque of the wrench that each spring, or torque sensor without one, showed in the last tick, and
+     * whether no more of it is believed */
     double *shown SHAPE(n);
     int doubted;
 
     /* what the drives are admitted: torque, its product with the measured speed, and the measured positions
      * of the links beyond which no torque leads further out */
     const double *most_torque SHAPE(n), *most_power SHAPE(n);
-    const double *link SHAPE(n), *lower SHAPE(n), *upper SHAPE(n);
+    const double *lower SHAPE(n), *upper SHAPE(n);
     /* forecast of a tick: inertia of links and rotors, torque at qdd = 0 without the feedback, the feedback,
      * and the torques between which the drives are admitted */
     double *inertia SHAPE(n, n), *load SHAPE(n), *feedback SHAPE(n), *least SHAPE(n), *most SHAPE(n);
@@ -40,7 +42,7 @@ typedef struct {
 /* Before qdd is known: `rigid` is that of qdd = 0 and `inertia` that of the links alone. */
 void tracking_forecast(const tracking *t, int fresh);
 
-/* Whether a spring shows less of the wrench than there should be. */
+/* Whether a joint shows less of the wrench than there should be. */
 int tracking_contradicted(const tracking *t);
 
 /* `fresh`: there was no last tick; `planned`: there was a forecast of this one. */

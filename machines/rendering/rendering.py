@@ -37,7 +37,7 @@ ADMITTED = ("power", "lower", "upper")
 SETTLED = 0.01
 """Commanded speeds below this end a stop within a tick [rad/s or m/s]."""
 CONTRADICTED_S = 0.2
-"""A stop believes no wrench that the springs have contradicted for so long, less the time they did not."""
+"""A stop believes no wrench that the joints have contradicted for so long, less the time they did not."""
 STOP_FADE_S = 5e-3
 """Time constant with which the operator's wrench leaves the feedforward of a stop."""
 RECKONED_S = 50e-3
@@ -96,7 +96,6 @@ class Rendering:
         self._lately = round(OVERLOAD_S / dt)
         self._believed = 0.0
         self._contradicted, self._longest_contradiction = 0, round(CONTRADICTED_S / dt)
-        self._sprung = bool(np.isfinite(elasticity.stiffness).all())
         self._settled = self.coordinated = False
         self._names = [axis.name for axis in axes]
         self._able = heat.able
@@ -128,7 +127,7 @@ class Rendering:
             {
                 **{"q": control.q, "qd": control.qd, "qdd": control.qdd, "J": control.handle.J},
                 **{"wrench": self.wrench, "motor": motor[0], "motor_rate": motor[1]},
-                "link": joints.link_position,
+                **{"link": joints.link_position, "sensed": joints.load_torque},
             },
             dt,
         )
@@ -277,7 +276,7 @@ class Rendering:
     ) -> None:
         """Arm to rest within its limits, as fast as joints are rated for or motors can.
 
-        The operator is held against as far as the springs show the wrench; the rest fades out. Once
+        The operator is held against as far as the joints show the wrench; the rest fades out. Once
         everything is slow the joints stand, and what carries them may tremble.
 
         Args:
@@ -299,9 +298,9 @@ class Rendering:
             control.brake()
 
     def _doubt(self, wrench: Array | None) -> None:
-        """Hold against a wrench (6,) as far as the springs show it, or let the last one fade."""
-        self._tracking.doubt(self._sprung)
-        if wrench is None or not self._sprung or self._contradicted > self._longest_contradiction:
+        """Hold against a wrench (6,) as far as the joints show it, or let the last one fade."""
+        self._tracking.doubt(True)
+        if wrench is None or self._contradicted > self._longest_contradiction:
             self._believed *= self.fade
             np.multiply(self.wrench, self.fade, out=self.wrench)
             return

@@ -46,7 +46,8 @@ def track(
 
 
 def inputs() -> dict[str, np.ndarray]:
-    vectors = {name: np.zeros(6) for name in ("q", "qd", "qdd", "wrench", "motor", "motor_rate", "link")}
+    names = "q", "qd", "qdd", "wrench", "motor", "motor_rate", "link", "sensed"
+    vectors = {name: np.zeros(6) for name in names}
     return vectors | {"J": np.zeros((6, 6))}
 
 
