@@ -54,7 +54,7 @@ def test_who_presses_against_a_box_is_held_there_by_what_the_torque_sensors_show
 @pytest.mark.parametrize("force", [30.0, -30.0, 400.0])
 @in_a_copy
 def test_a_sensor_that_lies_is_not_believed_without_springs_either(pressed: Bench, force: float) -> None:
-    """The joints yield to the hand as they would without any sensor, by 11.2 mrad, and to the lie for 10 %."""
+    """The joints yield to the hand as without any sensor, by 11.2 mrad, and to the lie by a tenth more."""
     sense, felt = pressed.plant._sense, pressed.nodes["force_torque"].fields["wrench"]
 
     def lying() -> None:
