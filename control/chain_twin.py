@@ -96,6 +96,9 @@ class ChainTwin:
     Attributes:
         base: pose of the chain's base in B, (4, 4) [m].
         damping: of the joints, (n,).
+        start: where the joints are put by ``reset``, (n,) [rad or m].
+        driving: torques beside those of the mechanism, (n,) [N m or N]; None for none. Their owner writes
+            them before each ``update``.
     """
 
     def __init__(
@@ -114,6 +117,8 @@ class ChainTwin:
             ModelError: no serial chain, or no such frame.
         """
         self.limits, self.damping = mechanism.limits, mechanism.damping
+        self.start = mechanism.start.copy()
+        self.driving: Array | None = None
         n = robot.nv
         self._mechanism, self._turned = mechanism, turned
         self._chain = SerialChain(robot, [end])
@@ -147,7 +152,7 @@ class ChainTwin:
 
     def reset(self, position: Array, rotation: Array) -> None:
         """Rest at the start, with E at a pose."""
-        self.q[:], self.qd[:] = self._mechanism.start, 0.0
+        self.q[:], self.qd[:] = self.start, 0.0
         self._grip(np.eye(4), np.eye(3))
         own = np.eye(4)
         own[:3, :3], own[:3, 3] = self.rotation, self.position
@@ -176,6 +181,8 @@ class ChainTwin:
         self._spring *= mechanism.stiffness
         force += self._spring
         force += mechanism.drive
+        if self.driving is not None:
+            force += self.driving
         for detent in mechanism.detents:
             force[detent.joint] += detent.pull(float(self.q[detent.joint]))
         if self.held is not None:

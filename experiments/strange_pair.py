@@ -193,7 +193,8 @@ def _any(thing: object) -> Any:
 
 
 def _taken(operator: Any, avatar: Any) -> float:
-    return float(sum(port.taken for cycle in (operator, avatar) for port in cycle.machine._ports))
+    ports = [*(far.port for far in operator.machine.far), *avatar.machine._ports]
+    return float(sum(port.taken for port in ports))
 
 
 def main() -> int:

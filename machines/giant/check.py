@@ -24,6 +24,7 @@ from ..rendering.check import (
 from ..rendering.giving_way import check_compliance
 from ..rendering.surroundings import check_pairs
 from ..rendering.tool import check_tool
+from ..telemanipulation.leading_check import check_leads, gateways
 from .config import GiantConfig
 from .geometry import check_geometry
 from .kinematics import DROP
@@ -70,6 +71,7 @@ def check_giant(config: GiantConfig, robot: Robot) -> Found:
     found += check_friction([key] * len(JOINTS), dry, robot.without(PPU_JOINTS))
     found += check_pairs(robot, config.look_ahead)
     found += check_compliance(config.compliance, config.giant.force_control)
+    found += check_leads(config.leads, "giant", config.giant.twin)
     found += check_ramp(braking_time(config), config.safety.stop_time)
     return found + _devices_of_giant(config, robot) + check_rates(config) + check_plant(config, robot)
 
@@ -99,6 +101,7 @@ def _devices_of_giant(config: GiantConfig, robot: Robot) -> Found:
         "force_torque": ForceTorque,
         "imu_carriage": Imu,
         "imu_handle": Imu,
+        **gateways(config.leads),
         "safety_plc": SafetyPlc,
     }
     if found := check_devices(config.devices, needed, "the giant"):

@@ -49,6 +49,7 @@ from ..rendering.sections import (
     StiffnessTolerance,
     Twin,
 )
+from ..telemanipulation.sections import Leads
 
 Shares6 = Annotated[tuple[Share, ...], Meta(min_length=6, max_length=6)]
 """Of the torques in the joints' springs."""
@@ -161,4 +162,5 @@ class GiantConfig(Config, frozen=True, kw_only=True, tag="giant"):
     giant: Giant
     look_ahead: LookAhead | None = None
     compliance: Compliance | None = None
+    leads: Leads | None = None
     simulation: GiantSimulation | None = None

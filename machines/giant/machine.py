@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...control.chain import Gains, Horizons, JointSum
+from ...control.chain_twin import ChainTwin
 from ...control.estimation import PpuObserver, WrenchEstimator
 from ...control.force_control import Box, ForceControl
 from ...control.joint_kalman import JointKalman, link_inertia
@@ -44,9 +45,12 @@ from ..rendering.logged import (
 )
 from ..rendering.ratings import Ratings
 from ..rendering.rendering import JOINTS_AT_REST, Rendering, pulled, sensor_pose
+from ..rendering.sections import ChainTwin as ChainSection
 from ..rendering.sections import Twin
 from ..rendering.tool import carrying, tool_of
 from ..rendering.twin import degrees_of_freedom, joint_names, twin_of
+from ..telemanipulation.leading_twin import LeadingTwin, led_fields
+from ..telemanipulation.sections import Leads
 from .config import GiantConfig
 from .names import JOINTS, PPU_JOINTS
 from .prepositioning import PpuLimits, Prepositioning
@@ -67,7 +71,12 @@ MACHINE_LIMITS = 13
 
 
 def state_layout(
-    twin: Twin, levels: int, peaks: bool = False, gives: bool = False, passivity: bool = False
+    twin: Twin,
+    levels: int,
+    peaks: bool = False,
+    gives: bool = False,
+    passivity: bool = False,
+    leads: Leads | None = None,
 ) -> np.dtype[np.void]:
     """What the log keeps of a tick: numbers first, then flags and the solver."""
     joints = joint_names(twin)
@@ -80,6 +89,7 @@ def state_layout(
             *heated(6 if peaks else 0),
             *given_way(6 if gives else 0),
             ("ppu", "<f8", (3, 2)),  # estimated position, velocity, acceleration [m, s]
+            *led_fields(leads),
             *watched(passivity),
             *twin_fields(joints),
             *solved(6, degrees_of_freedom(twin) + MACHINE_LIMITS, levels, joints),
@@ -140,6 +150,7 @@ class Giant:
             giant.force_control.passivity,
             _estimator(config, manipulator, self._joints, dt) if tracking.estimation == "kalman" else None,
         )
+        self.leading = _leading(config, control, image, self.notes, dt)
         self._foresee(config, described)
         self._stiffness = stiffness
         self._used = heat.used if ratings.axes.peaks else heat.used[:0]
@@ -158,7 +169,8 @@ class Giant:
         self.plausibility = _plausibility(config, image, ratings, stiffness, heat, sensors)
         self.levels, self.remarks = levels_of(control), REMARKS
         gives, watches = config.compliance is not None, giant.force_control.passivity
-        self.state = state_layout(giant.twin, len(self.levels), bool(ratings.axes.peaks), gives, watches)
+        peaks = bool(ratings.axes.peaks)
+        self.state = state_layout(giant.twin, len(self.levels), peaks, gives, watches, config.leads)
         self.position: list[float] = [0.0] * len(self.axes)
         self.velocity: list[float] = [0.0] * len(self.axes)
         self.overload = ""
@@ -249,6 +261,8 @@ class Giant:
             self._estimator.update()
         else:  # the last estimate stands, and is faded out
             self.raw_wrench = None
+        if self.leading:
+            self.leading.exchange()
 
     def _alive(self, sensor: Values) -> bool:
         return alive(sensor, self.velocity, self.thresholds)
@@ -256,6 +270,8 @@ class Giant:
     def engage(self) -> None:
         """Commanded state = measured link side, twin on the handle, everything at rest."""
         self._observer.reset()
+        if self.leading:
+            self.leading.engage()
         self._rendering.engage(self._joints.link_position)
         self._prepositioning.reset()
         self._base[:] = 0.0
@@ -266,6 +282,8 @@ class Giant:
         """One tick of HapticGiant, Fig. 4."""
         self._base[:] = self._observer.qdd
         self._standstill.reset()
+        if self.leading:
+            self.leading.drive(gain)
         self.solved = self._rendering.render(self._estimator.wrench, gain, trust, self._base)
         self.astray = self._rendering.astray + self._gantry_follows
         self.overload = self._rendering.overload
@@ -277,6 +295,8 @@ class Giant:
 
     def brake(self, dropped: Sequence[bool]) -> bool:
         """Arm to rest within its limits while the PPU comes to rest at its own acceleration; then hold."""
+        if self.leading:
+            self.leading.rest()
         self._feed_base(dropped[len(JOINTS) :])
         carried = max(map(abs, self._observer.qd.tolist())) > PPU_STILL
         wrench = None if self.raw_wrench is None else self._estimator.wrench
@@ -311,6 +331,7 @@ class Giant:
                 ppu.q,
                 ppu.qd,
                 ppu.qdd,
+                *(self.leading.numbers if self.leading else ()),
                 *felt(self._rendering),
             ),
         )
@@ -318,6 +339,8 @@ class Giant:
 
     def fill(self) -> None:
         """Copy the state of this tick."""
+        if self.leading:
+            self.leading.fill()
         self._log.fill()
 
     def _command(self, gain: float) -> None:
@@ -365,6 +388,17 @@ def drive_friction(config: GiantConfig) -> DriveFriction:
         bearing=given(tracking.bearing_friction),
         slow=SLOW * np.array(config.giant.manipulator.velocity),
     )
+
+
+def _leading(
+    config: GiantConfig, control: ForceControl, image: ProcessImage, notes: list[str], dt: float
+) -> LeadingTwin | None:
+    """What lets the twin lead an avatar's arm, where it does."""
+    if config.leads is None:
+        return None
+    section, twin = config.giant.twin, control.twin
+    assert isinstance(section, ChainSection) and isinstance(twin, ChainTwin)
+    return LeadingTwin(config.leads, section, twin, image, notes, dt)
 
 
 def _estimator(config: GiantConfig, manipulator: Robot, joints: JointDrives, dt: float) -> JointKalman:

@@ -15,11 +15,14 @@ from ...sim.delay import Delay
 from ...sim.drive import Drives
 from ...sim.dynamics import SeriesElasticArm, VelocityAxes
 from ...sim.force_torque import SimForceTorque
+from ...sim.gateway import Exchange
 from ...sim.hand import Hand
 from ...sim.joint_drive import SimJointDrive
 from ...sim.plant import Energies, SimPlant
 from ...sim.tool import SensedTool, Tool
 from ..rendering.giving_way import Pushes
+from ..telemanipulation.leading_end import LeadingEnd
+from ..telemanipulation.sections import Leads
 
 GRAVITY = np.array([0.0, 0.0, -9.81])
 
@@ -53,12 +56,14 @@ class GiantPlant(SimPlant):
         seed: int,
         delay: int = 0,
         pushes: Pushes | None = None,
+        leads: Leads | None = None,
     ) -> None:
         """The robot gives the sensors' places and moves with the gantry; the drives obey delay ticks late.
 
-        dead_man gives the times at which the switch changes.
+        dead_man gives the times at which the switch changes; leads, whom the twin leads.
         """
         super().__init__(network, hand, dead_man, seed)
+        self._end = LeadingEnd(leads, self.nodes) if leads else None
         self.arm, self.ppu, self.hand = arm, ppu, hand
         self._robot = robot
         self._noise = np.repeat([noise.acceleration, noise.acceleration, noise.force, noise.torque], 3)
@@ -84,6 +89,22 @@ class GiantPlant(SimPlant):
         self._base, self._wrench = np.zeros(3), arm.hold.wrench
         self.tool = SensedTool(tool, place, arm, self._wrench, unit=unit)
         self._measure()
+
+    @property
+    def link(self) -> Exchange | None:
+        """With the gateways of the avatar that the twin leads, where it leads one."""
+        return self._end.link if self._end else None
+
+    def connect(self) -> None:
+        """See ``Connecting``."""
+        if self._end:
+            self._end.connect()
+
+    def step(self, dt: float) -> None:
+        """Advance plant time by dt; packets are sent and taken at its end."""
+        super().step(dt)
+        if self._end:
+            self._end.link.step(dt)
 
     @property
     def hand_power(self) -> float:

@@ -68,6 +68,7 @@ def giant_plant(config: GiantConfig, robot: Robot, network: Network) -> GiantPla
         simulation.seed,
         simulation.plant.delay,
         pushes,
+        config.leads,
     )
 
 

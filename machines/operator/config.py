@@ -10,19 +10,15 @@ from ...configs.quantities import CueForce, Duration
 from ...configs.strict import Strict
 from ...devices.remote import MOST_DRIVES
 from ...runtime.core.sections import Config, Name
-from ..telemanipulation.sections import Chain, Posture, Pushed, Station, StationSimulation
+from ..telemanipulation.sections import FarArms, Gain, Pushed, Station, StationSimulation
 
-Gain = Annotated[float, Meta(ge=0.0, le=4.0, description="more than that no arm follows")]
 Drives = Annotated[tuple[Name, ...], Meta(min_length=1, max_length=MOST_DRIVES)]
 Scale = Annotated[float, Meta(ge=0.05, le=5.0, description="of the avatar's motion to the hand's")]
 
 
-class Foreseen(Strict, frozen=True):
-    """Both arms of the avatar, as this station foresees them: what draws their elbows home, and their lag."""
+class Foreseen(FarArms, frozen=True):
+    """The arms that this station foresees, and their lag."""
 
-    left: Chain
-    right: Chain
-    posture: Posture
     lag: Duration
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import sqrt
 
 import numpy as np
 
@@ -11,38 +10,34 @@ from ...control.avatar_model import AvatarModel
 from ...control.clutch import Clutch
 from ...control.cue import AVATAR_LIMIT, ENERGY, LIMIT, QUIET, UNLED, Cue
 from ...control.cue import STOPPED as STOPPED_THERE
-from ...control.lease import ENDS_S, Fader, Granted
+from ...control.lease import ENDS_S
 from ...control.limit_avoidance import LOWER, SPEED, LimitAvoidance
-from ...control.link_passivity import EMPTY, OperatorPort
 from ...control.notice import Notice
 from ...control.operator_law import OperatorLaw
 from ...control.task_arm import Posture
 from ...devices.buttons import ButtonRows
 from ...devices.image import ProcessImage
-from ...devices.remote import ACTS, BEHIND, CLUTCHED, ENGAGED, STOPPED, TOLD, WAITING, packed, unpacked
+from ...devices.remote import ACTS, CLUTCHED, ENGAGED, STOPPED, TOLD, packed
 from ...devices.remote_avatar import RemoteAvatars
-from ...models import Array, ModelError, Robot
+from ...models import ModelError, Robot
 from ...runtime.core.stages import Mark
 from ..telemanipulation.arm import PALM, SIDES, StationArm, chain_of, quaternion
+from ..telemanipulation.far_arm import QUIET_S, FarArm, push
 from ..telemanipulation.sections import Chain
-from ..telemanipulation.station import Station, sane_wrench
+from ..telemanipulation.station import Station
 from .body import OperatorBody
 from .config import Foreseen, OperatorConfig
 from .glove import OperatorGlove
 
-PUSHES, FADED, QUIET_S = 1.0, 0.3, 0.5
-"""Torque that is worth a word, and when that is over [N m, s]."""
+PUSHES, FADED = 1.0, 0.3
+"""Torque that is worth a word, and that is none any more [N m]."""
 MOST_PUSH = 25.0, 1.5
 """Of what keeps the avatar from its limits [N, N m]. Without a bound a limit of speed that is foreseen throws
 a wrist to and fro faster than its own limit (experiments/strange_pair.py, seed 3)."""
-DAMPS = 1.0
-"""Damping by the link that is worth a word [N s/m]."""
 CUE_AXIS = 0
 """Of a palm, along which cues vibrate: forward, where hands push."""
 WHOLE = {ENERGY: 10.0, LIMIT: 10.0, AVATAR_LIMIT: 10.0, UNLED: ENDS_S, STOPPED_THERE: 1.0}
 """How much of each cause is announced with the whole force [N s/m, N m, N m, s, 1]."""
-RISE_S, FALL_S = 3.0, 50e-3
-"""In which what the avatar feels fades in and out."""
 
 
 def state_layout(n: int) -> np.dtype[np.void]:
@@ -97,14 +92,6 @@ def _model(avatar: Foreseen | None, side: str, robot: Robot, dt: float) -> tuple
         return None, f"{error.problem}; {error.fix}"
 
 
-def _push(wrench: Array, share: float, largest: tuple[float, float], out: Array) -> None:
-    """A share of a wrench (6,), of which force and torque are no more than the largest."""
-    for half, most in zip((slice(0, 3), slice(3, 6)), largest, strict=True):
-        part = wrench[half]
-        size = sqrt(part.dot(part))
-        np.multiply(part, share * min(1.0, most / max(size, most)), out=out[half])
-
-
 def _pushed(whose: str, torques: Sequence[float], limits: LimitAvoidance) -> str:
     """Which joint is pushed away from which limit, and how hard."""
     joint = torques.index(max(torques))
@@ -131,27 +118,26 @@ class OperatorStation(Station):
             for i, arm in enumerate(arms)
         ]
         self._clutches = [Clutch(section.scale) for _ in arms]
-        self._ports = [OperatorPort(arm.task.palm.rotation, arm.task.twist, self._dt) for arm in arms]
-        self._granted = [Granted() for _ in arms]
-        self._passive = section.link.passivity
+        most = float(section.stop.force), float(section.stop.torque)
+        self.far = [
+            FarArm(
+                *(arm.side, lease, self._remote, i, (arm.task.palm.rotation, arm.task.twist)),
+                *(self._felt_there[i], most, section.feedback, section.link.passivity, self._dt),
+            )
+            for i, (arm, lease) in enumerate(zip(arms, self.leases, strict=True))
+        ]
         self._energy = image["remote.own_energy"]
         models = [_model(section.avatar, side, robot, self._dt) for side in SIDES]
         self._models = [model for model, _ in models]
         self._unforeseen = [why for _, why in models]
         quiet = round(QUIET_S / self._dt)
         self._notices = [(Notice(PUSHES, FADED, quiet), Notice(PUSHES, FADED, quiet)) for _ in arms]
-        self._damped = [Notice(DAMPS, DAMPS, quiet) for _ in arms]
         self._cues = [Cue(section.cue.force, self._dt) for _ in arms]
         self._causes, self._amounts = [QUIET] * len(arms), [0.0] * len(arms)
         self._pushed = [[0.0, 0.0] for _ in arms]  # by limits, the own ones and those there
-        self._led, self._behind = [False] * len(arms), [False] * len(arms)
-        self._faders = [Fader(RISE_S, FALL_S, self._dt) for _ in arms]
-        self._feedback, self._scale = section.feedback, section.scale
-        self._most = section.stop.force, section.stop.torque
+        self._led = [False] * len(arms)
+        self._scale = section.scale
         self._acts, self._pressed = [0] * len(arms), 0
-        self._stopped_there = [False] * len(arms)
-        self._waits_there = [False] * len(arms)
-        self._last = np.zeros((len(arms), 6))
         far = section.gloves
         self.gloves = (
             [OperatorGlove(i, getattr(far, side), image, self._dt) for i, side in enumerate(SIDES)]
@@ -163,26 +149,13 @@ class OperatorStation(Station):
         self.state = state_layout(arms[0].n)
 
     def _hear(self) -> None:
-        remote = self._remote
         self._press(int(self._buttons.pressed[0]))
-        rows = zip(remote.wrench.tolist(), remote.age.tolist(), remote.flags.tolist(), strict=True)
-        for i, (wrench, age, word) in enumerate(rows):
-            flags, _ = unpacked(word)
-            lease = self.leases[i]
-            valid = sane_wrench(wrench, *(4.0 * most for most in self._most))
-            fresh = lease.update(age, valid, bool(flags & ENGAGED), self._acts[i])
-            if fresh:
-                self._last[i] = wrench
-                self._waits_there[i] = bool(flags & WAITING)
-                self._behind[i] = bool(flags & BEHIND)
-            stopped = valid and bool(flags & STOPPED)
-            if stopped is not self._stopped_there[i]:
-                self._stopped_there[i] = stopped
-                side = self.arms[i].side
+        for far, act in zip(self.far, self._acts, strict=True):
+            if far.hear(act):
                 self.notes.append(
-                    f"{side} avatar arm stopped itself: press the {side} button to start it again"
-                    if stopped
-                    else f"{side} avatar arm goes on"
+                    f"{far.name} avatar arm stopped itself: press the {far.name} button to start it again"
+                    if far.stopped
+                    else f"{far.name} avatar arm goes on"
                 )
 
     def _press(self, pressed: int) -> None:
@@ -204,8 +177,8 @@ class OperatorStation(Station):
             twist[:] = 0.0 if clutch.open else arm.task.twist
             twist[:3] *= self._scale
             flags = STOPPED if arm.stopped else ENGAGED if self._engaged else 0
-            self._energy[i] = self._ports[i].sent
-            flags |= TOLD if self._waits_there[i] else 0
+            self._energy[i] = self.far[i].port.sent
+            flags |= TOLD if self.far[i].waits else 0
             words[i] = packed(flags | (CLUTCHED if clutch.open else 0), self._acts[i])
         for glove, arm in zip(self.gloves, self.arms, strict=False):
             glove.say(self._engaged and not arm.stopped)
@@ -249,37 +222,23 @@ class OperatorStation(Station):
         """See ``Station``; what the avatar feels fades in again."""
         if self.arms[i].stopped:
             self.arms[i].engage()
-            self._faders[i].share = 0.0
+            self.far[i].fader.share = 0.0
         super().restart(i)
 
     def _move(self, i: int, arm: StationArm, gain: float, trust: float) -> None:
         clutch, palm = self._clutches[i], arm.task.palm
         clutch.update(palm.position, palm.rotation, bool(self._pressed >> i & 1))
-        share = self._faders[i].update(self.leases[i].follows and not clutch.open)
+        far = self.far[i]
+        share = far.fader.update(self.leases[i].follows and not clutch.open)
         np.multiply(arm.force.wrench, gain * trust, out=self._hand[i])
-        self._feel(i, share * gain)
+        if far.feel(share * gain):
+            self.notes.append(f"{arm.side} arm: the link damps what is felt, its energy is used up")
         self._foresee(i, clutch, share * gain)
         law = self._laws[i]
         law.update()
         self._announce(i, arm, law, gain)
         arm.move(law.torque, 1.0 - gain)
         self._tell(i, arm)
-
-    def _feel(self, i: int, share: float) -> None:
-        """A share of what the avatar feels, as far as the energy of the link allows."""
-        port, granted = self._ports[i], self._granted[i]
-        _push(self._feedback * self._last[i], share, self._most, port.wrench)
-        if not self._passive:
-            self._felt_there[i] = port.wrench
-            return
-        if share == 0.0:  # nothing goes over the link
-            port.reset()
-            granted.begin()
-        else:
-            port.update(granted.update(float(self._remote.energy[i])))
-        self._felt_there[i] = port.felt
-        if self._damped[i].update(port.damping if port.why & EMPTY else 0.0):
-            self.notes.append(f"{self.arms[i].side} arm: the link damps what is felt, its energy is used up")
 
     def _foresee(self, i: int, clutch: Clutch, share: float) -> None:
         """What keeps the avatar's arm from its limits, as it will be where it is led."""
@@ -289,26 +248,26 @@ class OperatorStation(Station):
         if not self.leases[i].follows:
             if share == 0.0:
                 model.reset()
-            _push(model.wrench, share, MOST_PUSH, limits)
+            push(model.wrench, share, MOST_PUSH, limits)
             return
         model.position[:], model.rotation[:] = clutch.position, clutch.rotation
         model.measured[:] = self._remote.joints[i]
         model.update()
-        _push(model.wrench, share, MOST_PUSH, limits)
+        push(model.wrench, share, MOST_PUSH, limits)
 
     def _intervenes(self, i: int) -> tuple[int, float]:
         """What keeps the avatar from following the hand, or the hand from moving, and how much of it."""
         own, there = self._notices[i]
-        if self._stopped_there[i]:
+        far = self.far[i]
+        if far.stopped:
             return STOPPED_THERE, 1.0
         if self._led[i] and not self.leases[i].follows and not self._clutches[i].open:
-            return UNLED, float(self._remote.age[i])
+            return UNLED, far.age
         if there.on:
             return AVATAR_LIMIT, self._pushed[i][1]
         if own.on:
             return LIMIT, self._pushed[i][0]
-        damps = self._damped[i].on or self._behind[i]
-        return (ENERGY, self._ports[i].damping) if damps else (QUIET, 0.0)
+        return (ENERGY, far.port.damping) if far.damped or far.behind else (QUIET, 0.0)
 
     def _announce(self, i: int, arm: StationArm, law: OperatorLaw, gain: float) -> None:
         """Tell the hand what intervenes."""
@@ -346,9 +305,9 @@ class OperatorStation(Station):
             logged["goal"][i], logged["hand"][i] = clutch.position, arm.force.wrench
             logged["felt"][i], logged["alpha"][i] = self._felt_there[i], arm.avoidance.alpha
             logged["own_limits"][i], logged["avatar_limits"][i] = arm.avoidance.torque, law.avatar
-            logged["torque"][i], logged["share"][i] = law.torque, self._faders[i].share
+            logged["torque"][i], logged["share"][i] = law.torque, self.far[i].fader.share
             logged["age"][i], logged["act"][i] = self._remote.age[i], self._acts[i]
-            port = self._ports[i]
+            port = self.far[i].port
             logged["tank"][i], logged["taken"][i], logged["damping"][i] = port.level, port.taken, port.damping
             logged["standing"][i], logged["stopped"][i] = lease.number, bool(arm.stopped)
             if (model := self._models[i]) is not None:

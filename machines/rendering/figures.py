@@ -11,6 +11,7 @@ from ...control.chain import FREE
 from ...runtime.core.machine import FigureSpec
 from ...runtime.core.modes import Mode
 from ...safety.heat import PLANNED
+from ..telemanipulation.figures import STANDINGS, WORDS
 
 NO_MORE = 0.99
 """Share of the planned part of a peak's time at which nothing of the peak is left."""
@@ -38,7 +39,14 @@ class RenderingFigures:
             return []
         force = f"force {hypot(*state['wrench'][:3].tolist()):.0f} N"
         spent = [f"joint {i + 1} at its {_limit(state, i)}" for i in np.flatnonzero(state["spent"])[:1]]
-        return [force, *_pushed(state), *spent, *_chain(state)]
+        return [force, *_led(state), *_pushed(state), *spent, *_chain(state)]
+
+
+def _led(state: np.void) -> Iterator[str]:
+    """What the twin has to do with the avatar's arm that it leads, and what the arm's palm feels of it."""
+    if "standing" in (state.dtype.names or ()):
+        word = "stopped" if state["stopped"] else WORDS[STANDINGS[int(state["standing"])]]
+        yield f"avatar {word} {hypot(*state['felt'][:3].tolist()):.0f} N"
 
 
 def _pushed(state: np.void) -> Iterator[str]:

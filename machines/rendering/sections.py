@@ -177,6 +177,17 @@ class PrismaticTwinJoint(Strict, frozen=True, tag_field="type", tag="prismatic")
 TwinJoint: TypeAlias = RevoluteTwinJoint | PrismaticTwinJoint
 
 
+class Arm(Strict, frozen=True):
+    """One arm of a model: all joints whose names begin with ``prefix``, and its palm seen from its flange.
+
+    ``turned`` is a rotation vector from the flange's axes.
+    """
+
+    prefix: Name
+    palm: Lengths3
+    turned: Angles3
+
+
 class KeptModel(Strict, frozen=True):
     """The model of a twin, as a recording keeps it."""
 
@@ -187,6 +198,7 @@ class ChainTwin(Strict, frozen=True, tag_field="kind", tag="chain"):
     """A serial chain as the digital twin: a URDF, or a Denavit-Hartenberg row for each joint.
 
     ``urdf`` names a file beside the configuration; whoever loads it keeps the text of the file in ``kept``.
+    Of a model with several arms ``arm`` is the one, whose end is its palm.
     What its end weighs in its lightest direction is made up to ``least_mass`` and ``least_inertia``.
     """
 
@@ -194,6 +206,7 @@ class ChainTwin(Strict, frozen=True, tag_field="kind", tag="chain"):
     urdf: Name | None = None
     kept: KeptModel | None = None
     end: Name | None = None
+    arm: Arm | None = None
     base: Angles3 | None = None
     gravity: Gravity = Gravity(0.0)
     least_mass: LeastMass = LeastMass(1.5)

@@ -14,6 +14,7 @@ from ...models import Array, DhRow, ModelError, Robot
 from ...models.dh_robot import END, Body, from_dh
 from ...runtime.core.machine import LimitSpec
 from ...runtime.core.sampling import controls
+from ..telemanipulation.arm import PALM, chain_of
 from . import sections as s
 
 SIX = tuple(range(6))
@@ -58,6 +59,11 @@ def joint_names(section: s.Twin) -> tuple[str, ...]:
     return tuple(section.joints) if isinstance(section, s.ChainTwin) else ()
 
 
+def end_of(section: s.ChainTwin) -> str:
+    """The frame that the handle follows."""
+    return PALM if section.arm is not None else section.end or END
+
+
 def chain_twin(section: s.ChainTwin) -> ChainTwin:
     """A serial chain.
 
@@ -67,10 +73,8 @@ def chain_twin(section: s.ChainTwin) -> ChainTwin:
     """
     robot = robot_of(section)
     roll, pitch, yaw = section.base or (0.0, 0.0, 0.0)
-    end = section.end or END
-    return ChainTwin(
-        robot, end, mechanism_of(section, robot), pin.rpy.rpyToMatrix(roll, pitch, yaw), section.gravity
-    )
+    turned = pin.rpy.rpyToMatrix(roll, pitch, yaw)
+    return ChainTwin(robot, end_of(section), mechanism_of(section, robot), turned, section.gravity)
 
 
 def robot_of(section: s.ChainTwin) -> Robot:
@@ -83,7 +87,7 @@ def robot_of(section: s.ChainTwin) -> Robot:
     mass, inertia = added(section)
     if mass or inertia:
         model = robot.model
-        end = model.frames[robot.frame(section.end or END)]
+        end = model.frames[robot.frame(end_of(section))]
         body = pin.Inertia(mass, np.zeros(3), inertia * np.eye(3))
         model.inertias[end.parentJoint] += end.placement.act(body)
     return robot
@@ -103,7 +107,7 @@ def added(section: s.ChainTwin) -> tuple[float, float]:
     robot = _links(section)
     lower, upper, *_ = limits_of(section, robot)
     lower, upper = np.maximum(lower, -np.pi), np.minimum(upper, np.pi)
-    frame, own = robot.frame(section.end or END), [joint.inertia or 0.0 for joint in section.joints.values()]
+    frame, own = robot.frame(end_of(section)), [joint.inertia or 0.0 for joint in section.joints.values()]
     postures = np.random.default_rng(0).uniform(lower, np.maximum(lower, upper), (POSTURES, robot.nv))
     postures[0] = [joint.start for joint in section.joints.values()]
     lightest = np.full(2, np.inf)
@@ -143,6 +147,8 @@ def _links(section: s.ChainTwin) -> Robot:
         return from_dh([_row(name, joint) for name, joint in section.joints.items()], bodies)
     assert section.kept is not None, "whoever loads a configuration keeps the model of its twin"
     robot = Robot.from_urdf(section.kept.urdf, section.urdf)
+    if section.arm is not None:
+        robot = chain_of(robot, section.arm)
     if names != robot.names:
         problem = f"its joints are {', '.join(robot.names)}"
         raise ModelError(section.urdf, 0, problem, f"the twin's are {', '.join(names)}: let them agree")
@@ -236,11 +242,16 @@ def _keys(key: str, section: s.ChainTwin) -> Found:
     joints = section.joints
     if not 1 <= len(joints) <= MOST_JOINTS:
         return [(f"{key}.joints", f"are {len(joints)}", f"give 1 to {MOST_JOINTS}")]
+    if section.arm is not None and (section.urdf is None or section.end is not None):
+        problem = (
+            "is an arm of a URDF, but there is none" if section.urdf is None else "has its own end, its palm"
+        )
+        return [(f"{key}.arm", problem, f"remove {'arm' if section.urdf is None else 'end'}")]
     if section.urdf is None and section.end is not None:
         return [
             (f"{key}.end", "names a frame, but there is no URDF", "remove it: a table ends at its last row")
         ]
-    if section.urdf is not None and section.end is None:
+    if section.urdf is not None and section.end is None and section.arm is None:
         return [(f"{key}.end", "is missing", "name the frame of the URDF that the handle follows")]
     found: Found = []
     for name, joint in joints.items():

@@ -15,7 +15,8 @@ from ...control.hold import Hold, HoldGains, limited
 from ...control.limit_avoidance import Avoidance, JointLimits, LimitAvoidance
 from ...control.task_arm import Posture, TaskArm
 from ...models import Array, Robot
-from .sections import Chain, OwnChain, Station
+from ..rendering.sections import Arm
+from .sections import OwnChain, Station
 
 PALM, FLANGE = "palm", "flange"
 SIDES = ("left", "right")
@@ -29,7 +30,7 @@ TOO_FAST = 1.04
 """Multiple of its largest speed at which a joint stops its arm; the monitor stops the station at 1.1."""
 
 
-def chain_of(robot: Robot, chain: Chain, tool: pin.Inertia | None = None) -> Robot:
+def chain_of(robot: Robot, chain: Arm, tool: pin.Inertia | None = None) -> Robot:
     """One arm of a station's model with its palm, and with what hangs on its flange, as a serial chain.
 
     Args:
@@ -51,7 +52,7 @@ def chain_of(robot: Robot, chain: Chain, tool: pin.Inertia | None = None) -> Rob
     return Robot(model)
 
 
-def palm_to_sensor(chain: Chain) -> Array:
+def palm_to_sensor(chain: Arm) -> Array:
     """Pose of the flange, where the sensor is, in the palm's frame, (4, 4) [m]."""
     T: Array = pin.SE3(pin.exp3(np.array(chain.turned)), np.array(chain.palm)).inverse().homogeneous
     return T

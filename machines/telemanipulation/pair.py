@@ -5,13 +5,15 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 from ...runtime.configuration.config import Loaded, parse
 from ...runtime.configuration.session import build
 from ...runtime.errors import HapticdError
 from ...runtime.live.lockstep import Lockstep
+from ...sim.gateway import Exchange
 from ...sim.network_model import NetworkModel
-from .plant import StationPlant
+from .sections import Leads
 
 
 class PairError(HapticdError):
@@ -36,11 +38,26 @@ def declared(loaded: Loaded, delay: float, *more: str) -> Loaded:
     Raises:
         ConfigError: no link is like that.
     """
-    station = str(type(loaded.config).__struct_config__.tag)
+    station = "leads" if leads_of(loaded) else str(type(loaded.config).__struct_config__.tag)
     table = re.compile(rf"^\[{station}\.link\][^\[]*", re.MULTILINE)
     text = table.sub("", loaded.text).rstrip("\n")
     text += f"\n\n[{station}.link]\n" + "\n".join([f'delay = "{delay:g} s"', *more, ""])
     return replace(loaded, config=parse(text, loaded.source), text=text)
+
+
+def leads_of(loaded: Loaded) -> Leads | None:
+    """Whom the twin of a machine leads; None where it leads nobody, or the machine is a station."""
+    found: Leads | None = getattr(loaded.config, "leads", None)
+    return found
+
+
+def model_of(loaded: Loaded) -> str:
+    """The model in which a station has the avatar's arms: its own, or that of the twin that leads."""
+    if leads_of(loaded) is None:
+        return loaded.model_text.strip()
+    config: Any = loaded.config
+    section = getattr(config, str(type(config).__struct_config__.tag))
+    return str(section.twin.kept.urdf).strip()
 
 
 class Pair:
@@ -64,12 +81,13 @@ class Pair:
         for loaded, lockstep, port in zip(
             (operator, avatar), (self.operator, self.avatar), network.ports, strict=True
         ):
-            if not isinstance(lockstep.plant, StationPlant):
+            link = getattr(lockstep.plant, "link", None)
+            if not isinstance(link, Exchange):
                 raise PairError(f"{loaded.source} is no station of a telemanipulation")
-            lockstep.plant.link.port = port
+            link.port = port
         if operator.config.loop.rate != avatar.config.loop.rate:
             raise PairError(f"{operator.source} and {avatar.source} have different rates; give both the same")
-        if operator.model_text != avatar.model_text:
+        if model_of(operator) != model_of(avatar):
             raise PairError(
                 f"{operator.source} and {avatar.source} have different models; give both the same"
             )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Literal
 
 from msgspec import Meta, field
 
@@ -32,21 +32,16 @@ from ...configs.quantities import (
 )
 from ...configs.strict import Strict
 from ...runtime.core.sections import Hand, Name, Place, Simulation, Substeps
-from ..rendering.sections import Handle, Plant
+from ..rendering.sections import Arm, Handle, Plant
 
 Push = Annotated[float, Meta(ge=-1.0, le=1.0, description="of the way of an axis")]
 Share = Annotated[float, Meta(ge=0.0, le=1.0, description="of what there is")]
+Gain = Annotated[float, Meta(ge=0.0, le=4.0, description="more than that no arm follows")]
 
 
-class Chain(Strict, frozen=True):
-    """An arm of the model: all joints whose names begin with ``prefix``, and its palm seen from its flange.
+class Chain(Arm, frozen=True):
+    """An arm of the model and its joints; a list has an entry for each joint."""
 
-    ``turned`` is a rotation vector from the flange's axes; a list has an entry for each joint.
-    """
-
-    prefix: Name
-    palm: Lengths3
-    turned: Angles3
     lower: Angles
     upper: Angles
     velocity: AngularSpeeds
@@ -113,6 +108,27 @@ class Station(Strict, frozen=True, kw_only=True):
     posture: Posture
     hold: Hold
     stop: OwnStop
+    link: Link = field(default_factory=Link)
+
+
+class FarArms(Strict, frozen=True):
+    """Both arms of the avatar, as another station believes them to be, and what draws their elbows home."""
+
+    left: Chain
+    right: Chain
+    posture: Posture
+
+
+class Leads(FarArms, frozen=True, kw_only=True):
+    """What a machine needs whose twin is an arm of an avatar, and leads it.
+
+    ``side`` says which; the other one is led by nobody. ``feedback`` is the gain of what its palm feels, of
+    which no more than ``most`` is given back.
+    """
+
+    side: Literal["left", "right"]
+    most: OwnStop
+    feedback: Gain = 1.0
     link: Link = field(default_factory=Link)
 
 

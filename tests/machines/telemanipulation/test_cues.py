@@ -91,7 +91,7 @@ def test_an_arm_that_stopped_itself_over_there_is_felt_in_its_hand_only(pair: Bo
 def test_limits_here_and_there_and_the_links_energy_are_causes(pair: Both) -> None:
     seen, most = set[int](), 0.0
     station = pair.machines[0]
-    station._behind[0] = True
+    station.far[0].behind = True
     assert station._intervenes(0)[0] == ENERGY and station._intervenes(1)[0] == QUIET
     for i in range(2):
         pair.reach(i, [0.45, 0.0, 0.0])  # further than the arms reach

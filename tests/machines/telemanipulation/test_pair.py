@@ -154,6 +154,8 @@ def test_a_round_trip_of_700_ms_throws_a_loose_hand_back_without_the_layer_only(
     for hand, machine in zip(pair.leads.hands, pair.machines, strict=True):
         hand._grip = Grip((250.0, 20.0), (10.0, 0.8), (40.0, 4.0))
         machine._passive = layer
+        for far in getattr(machine, "far", ()):
+            far.passive = layer
         for lease in machine.leases:
             lease._delay = 0.35
     pair.go(0.8)
