@@ -6,7 +6,9 @@ counts as justified where the same session without the look-ahead comes to a con
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import os
+import warnings
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from itertools import count
 from math import inf
@@ -30,28 +32,34 @@ from ..models import Array, Robot
 from ..runtime.configuration.config import Loaded
 from ..runtime.configuration.session import build
 from ..runtime.configuration.system import Stance, find_system
-from ..runtime.core.modes import Mode
+from ..runtime.core.modes import RENDERING, Mode
 from ..runtime.live.lockstep import Lockstep, unswept
 from .own_plant import Doubt
 from .random_hand import stranger
 from .temper import Temper
 
-SECONDS, BEGINS = 6.0, 2.0
-"""Of a motion, and when its hand begins to move [s]."""
+SECONDS, BEGINS = 4.5, 0.8
+"""Of a motion, and when its hand begins to move: the machine still engages [s]."""
+MEETS = (0.3, 0.9)
+"""When the hand wants to be where something stands, as shares of its motion."""
 LATER = 1.5
 """A motion that nothing halts goes on so much longer: what halts at its end would touch after it [s]."""
 AFTER = 0.3
 """So long a halted machine is watched, whose hand goes on pulling [s]."""
+LEAVES = 4
+"""The knot of a stranger's path up to which the hand stays where it is."""
 CLEAR = 0.08
 """Nothing begins nearer than that to anything [m]."""
 NEAR = 0.03
-"""What is nearer is judged by coal [m]."""
+"""What is nearer is judged by coal, and in every tick [m]."""
+FASTEST = 10.0
+"""Nothing here comes nearer faster [m/s]: what is far away is looked at again when it could be near."""
 FOLDING = 2.8
 """How far the giant's joints 2 and 3 turn here, either way [rad]."""
 LEG = 0.7
 """How far from where it began a hand wants to lead an arm, in each direction [m]."""
 TOWARDS, AWAY = ("halted", "too late", "missed"), ("free", "kept away", "halted for nothing")
-"""What becomes of motions with and without a contact where nothing halts."""
+"""What becomes of motions with and without a contact where nothing halts; one that never began is neither."""
 REASON = "collision_ahead"
 
 
@@ -121,6 +129,7 @@ class Motion:
 
     Attributes:
         stop: reason of the stop, "" for none; at: when [s]; detail: for people.
+        began: whether the machine followed the hand at all.
         least: smallest true distance until then, and while it stood after a halt [m].
         contact: when something touched first [s], infinite where nothing did.
     """
@@ -128,6 +137,7 @@ class Motion:
     stop: str
     at: float
     detail: str
+    began: bool
     least: float
     contact: float
 
@@ -152,6 +162,8 @@ class Verdict:
         """What it says of the look-ahead."""
         ahead, without = self.ahead, self.without
         if without is None:
+            if not ahead.began:
+                return "never began"
             if ahead.contact < inf:
                 return "missed"
             return "other stop" if ahead.stop else "free"
@@ -163,14 +175,14 @@ class Verdict:
 
 
 def judge(loaded: Loaded, seed: int) -> Verdict:
-    """A random motion in random surroundings, of a machine that is not as its controller believes."""
+    """A random motion in random surroundings, of a machine that is not as its controller believes.
+
+    Raises:
+        ChildProcessError: what went on without the halt told nothing of it.
+    """
     drawn, truth = draw(loaded, seed)
     config: Any = drawn.config
-    ahead = run(drawn, truth, SECONDS)
-    without = None
-    if ahead.stop == REASON:
-        blind = msgspec.structs.replace(drawn.config, look_ahead=None)
-        without = run(replace(drawn, config=blind), truth, SECONDS + LATER)
+    ahead, without = run(drawn, truth, SECONDS)
     return Verdict(seed, float(config.look_ahead.margin), ahead, without)
 
 
@@ -198,7 +210,7 @@ def _surroundings(config: Any, room: Room, random: Random, towards: bool) -> Sec
         [random.uniform(*ends) for ends in zip(low, high, strict=True)] for _ in range(random.randint(1, 3))
     ]
     if towards:
-        places[0] = list(config.simulation.hand.path[random.randint(5, 6)].position)
+        places[0] = _led(config.simulation.hand.path, (SECONDS - BEGINS) * random.uniform(*MEETS))
     boxes = tuple(
         Obstacle(f"box {i + 1}", Lengths3(place), Sizes3([random.uniform(0.1, 0.6) for _ in range(3)]))
         for i, place in enumerate(places)
@@ -206,12 +218,18 @@ def _surroundings(config: Any, room: Room, random: Random, towards: bool) -> Sec
     return Section(config.look_ahead.margin, AnyLength(random.uniform(*floor)), boxes)
 
 
+def _led(path: Sequence[Any], after: float) -> list[float]:
+    """Where a hand wants to be so long after it has begun, (3,) [m]."""
+    times, places = [p.at - path[LEAVES].at for p in path], np.array([p.position for p in path])
+    return [float(np.interp(after, times, way)) for way in places.T]
+
+
 def _hastened(config: Any) -> Any:
-    """The hand begins while the machine still engages."""
+    """The hand begins while the machine still engages, and is at rest before."""
     simulation = config.simulation
     path = simulation.hand.path
-    earlier = path[4].at - BEGINS
-    moved = [path[0], *(msgspec.structs.replace(p, at=p.at - earlier) for p in path[4:])]
+    earlier = path[LEAVES].at - BEGINS
+    moved = [path[0], *(msgspec.structs.replace(p, at=p.at - earlier) for p in path[1:])]
     hand = msgspec.structs.replace(simulation.hand, path=tuple(moved))
     return msgspec.structs.replace(config, simulation=msgspec.structs.replace(simulation, hand=hand))
 
@@ -303,27 +321,98 @@ def _place(plant: Any) -> Array:
     return np.array([*(plant.ppu.position if hasattr(plant, "ppu") else ()), *plant.arm.q])
 
 
-def run(loaded: Loaded, truth: Truth, seconds: float) -> Motion:
-    """A motion of so many seconds, until something touches, or a while after a stop."""
+class Parting:
+    """Where a look-ahead would halt its machine, another process goes on that does not look.
+
+    The look-ahead changes nothing until it halts, so that both share what came before.
+
+    Attributes:
+        blind: whether this is that process.
+    """
+
+    def __init__(self) -> None:
+        self.blind = False
+        self._child, self._pipe = 0, (-1, -1)
+
+    def controller(self, machine: Callable[..., Any]) -> type[Any]:
+        """A machine's controller that parts when it is to be halted."""
+        assert isinstance(machine, type), "let the machine's System name a class"
+        seen: property = machine.ahead  # type: ignore[attr-defined]
+        return type(
+            machine.__name__, (machine,), {"ahead": property(lambda it: self._parted(seen.__get__(it)))}
+        )
+
+    def _parted(self, ahead: str) -> str:
+        if ahead and not (self.blind or self._child):
+            self._pipe = os.pipe()
+            with warnings.catch_warnings():  # threads of the algebra's library, which hold nothing here
+                warnings.simplefilter("ignore", DeprecationWarning)
+                self._child = os.fork()
+            self.blind = not self._child
+        return "" if self.blind else ahead
+
+    def join(self, found: Motion) -> Motion | None:
+        """What became of the motion without the halt, None where there was none; never of the blind one.
+
+        Raises:
+            ChildProcessError: it told nothing.
+        """
+        read, write = self._pipe
+        if self.blind:
+            os.write(write, msgspec.msgpack.encode(found))
+            os._exit(0)
+        if not self._child:
+            return None
+        os.close(write)
+        with os.fdopen(read, "rb") as pipe:
+            told = pipe.read()
+        os.waitpid(self._child, 0)
+        if not told:
+            raise ChildProcessError("the motion that was not halted ended without a word")
+        return msgspec.msgpack.decode(told, type=Motion)
+
+
+def run(loaded: Loaded, truth: Truth, seconds: float) -> tuple[Motion, Motion | None]:
+    """A motion of so many seconds, until something touches, or a while after a stop.
+
+    Returns:
+        It, and the same where the look-ahead halts nothing, if it halted it.
+
+    Raises:
+        ChildProcessError: the latter told nothing.
+    """
+    parting = Parting()
+    system = find_system(str(type(loaded.config).__struct_config__.tag))
     with unswept():
-        return _watch(Lockstep(build(loaded)), truth, seconds)
+        lockstep = Lockstep(build(loaded, controller=parting.controller(system.machine)))
+        try:
+            motion = _watch(lockstep, truth, seconds, parting)
+        except BaseException:
+            if parting.blind:
+                os._exit(1)
+            raise
+        return motion, parting.join(motion)
 
 
-def _watch(lockstep: Lockstep, truth: Truth, seconds: float) -> Motion:
+def _watch(lockstep: Lockstep, truth: Truth, seconds: float, parting: Parting) -> Motion:
     cycle, rate = lockstep.session.cycle, lockstep.session.config.loop.rate
-    least, contact, left, stopped, tick = inf, inf, round(AFTER * rate), inf, 0
-    reason = detail = ""
-    while tick < seconds * rate and left:
+    least, contact, left, stopped, tick, look = inf, inf, round(AFTER * rate), inf, 0, 1
+    reason, detail, began = "", "", False
+    while tick < (seconds + LATER * parting.blind) * rate and left:
         lockstep.tick()
         tick += 1
+        began |= cycle.mode in RENDERING
         if cycle.stops.last:
             if not reason:  # a stronger one may follow where the hand goes on pulling
                 said = cycle.stops.last.verdict
                 reason, detail, stopped = said.reason, said.detail, tick / rate
             left -= cycle.mode is not Mode.STOPPING
+        if tick < look:
+            continue
         near = truth.near(_place(lockstep.plant))
+        look = tick + max(1, int((near - NEAR) * rate / FASTEST))
         least = min(least, near)
         if near <= 0.0:
             contact = tick / rate
             break
-    return Motion(reason, stopped, detail, least, contact)
+    return Motion(reason, stopped, detail, began, least, contact)

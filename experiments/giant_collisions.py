@@ -96,4 +96,11 @@ def _rows(name: str, verdicts: Sequence[Verdict]) -> list[Row]:
             f"{kinds['kept away'] + kinds['halted for nothing']} of {others}",
             f"{kinds['kept away']} of them would have passed something within the margin",
         ),
+        Row(
+            f"{name}: motions that are none of both",
+            "-",
+            f"{len(verdicts) - towards - others} of {len(verdicts)}",
+            f"{kinds['never began']} in which the machine did not start, {kinds['other stop']} that"
+            " something else stopped",
+        ),
     ]

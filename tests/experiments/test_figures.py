@@ -80,7 +80,7 @@ def little_work(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(rhi_redundancy, "DIRECTIONS", 2)
     monkeypatch.setattr(rhi_redundancy, "SCAN", 300)
     touched, free = (
-        collisions.Motion(stop, 1.0, "", least, inf) for stop, least in (("", -0.01), ("x", 0.02))
+        collisions.Motion(stop, 1.0, "", True, least, inf) for stop, least in (("", -0.01), ("x", 0.02))
     )
     verdict = collisions.Verdict(1, 0.02, free, touched)
     monkeypatch.setattr(giant_collisions, "judge", lambda loaded, seed: verdict)
