@@ -1,11 +1,10 @@
-"""``hapticd study``: psychophysics with any parameter that a machine renders."""
+"""``hapticd study``: what people can tell of what a machine renders, and what they do with it."""
 
 from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Mapping
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,18 +13,20 @@ from ...runtime.command_line.outputs import folder
 from ...runtime.invocation import program
 
 if TYPE_CHECKING:
-    from ...runtime.configuration.config import Loaded
-    from .protocol import Design
-    from .psychometric import Psychometric
+    from .protocol import Design, Machines, Observer, Stimulus
 
 DESCRIPTION = """Measure what people can tell of what a machine renders: constant stimuli, weighted up-down
-staircases, or QUEST+, over any number in the machine's configuration.
+staircases, or QUEST+, over any number in the machine's configuration. Or let them do tasks with it, and rate
+how demanding they were (NASA TLX).
 
-The study's file names machine, parameter, task, method, question and consent. Each trial renders its stimuli
-in sessions of their own, in random order, and asks for a single key; the screen does not tell which stimulus
-it is. Every answer is on the disk before the next trial: after Ctrl-C or a crash the same command goes on."""
+The study's file names machine, what is rendered or done, questions and consent. Each trial has sessions of
+its own, in an order that the participant's label draws; the screen does not tell which stimulus it is.
+Every trial is on the disk before the next one: after Ctrl-C or a crash the same command goes on."""
 
-EPILOG = """a study, stiffness.toml:
+EPILOG = """built-in studies:
+{studies}
+
+a study, stiffness.toml:
   protocol = "threshold"
   name = "stiffness"
   machine = "rhi"                               # or a file
@@ -45,21 +46,26 @@ examples:
       a simulated observer answers; the machine is simulated and recorded all the same
   {program} study stiffness.toml --observer threshold=1050,scale=60,lapse=0.02 --runs 200
       rehearse: how well would this design find that threshold? Renders and writes nothing
+  {program} study usability --participant 01 --live
+  {program} study usability --participant sim1 --observer hand
+      a simulated hand does the tasks, and rates nothing
 
 exit status: 0 complete, 1 broken off, no consent, or a session failed, 2 bad usage or study, 3 by safety"""
 OBSERVER = ("threshold", "scale", "guess", "lapse")
+HAND = "hand"
+"""The observer that does things."""
 
 
 def add_study(commands: Commands) -> None:
     """Add `hapticd study`."""
     study = commands.add_parser(
         "study",
-        help="what people can tell of what a machine renders",
+        help="what people can tell of what a machine renders, and what they do with it",
         description=DESCRIPTION,
-        epilog=EPILOG.format(program=program()),
+        epilog=EPILOG.format(program=program(), studies=_listed()),
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    study.add_argument("study", type=file, metavar="FILE.toml", help="the study")
+    study.add_argument("study", type=file, metavar="STUDY", help="a TOML file, or the name of a built-in one")
     study.add_argument(
         "--participant", type=label, metavar="LABEL", help="letters and digits; the data are sub-LABEL"
     )
@@ -69,8 +75,9 @@ def add_study(commands: Commands) -> None:
     study.add_argument(
         "--observer",
         type=observer,
-        metavar="NUMBERS",
-        help="a simulated observer answers: threshold=T,scale=S and, if any, guess=G,lapse=L",
+        metavar="WHO",
+        help="a simulated participant: threshold=T,scale=S and, if any, guess=G,lapse=L answers; 'hand' does"
+        " the tasks",
     )
     study.add_argument(
         "--runs", type=count, metavar="N", help="rehearse with so many observers: bias and spread, no files"
@@ -89,17 +96,27 @@ def label(text: str) -> str:
     return text
 
 
-def observer(text: str) -> Psychometric:
-    """NAME=VALUE,... of a psychometric function."""
+def _listed() -> str:
+    """Built-in studies, and what each says of itself."""
+    from .built_in import built_in
+
+    return "\n".join(f"  {name}: {title}" for name, title in built_in().items())
+
+
+def observer(text: str) -> Observer:
+    """NAME=VALUE,... of a psychometric function, or a hand."""
+    from .protocol import SimulatedHand
     from .psychometric import Psychometric
 
+    if text == HAND:
+        return SimulatedHand()
     values: dict[str, float] = {}
     for part in text.split(","):
         key, _, number = part.partition("=")
         try:
             values[key.strip()] = float(number)
         except ValueError:
-            raise argparse.ArgumentTypeError(f"'{part}' is not NAME=NUMBER") from None
+            raise argparse.ArgumentTypeError(f"'{part}' is not NAME=NUMBER, nor '{HAND}'") from None
         if key.strip() not in OBSERVER:
             raise argparse.ArgumentTypeError(f"there is no '{key}'; known: {', '.join(OBSERVER)}")
     if not {"threshold", "scale"} <= values.keys():
@@ -115,7 +132,7 @@ def observer(text: str) -> Psychometric:
 def run(options: argparse.Namespace) -> int:
     """Rehearse, or lead a participant through the study."""
     from ...runtime.configuration.session import build
-    from .settings import StudyError, unit_of, with_values
+    from .settings import StudyError
     from .study_file import read_design
 
     text, design = read_design(options.study)
@@ -125,82 +142,93 @@ def run(options: argparse.Namespace) -> int:
         return _rehearse(design, options)
     if not options.participant:
         raise StudyError("whose answers are they? give --participant, or rehearse with --runs")
-    loaded = _machine(design, options.study)
-    units = [unit_of(loaded, key) for key in design.ends[0]]
+    if refusal := design.refusal(options.observer, options.live):
+        raise StudyError(refusal)
+    machines = _machines(design, options.study)
+    unit = design.unit(machines)
     for stimulus in design.ends:
-        build(with_values(loaded, dict(stimulus)))
-    return _sit(design, text, loaded, units, options)
+        build(stimulus.machine(machines))
+    return _sit(design, text, machines, unit, options)
 
 
-def _machine(design: Design, study: Path) -> Loaded:
-    """The machine that a study names: built in, or a file beside the study's."""
+def _machines(design: Design, study: Path) -> Machines:
+    """The machine that a study names, built in or a file beside the study's: with any twin."""
     from ...runtime.configuration import config
+    from ...runtime.configuration.known import BETWEEN
 
     beside = study.parent / design.machine
-    return config.load(str(beside) if beside.suffix == ".toml" else design.machine)
+    name = str(beside) if beside.suffix == ".toml" else design.machine
+    return cache(lambda twin: config.load(f"{name}{BETWEEN}{twin}" if twin else name))
 
 
-def _sit(design: Design, text: str, loaded: Loaded, units: list[str], options: argparse.Namespace) -> int:
+def _sit(design: Design, text: str, machines: Machines, unit: str, options: argparse.Namespace) -> int:
     import zlib
 
     from ...runtime.live.interrupts import Interrupted, held
     from .keys import Keys
-    from .rendering import SessionError, render
+    from .rendering import SessionError
     from .sitting import Sitting
 
     seed = zlib.crc32(f"{design.name} {options.participant}".encode())
-    course = design.course(seed, units[0] if units else "", options.observer)
+    course = design.course(seed, unit, options.observer)
     say = partial(print, file=sys.stderr, flush=True)
     with held():
-        sitting = Sitting(design, text, options.out, options.participant, course)
+        simulated = options.observer is not None
+        sitting = Sitting(design, text, options.out, options.participant, course, simulated)
         try:
             ask = None if options.observer else Keys(sys.stdin.fileno()).ask
-            if not sitting.consent(ask or _nobody, say, ask is None):
+            if not sitting.consent(ask or _nobody, say):
                 say("no consent: nothing was rendered")
                 return 1
             if sitting.done:
                 say(f"goes on after trial {sitting.done}")
-            sitting.run(partial(_rendered, render, loaded, design.seconds, options.live), ask, say)
+            sitting.run(partial(_rendered, machines, options.live), ask, say)
         except (Interrupted, EOFError) as error:
-            say(f"broken off after {sitting.done} answers; the same command goes on")
+            say(f"broken off after {sitting.done} trials; the same command goes on")
             return error.status if isinstance(error, Interrupted) else 1
         except SessionError as error:
-            say(f"broken off after {sitting.done} answers: {error}")
+            say(f"broken off after {sitting.done} trials: {error}")
             return error.status
         finally:
             sitting.write()
             sitting.close()
-    _tell(course.found(), units, options.json)
+    _tell(course.found(), unit, simulated, options.json)
     return 0
 
 
-def _rendered(
-    render: Any, loaded: Loaded, seconds: float, live: bool, values: Mapping[str, float], log: Path
-) -> None:
-    render(loaded, values, seconds, log, live)
+def _rendered(machines: Machines, live: bool, stimulus: Stimulus, log: Path) -> None:
+    from .rendering import render
+
+    render(stimulus.machine(machines), stimulus.seconds, log, live)
 
 
 def _nobody(keys: tuple[str, ...], wrong: object) -> str:
     return keys[0]
 
 
-def _tell(found: dict[str, Any], units: list[str], as_json: bool) -> None:
+def _tell(found: dict[str, Any], unit: str, simulated: bool, as_json: bool) -> None:
     import msgspec
 
     if as_json:
-        print(msgspec.json.encode({**found, "unit": units[0] if units else ""}).decode())
+        print(msgspec.json.encode({**found, "unit": unit, "simulated": simulated}).decode())
         return
-    unit = f" {units[0]}" if units and units[0] else ""
+    if simulated:
+        print("of a simulated participant")
     for key, value in found.items():
-        plain = key == "trials"
-        print(f"{key.replace('_', ' ')}: {value:.6g}{'' if plain else unit}")
+        shown = "n/a" if value is None else f"{value:.6g}"
+        print(f"{key.replace('_', ' ')}: {shown}{f' {unit}' if unit and key != 'trials' else ''}")
 
 
 def _rehearse(design: Design, options: argparse.Namespace) -> int:
     import msgspec
 
+    from .psychometric import Psychometric
     from .rehearsal import rehearse
+    from .settings import StudyError
+    from .threshold import ThresholdDesign
 
+    if not (isinstance(design, ThresholdDesign) and isinstance(options.observer, Psychometric)):
+        raise StudyError("--runs rehearses the search for a threshold; tasks are tried with --observer hand")
     found = rehearse(design, options.observer, options.runs)
     if options.json:
         print(msgspec.json.encode(found).decode())

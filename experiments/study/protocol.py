@@ -1,26 +1,80 @@
-"""What a study does, whatever its protocol: trials with stimuli, a question, and keys that answer it."""
+"""What a study does, whatever its protocol: trials, each of sessions of the machine and of questions."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, Protocol
 
+from ...runtime.configuration.config import Loaded
 from .psychometric import Psychometric
+
+Machines = Callable[[str], Loaded]
+"""The machine of a study with a twin; with "", as it is."""
+
+
+@dataclass(frozen=True, slots=True)
+class SimulatedHand:
+    """Takes part in a study of what people do."""
+
+
+Observer = Psychometric | SimulatedHand
+"""A simulated participant."""
+
+
+class Stimulus(Protocol):
+    """A session of the machine."""
+
+    @property
+    def seconds(self) -> float:
+        """How long it lasts."""
+
+    def machine(self, machines: Machines) -> Loaded:
+        """What renders it.
+
+        Raises:
+            StudyError: the study's machine cannot.
+            ConfigError: it does not take a value.
+        """
+
+
+@dataclass(frozen=True, slots=True)
+class Question:
+    """Something that participants are asked.
+
+    Attributes:
+        name: of the column that keeps the answer; text: for the participant.
+        answers: that are taken: single keys, or words and numbers that Enter ends.
+        hint: what answers look like; "" where they are few enough to be told.
+    """
+
+    name: str
+    text: str
+    answers: tuple[str, ...]
+    hint: str = ""
+
+    @property
+    def told(self) -> str:
+        """What answers look like."""
+        return self.hint or " or ".join(self.answers)
 
 
 @dataclass(frozen=True, slots=True)
 class Trial:
-    """One question to a participant.
+    """What happens until something is written down.
 
     Attributes:
-        stimuli: what is rendered, one session each: values by keys of the machine's configuration.
-        question: to answer then; keys: that answer it.
+        stimuli: the sessions.
+        questions: what is asked after them.
+        instruction: what the participant is to do, who begins it then; "" where there is nothing to do.
+        may_stop: whether a session that safety stopped says something, too, and is not repeated.
     """
 
-    stimuli: tuple[Mapping[str, float], ...]
-    question: str
-    keys: tuple[str, ...]
+    stimuli: tuple[Stimulus, ...]
+    questions: tuple[Question, ...]
+    instruction: str = ""
+    may_stop: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,19 +98,27 @@ class Course(Protocol):
 
     @property
     def columns(self) -> Mapping[str, Column]:
-        """What ``answer`` returns."""
+        """What trials give: answers, what was measured, and what both mean."""
 
     def next(self) -> Trial | None:
-        """The trial that is to be answered now; None at the end."""
+        """The trial that is now; None at the end."""
 
-    def answer(self, key: str) -> dict[str, Any]:
-        """Take the answer to it; one value a column."""
+    def measure(self, logs: Sequence[Path], stopped: bool) -> dict[str, Any]:
+        """What the recordings of its sessions say; ``stopped``: whether safety ended one.
 
-    def simulate(self) -> str:
-        """The key with which the observer answers it; only with an observer."""
+        Raises:
+            StudyError: nothing can be said of them.
+            LogError: one is damaged.
+        """
+
+    def take(self, given: Mapping[str, Any]) -> dict[str, Any]:
+        """Take its answers and what was measured; what they mean."""
+
+    def simulate(self) -> dict[str, str]:
+        """What the observer answers; only with an observer."""
 
     def found(self) -> dict[str, Any]:
-        """What the answers say so far."""
+        """What the trials say so far; None where nothing was measured."""
 
 
 class Design(Protocol):
@@ -71,19 +133,25 @@ class Design(Protocol):
         """Configuration or built-in name."""
 
     @property
-    def seconds(self) -> float:
-        """Of the session of each stimulus."""
-
-    @property
     def consent(self) -> str:
         """What the participant agrees to."""
 
     def problem(self) -> str:
         """What is wrong with it; "" where nothing is."""
 
-    def course(self, seed: int, unit: str = "", observer: Psychometric | None = None) -> Course:
-        """The trials of the participant of a seed; ``unit`` is that of the parameter."""
+    def refusal(self, observer: Observer | None, live: bool) -> str:
+        """Why such a participant cannot take part, None being a person, live or not; "" who can."""
+
+    def unit(self, machines: Machines) -> str:
+        """In which ``found`` is.
+
+        Raises:
+            StudyError: the machine does not fit the study.
+        """
+
+    def course(self, seed: int, unit: str = "", observer: Observer | None = None) -> Course:
+        """The trials of the participant of a seed."""
 
     @property
-    def ends(self) -> tuple[Mapping[str, float], ...]:
+    def ends(self) -> tuple[Stimulus, ...]:
         """Stimuli beyond which it shows none: the machine must take them all."""

@@ -18,7 +18,7 @@ def rehearse(design: Design, observer: Psychometric, runs: int) -> dict[str, flo
     for seed in range(runs):
         course = design.course(seed, observer=observer)
         while course.next() is not None:
-            course.answer(course.simulate())
+            course.take(course.simulate())
         found = course.found()
         thresholds.append(found["threshold"])
         trials.append(found["trials"])

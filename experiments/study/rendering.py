@@ -1,14 +1,12 @@
-"""Renders a stimulus: a session of the machine with the stimulus's values, recorded."""
+"""Renders a stimulus: a session of the machine, recorded."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from pathlib import Path
 
 from ...runtime.configuration.config import Loaded
 from ...runtime.live import daemon, lockstep_run
 from ...runtime.live.interrupts import Interrupted
-from .settings import with_values
 
 
 class SessionError(Exception):
@@ -23,18 +21,21 @@ class SessionError(Exception):
         super().__init__(message)
 
 
-def render(loaded: Loaded, values: Mapping[str, float], seconds: float, log: Path, live: bool) -> None:
+SAFETY = 3
+"""The status of a session that safety stopped."""
+
+
+def render(loaded: Loaded, seconds: float, log: Path, live: bool) -> None:
     """Run the machine for so many seconds, live or in lockstep.
 
     Raises:
         SessionError: the session stopped by itself.
         Interrupted: a signal ended it; the machine is at rest.
     """
-    changed = with_values(loaded, dict(values))
     if live:
-        outcome = daemon.run(changed, log, seconds, False)
+        outcome = daemon.run(loaded, log, seconds, False)
     else:
-        outcome = lockstep_run.run(changed, log, seconds, False, quiet=True)
+        outcome = lockstep_run.run(loaded, log, seconds, False, quiet=True)
     if outcome.signals:
         raise Interrupted(outcome.signals[0])
     if outcome.status:

@@ -1,36 +1,53 @@
-"""Reads the file of a study."""
+"""Reads the file of a study: of one's own, or one that comes with the program."""
 
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import msgspec
 
+from ...runtime.command_line.arguments import meant
 from ...runtime.configuration.toml_reader import read
+from .built_in import SUFFIX, built_in, built_in_text
 from .protocol import Design
 from .settings import StudyError
+from .tasks import TasksDesign
 from .threshold import ThresholdDesign
 
-PROTOCOLS = ThresholdDesign
-"""What `protocol` may name; more of them become a union."""
+PROTOCOLS = ThresholdDesign | TasksDesign
+"""What `protocol` may name."""
 
 
-def read_design(path: Path) -> tuple[str, Design]:
-    """Text of the file, and the study in it.
+def read_design(study: Path) -> tuple[str, Design]:
+    """Text of the file, or of a built-in study, and the study in it.
 
     Raises:
-        StudyError: there is no such file, or what is wrong with the study.
+        StudyError: there is no such study, or what is wrong with it.
         ConfigError: it is no TOML.
     """
+    text = _text(study)
     try:
-        text = path.read_text(encoding="utf-8")
+        design: Design = msgspec.convert(read(text, str(study)), type=PROTOCOLS, dec_hook=_quantity)
+    except msgspec.ValidationError as error:
+        raise StudyError(f"{study}: {error}; docs/study.md shows whole ones") from error
+    if problem := design.problem():
+        raise StudyError(f"{study}: {problem}")
+    return text, design
+
+
+def _text(study: Path) -> str:
+    if not study.suffix and not study.exists():
+        if str(study) not in (known := built_in()):
+            hint = meant(str(study), known)
+            raise StudyError(f"there is no study '{study}'; {hint}, or give a FILE{SUFFIX}")
+        return built_in_text(str(study))
+    try:
+        return study.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
         why = error.strerror if isinstance(error, OSError) else "is not UTF-8"
-        raise StudyError(f"cannot read {path}: {why}") from error
-    try:
-        design: Design = msgspec.convert(read(text, str(path)), type=PROTOCOLS)
-    except msgspec.ValidationError as error:
-        raise StudyError(f"{path}: {error}; `study --help` shows a whole one") from error
-    if problem := design.problem():
-        raise StudyError(f"{path}: {problem}")
-    return text, design
+        raise StudyError(f"cannot read {study}: {why}") from error
+
+
+def _quantity(kind: type, value: Any) -> Any:
+    return kind.read(value)  # type: ignore[attr-defined]

@@ -2,24 +2,41 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
 from random import Random
 from typing import Annotated, Any, Literal
 
 from msgspec import Meta
 
 from ...configs.strict import Strict
+from ...runtime.configuration.config import Loaded
+from .entries import Count, Label, Seconds, Text
 from .methods import Constant, Method, QuestPlus, Staircase
-from .protocol import Column, Trial
+from .protocol import Column, Machines, Observer, Question, Trial
 from .psychometric import Posterior, Psychometric
+from .settings import unit_of, with_values
 
 Level = Annotated[float, Meta(ge=-1e9, le=1e9)]
-Count = Annotated[int, Meta(ge=1, le=10_000)]
 Share = Annotated[float, Meta(gt=0.0, lt=1.0)]
-Text = Annotated[str, Meta(min_length=1, max_length=10_000)]
-Label = Annotated[str, Meta(pattern="^[A-Za-z0-9]+$", max_length=40)]
+KEY = "key"
+"""The column of what was pressed."""
 FORCED = 0.5
 """Guess rate where one of two intervals must be chosen."""
+
+
+@dataclass(frozen=True, slots=True)
+class Shown:
+    """A stimulus: the machine with another value of a parameter, in the unit of its configuration."""
+
+    parameter: str
+    value: float
+    seconds: float
+
+    def machine(self, machines: Machines) -> Loaded:
+        """See ``Stimulus``."""
+        return with_values(machines(""), {self.parameter: self.value})
 
 
 class ConstantStimuli(Strict, frozen=True, tag_field="kind", tag="constant"):
@@ -59,16 +76,16 @@ class ThresholdDesign(Strict, frozen=True, kw_only=True, tag_field="protocol", t
     task: Literal["detect", "greater", "forced"]
     question: Text
     consent: Text
-    seconds: Annotated[float, Meta(gt=0.0, le=3600.0)]
+    seconds: Seconds
     method: ConstantStimuli | UpDown | Quest
     reference: Level | None = None
     guess: Annotated[float, Meta(ge=0.0, le=0.5)] = 0.0
 
     @property
-    def ends(self) -> tuple[Mapping[str, float], ...]:
+    def ends(self) -> tuple[Shown, ...]:
         """See ``Design``."""
         base = self.reference if self.task == "forced" and self.reference is not None else 0.0
-        return tuple({self.parameter: base + level} for level in self.range)
+        return tuple(Shown(self.parameter, base + level, self.seconds) for level in self.range)
 
     @property
     def range(self) -> tuple[float, float]:
@@ -91,8 +108,19 @@ class ThresholdDesign(Strict, frozen=True, kw_only=True, tag_field="protocol", t
             return f'guess: is for task = "detect"; "{self.task}" has its own; leave it out'
         return ""
 
-    def course(self, seed: int, unit: str = "", observer: Psychometric | None = None) -> ThresholdCourse:
+    def refusal(self, observer: Observer | None, live: bool) -> str:
         """See ``Design``."""
+        if observer is None or isinstance(observer, Psychometric):
+            return ""
+        return "a hand has no threshold; --observer threshold=T,scale=S answers as one that has"
+
+    def unit(self, machines: Machines) -> str:
+        """See ``Design``."""
+        return unit_of(machines(""), self.parameter)
+
+    def course(self, seed: int, unit: str = "", observer: Observer | None = None) -> ThresholdCourse:
+        """See ``Design``."""
+        assert observer is None or isinstance(observer, Psychometric)
         return ThresholdCourse(self, seed, unit, observer)
 
 
@@ -138,11 +166,12 @@ class ThresholdCourse:
             "level": Column(f"level {what} {self._design.parameter}", self._unit),
             **({"interval": Column("interval that held the level", levels=order)} if compared else {}),
             "response": Column("what the answer means", levels={"1": yes, "0": no}),
+            KEY: Column("key that was pressed"),
         }
 
     def next(self) -> Trial | None:
         """See ``Course``."""
-        design, key = self._design, self._design.parameter
+        design = self._design
         if self._asked == self._answered:
             self._level = self._method.level()
             self._second, self._luck = self._random.random() < 0.5, self._random.random()
@@ -150,18 +179,24 @@ class ThresholdCourse:
         if self._level is None:
             return None
         if design.task == "detect":
-            return Trial(({key: self._level},), design.question, ("y", "n"))
-        reference = design.reference
-        assert reference is not None
-        shown = reference + self._level if design.task == "forced" else self._level
-        pair = ({key: reference}, {key: shown}) if self._second else ({key: shown}, {key: reference})
-        return Trial(pair, design.question, ("1", "2"))
+            values, keys = [self._level], ("y", "n")
+        else:
+            assert design.reference is not None
+            shown = design.reference + self._level if design.task == "forced" else self._level
+            values = [design.reference, shown] if self._second else [shown, design.reference]
+            keys = ("1", "2")
+        stimuli = tuple(Shown(design.parameter, value, design.seconds) for value in values)
+        return Trial(stimuli, (Question(KEY, design.question, keys),))
 
-    def answer(self, key: str) -> dict[str, Any]:
+    def measure(self, logs: Sequence[Path], stopped: bool) -> dict[str, Any]:
+        """See ``Course``: the answers say everything."""
+        return {}
+
+    def take(self, given: Mapping[str, Any]) -> dict[str, Any]:
         """See ``Course``."""
         level = self._level
         assert level is not None and self._asked > self._answered
-        yes = key == self._yes
+        yes = given[KEY] == self._yes
         self._posterior.observe(level, yes)
         self._method.answer(yes)
         self._answered += 1
@@ -175,11 +210,11 @@ class ThresholdCourse:
             return "y"
         return "2" if self._second else "1"
 
-    def simulate(self) -> str:
+    def simulate(self) -> dict[str, str]:
         """See ``Course``."""
         assert self._observer is not None and self._level is not None
         yes, no = self._yes, {"y": "n", "1": "2", "2": "1"}[self._yes]
-        return yes if self._luck < self._observer.probability(self._level) else no
+        return {KEY: yes if self._luck < self._observer.probability(self._level) else no}
 
     def found(self) -> dict[str, Any]:
         """See ``Course``."""

@@ -5,7 +5,7 @@ import os
 import pty
 import signal
 import threading
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from math import log
 from pathlib import Path
 from random import Random
@@ -16,11 +16,13 @@ import pytest
 from hapticd.configs import read_text
 from hapticd.experiments.study.keys import Keys
 from hapticd.experiments.study.methods import Constant, QuestPlus, Staircase
+from hapticd.experiments.study.protocol import Stimulus
 from hapticd.experiments.study.psychometric import Posterior, Psychometric
 from hapticd.experiments.study.rehearsal import rehearse
 from hapticd.experiments.study.settings import StudyError, unit_of, with_values
 from hapticd.experiments.study.sitting import WIDTH, Sitting
 from hapticd.experiments.study.study_file import read_design
+from hapticd.experiments.study.threshold import Shown
 from hapticd.runtime.command_line.cli import main
 from hapticd.runtime.configuration.config import load
 from hapticd.runtime.errors import ConfigError
@@ -160,13 +162,14 @@ def sit(path: Path, out: Path, keys: str, rendered: list[float], said: list[str]
     text, design = read_design(path)
     sitting = Sitting(design, text, out, "01", design.course(7, "N/m"))
 
-    def render(values: Mapping[str, float], log_file: Path) -> None:
-        rendered.extend(values.values())
+    def render(stimulus: Stimulus, log_file: Path) -> None:
+        assert isinstance(stimulus, Shown)
+        rendered.append(stimulus.value)
         log_file.write_text("a session")
 
     try:
         person = Person(keys)
-        assert sitting.consent(person.ask, said.append, False)
+        assert sitting.consent(person.ask, said.append)
         sitting.run(render, person.ask, said.append)
     except Interrupted:
         pass
