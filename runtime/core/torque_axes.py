@@ -21,6 +21,10 @@ from .sections import Config
 CONTRADICTION = 0.1
 """Part of a spring's deflection under the axis' largest torque by which its encoders and its torque sensor
 may contradict each other (row 11): what such torque sensors are good for."""
+ENCODERS = 0.04
+"""Part of the margin behind an axis' limits by which its encoders may contradict its torque sensor all the
+same, however stiff the spring: eccentric discs and uneven gears turn by some tenths of a milliradian less or
+more than they should, and half of this must be enough for them."""
 RUB = 0.1
 """Part of the torque that a gear carries which its friction may take besides a contradiction."""
 ROTOR_DOUBT = 0.3
@@ -140,7 +144,8 @@ class TorqueAxes:
         drives, n, dt = JointDrives(image), len(self.names), 1.0 / config.loop.rate
         stiff = self.believed if stiffness is None else stiffness
         compliance = (1.0 / stiff).tolist()
-        yields = [CONTRADICTION * most * c for most, c in zip(self.torque, compliance, strict=True)]
+        rows = zip(self.torque, compliance, self.margins(config), strict=True)
+        yields = [max(CONTRADICTION * most * c, ENCODERS * margin) if c else 0.0 for most, c, margin in rows]
         frozen = [FROZEN_LOAD * most for most in self.torque], [0.5 * way or inf for way in yields]
         elastic = max(compliance) > 0.0
         found = axes(

@@ -62,6 +62,57 @@ def stays(bench: benches.Bench) -> None:
     assert (known(bench) == BELIEVED).all()
 
 
+ERRING = """
+[simulation.sensors.motor_encoder]
+bias = "0.2 mrad"
+
+[simulation.sensors.link_encoder]
+bias = "0.2 mrad"
+
+[simulation.sensors.load_torque]
+noise = "0.1 N m"
+bias = "0.5 N m"
+
+[simulation.arm]
+"""
+WRIST = 5
+"""Joint 6 of the Panda: its spring yields 2 mrad under the whole 12 N m of its motor."""
+
+UNEQUAL = 3
+"""Seed of sensors of which two contradict each other by more than the springs' tenth."""
+
+
+def erring(seed: int) -> Bench:
+    old = "[simulation]\nseed = 1\n", f"[simulation]\nseed = {seed}\n"
+    return Bench(old, ("\n[simulation.arm]\n", ERRING), machine="panda")
+
+
+engaged: Callable[[], benches.Bring] = functools.cache(lambda: after(Mode.ACTIVE, 200))
+
+
+def test_encoders_of_stiff_springs_may_be_off_by_what_encoders_are() -> None:
+    agrees(benches.parked(erring, UNEQUAL, engaged()))
+
+
+@in_a_copy
+def agrees(bench: benches.Bench) -> None:
+    assert bench.mode is Mode.ACTIVE, bench.reason
+
+
+@pytest.mark.parametrize("slip", [-2.5e-3, 2.5e-3])
+@pytest.mark.parametrize("field", ["position", "link_position"])
+def test_an_encoder_of_a_stiff_spring_that_slips_is_found(field: str, slip: float) -> None:
+    slips(benches.parked(erring, UNEQUAL, engaged()), field, slip)
+
+
+@in_a_copy
+def slips(bench: benches.Bench, field: str, slip: float) -> None:
+    node = bench.joints[WRIST]
+    bench.after_sensing(lambda: setattr(node, field, getattr(node, field) + slip))
+    bench.run(30)
+    assert bench.reason in ("encoder_mismatch", "velocity_mismatch")
+
+
 LIES: dict[str, tuple[str, Callable[[float], float]]] = {
     "torque sensor off": ("load_torque", lambda truth: truth + 35.0),
     "torque sensor turned over": ("load_torque", lambda truth: -truth),
