@@ -16,7 +16,7 @@ from cryptography.x509.oid import ExtendedKeyUsageOID, NameOID
 
 from .credentials import AUTHORITY, CERTIFICATE, KEY, read_certificate, read_key
 from .errors import KeysError
-from .stations import Role, Station
+from .stations import Station
 
 AUTHORITY_FOLDER: Final = "authority"
 AUTHORITY_DAYS: Final = 3650
@@ -93,9 +93,7 @@ def _make_station(
     signer: ec.EllipticCurvePrivateKey,
 ) -> None:
     key = ec.generate_private_key(ec.SECP256R1())
-    purpose = (
-        ExtendedKeyUsageOID.SERVER_AUTH if station.role is Role.AVATAR else ExtendedKeyUsageOID.CLIENT_AUTH
-    )
+    purpose = ExtendedKeyUsageOID.SERVER_AUTH if station.role.waits else ExtendedKeyUsageOID.CLIENT_AUTH
     end = min(now + timedelta(days=days), authority.not_valid_after_utc)
     name = x509.Name([x509.NameAttribute(NameOID.COMMON_NAME, station.name)])
     public, signing = key.public_key(), signer.public_key()

@@ -19,13 +19,20 @@ class Role(StrEnum):
     """What a station may do.
 
     An avatar is moved, and never asks. An operator moves it, one at a time. A maintainer may end an
-    operator's session, and moves nothing. An observer may ask who moves it.
+    operator's session, and moves nothing. An observer may ask who moves it, and look at what a publisher
+    shows; neither moves anything.
     """
 
     AVATAR = "avatar"
     OPERATOR = "operator"
     MAINTAINER = "maintainer"
     OBSERVER = "observer"
+    PUBLISHER = "publisher"
+
+    @property
+    def waits(self) -> bool:
+        """Whether others call such a station, and it calls nobody."""
+        return self in (Role.AVATAR, Role.PUBLISHER)
 
 
 class Station(NamedTuple):

@@ -13,7 +13,7 @@ from .arguments import Commands, count, file, number
 if TYPE_CHECKING:
     from ...link.round_trip import Comparison, Trips
 
-ROLES: Final = ("avatar", "operator", "maintainer", "observer")
+ROLES: Final = ("avatar", "operator", "maintainer", "observer", "publisher")
 MOST_DAYS: Final = 36500
 LEAST_SIZE, MOST_SIZE = 9, 1176
 MOST_FORGED: Final = 255
@@ -27,7 +27,8 @@ station: the authority that is there signs that, too. Nothing is ever overwritte
   avatar      is moved; waits for the others
   operator    moves an avatar, one operator at a time
   maintainer  may end an operator's session
-  observer    may ask who moves an avatar"""
+  observer    may ask who moves an avatar, and look at what a publisher shows
+  publisher   shows a session to observers (hapticd share), and moves nothing"""
 
 
 def add_link(commands: Commands) -> None:
