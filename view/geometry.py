@@ -52,6 +52,11 @@ class Grips:
             for grip in grips
         ]
 
+    def tips(self) -> list[tuple[int, Array]]:
+        """The joint that carries each, and its place in that joint's frame (3,) [m]."""
+        frames = [(self._robot.model.frames[frame], inside) for frame, inside, _ in self._grips]
+        return [(int(frame.parentJoint), (frame.placement * inside).translation) for frame, inside in frames]
+
     def place(self, posture: Sequence[float], wrenches: Sequence[float]) -> list[tuple[pin.SE3, Array]]:
         """Pose of each grip, and the wrench there, (6,) [N, N m], both in the base's axes."""
         model, data = self._robot.model, self._robot.data
@@ -74,7 +79,7 @@ class Geometry:
     def __init__(self, robot: Robot, urdf: str, grips: Sequence[Grip]) -> None:
         """The shapes that the description shows, or else a skeleton of its joints."""
         self._robot, self._grips = robot, Grips(robot, grips)
-        self.shapes = _visible(robot, urdf) or _skeleton(robot, [robot.frame(grip.frame) for grip in grips])
+        self.shapes = _visible(robot, urdf) or _skeleton(robot, self._grips.tips())
 
     def place(
         self, posture: Sequence[float], wrenches: Sequence[float]
@@ -120,13 +125,12 @@ def _shape(visual: Any) -> Shape | None:
     return Shape(int(visual.parentJoint), kind, size, pose(visual.placement), colour)
 
 
-def _skeleton(robot: Robot, grips: Sequence[int]) -> list[Shape]:
-    """A capsule from each joint to the next, and a drum about each that turns."""
+def _skeleton(robot: Robot, tips: Sequence[tuple[int, Array]]) -> list[Shape]:
+    """A capsule from each joint to the next and to the grips, and a drum about each that turns."""
     model = robot.model
-    frames = [model.frames[grip] for grip in grips]
     ends = [(model.parents[j], model.jointPlacements[j].translation) for j in range(1, model.njoints)]
-    ends += [(frame.parentJoint, frame.placement.translation) for frame in frames]
-    reach = sum(float(np.linalg.norm(end)) for _, end in ends) / len(frames)  # of each of its arms
+    ends += tips
+    reach = sum(float(np.linalg.norm(end)) for _, end in ends) / len(tips)  # of each of its arms
     thick = THICKNESS * max(reach, 1e-3)
     shapes = [link for joint, end in ends if (link := _link(int(joint), end, thick))]
     for joint in range(1, model.njoints):
@@ -135,9 +139,8 @@ def _skeleton(robot: Robot, grips: Sequence[int]) -> list[Shape]:
         if np.linalg.norm(axis) > 0.5:
             turned = _along(axis / np.linalg.norm(axis), np.zeros(3))
             shapes.append(Shape(joint, "cylinder", [1.3 * thick, 3.0 * thick], pose(turned), list(JOINT)))
-    for frame in frames:
-        tip = pin.SE3(np.eye(3), np.array(frame.placement.translation))
-        shapes.append(Shape(int(frame.parentJoint), "sphere", [0.6 * thick], pose(tip), list(TIP)))
+    for joint, tip in tips:
+        shapes.append(Shape(joint, "sphere", [0.6 * thick], pose(pin.SE3(np.eye(3), tip)), list(TIP)))
     return shapes
 
 

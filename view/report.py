@@ -13,7 +13,7 @@ import numpy as np
 
 from ..runtime.core.events import Severity
 from ..runtime.core.modes import Mode
-from ..runtime.recording.channels import Group
+from ..runtime.recording.channels import MET, SLACK, Group, slacks
 from ..runtime.recording.summary import Report
 from .session import Recorded, group
 from .svg import Plot, Series, histogram, number
@@ -38,8 +38,8 @@ def page(found: Recorded) -> str:
         _section("Limits", _active(found) + _grid(_limits(found))),
         _section("The hand", _grid(_hand(found))),
         _section("Punctuality", _punctuality(found)),
-        _section("Solver and figures", _grid(_figures(found, Group.FIGURES))),
-        _section("Trust and losses", _grid(_figures(found, Group.SAFETY))),
+        _section("Solver and figures", _levels(found) + _grid(_figures(found, Group.FIGURES, Group.SOLVER))),
+        _section("Bus, trust and losses", _grid(_figures(found, Group.BUS, Group.SAFETY))),
         _foot(found),
     )
     return (
@@ -191,10 +191,35 @@ def _hand(found: Recorded) -> Iterator[Plot]:
         yield _plot(found, "work of the hand", "J", [work], note=note, names=["work"])
 
 
-def _figures(found: Recorded, which: Group) -> Iterator[Plot]:
-    for channel in group(found, which):
+def _levels(found: Recorded) -> str:
+    """Whether each level of the solver was met throughout, or by how much and how often it had to yield."""
+    levels = slacks(found.channels.specs)
+    if not levels or not len(found.columns.ticks):
+        return ""
+    rows = []
+    for place, (channel, name, unit) in enumerate(levels, 1):
+        high = found.columns.high[:, channel]
+        yielded = high > MET
+        words = "met throughout"
+        if yielded.any():
+            words = (
+                f"by {number(high.max())} {unit} at most, during {100.0 * yielded.mean():.3g} % of the time"
+            )
+        rows.append(
+            f"<tr><td>{place}</td><td class=text>{escape(name)}</td><td class=text>{escape(words)}</td></tr>"
+        )
+    head = "<th>level</th><th class=text>name</th><th class=text>yields to those above it</th>"
+    return (
+        '<div class="card" style="margin-bottom:12px"><table>'
+        f"<thead><tr>{head}</tr></thead><tbody>{''.join(rows)}</tbody></table></div>"
+    )
+
+
+def _figures(found: Recorded, *which: Group) -> Iterator[Plot]:
+    for channel in (each for one in which for each in group(found, one)):
         spec = found.channels.specs[channel]
-        if found.columns.high[:, channel].any() or found.columns.low[:, channel].any():
+        least = MET if spec.name.startswith(SLACK) else 0.0
+        if max(found.columns.high[:, channel].max(), -found.columns.low[:, channel].min()) > least:
             yield _plot(found, spec.name, spec.unit, [channel])
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import socket
+from collections.abc import Mapping
 from math import isfinite
 from pathlib import Path
 from time import monotonic, sleep
@@ -64,8 +65,7 @@ class Drawn:
         system = session.system
         self.session, self.channels = session, Channels(session)
         self.scene = system.scene(session.config) if system.scene else None
-        machine = session.cycle.machine
-        self._remarks = machine.remarks if isinstance(machine, Solving) else {}
+        self._remarks = _remarks(session)
         self._geometry = _geometry(session, self.scene) if self.scene else None
         self._pressing = _pressing(session, self.scene) if self.scene else None
 
@@ -122,6 +122,11 @@ class Drawn:
                 said["strength"] = [_short(value) for value in axes]
                 said["reachable"] = [_short(value) for value in reachable]
         return msgspec.json.encode(said)
+
+
+def _remarks(session: Session) -> Mapping[int, str]:
+    machine = session.cycle.machine
+    return machine.remarks if isinstance(machine, Solving) else {}
 
 
 def _geometry(session: Session, scene: MachineScene) -> Geometry:
@@ -204,6 +209,7 @@ class SessionWatch:
         name: of its configuration.
         rate: of its loop [Hz].
         channels: of its machine.
+        remarks: what each status of its solver but 0 means.
         newest: frame, None before the first.
         said: events, the newest last.
     """
@@ -218,7 +224,8 @@ class SessionWatch:
         self._frames = Subscriber(path)
         about = self._frames.about
         self.name, self.rate = os.path.basename(about.config), about.rate
-        self.channels = Channels(build(_loaded(about))).specs
+        session = build(_loaded(about))
+        self.channels, self.remarks = Channels(session).specs, _remarks(session)
         self.newest: Frame | None = None
         self.said: list[Said] = []
 

@@ -11,6 +11,8 @@ from ..runtime.command_line.arguments import Commands, count
 LOOK_S = 0.2
 PATIENCE_S = 2.0
 """How long the first frame may take."""
+PIPED = 80
+"""Columns where there is no terminal."""
 
 
 def add_top(commands: Commands) -> None:
@@ -18,9 +20,9 @@ def add_top(commands: Commands) -> None:
     top = commands.add_parser(
         "top",
         help="the essentials of the running session in a terminal",
-        description="Mode, switches, punctuality, force, limits and losses of the session that runs, from any"
-        " other terminal, e.g. over ssh. Only looks; the session does not notice. Through a pipe it prints"
-        " them once. Ctrl-C ends it.",
+        description="Mode, switches, punctuality, force, solver, limits, bus and recording of the session"
+        " that runs, from any other terminal, e.g. over ssh. Only looks; the session does not notice. Through"
+        " a pipe it prints them once. Ctrl-C ends it.",
     )
     top.add_argument(
         "--session", type=count, metavar="PID", help="of the daemon, where several run; default: the newest"
@@ -56,7 +58,8 @@ def run(options: argparse.Namespace) -> int:
         return 0
     while True:
         columns, high = terminal_size(1)
-        lines = rows(watch.newest, watch.name, watch.channels, watch.said, watch.rate, high if live else 1000)
+        size = (columns, high) if live else (PIPED, 1000)
+        lines = rows(watch.newest, watch, watch.said, size)
         if not live:
             print("\n".join(lines))
             return 0

@@ -39,7 +39,7 @@ class RenderingFigures:
             return []
         force = f"force {hypot(*state['wrench'][:3].tolist()):.0f} N"
         spent = [f"joint {i + 1} at its {_limit(state, i)}" for i in np.flatnonzero(state["spent"])[:1]]
-        return [force, *_led(state), *_pushed(state), *spent, *_chain(state)]
+        return [force, *_led(state), *_damped(state), *_pushed(state), *spent, *_chain(state)]
 
 
 def _led(state: np.void) -> Iterator[str]:
@@ -47,6 +47,12 @@ def _led(state: np.void) -> Iterator[str]:
     if "standing" in (state.dtype.names or ()):
         word = "stopped" if state["stopped"] else WORDS[STANDINGS[int(state["standing"])]]
         yield f"avatar {word} {hypot(*state['felt'][:3].tolist()):.0f} N"
+
+
+def _damped(state: np.void) -> Iterator[str]:
+    """What keeps a handle passive, where it would not be."""
+    if "damping" in (state.dtype.names or ()) and state["damping"].any():
+        yield "damped by {:.3g} N s/m and {:.3g} N m s/rad".format(*state["damping"].tolist())
 
 
 def _pushed(state: np.void) -> Iterator[str]:

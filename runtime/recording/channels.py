@@ -6,6 +6,7 @@ limits, its figures and its scene, and from what every record begins with.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from math import inf
@@ -49,6 +50,11 @@ class Channel:
     upper: float = inf
 
 
+HEARD = "dead-man last heard"
+STATUS, PROVEN, SLACK = "solver status", "levels proven", "slack of "
+"""Channels of a machine that solves a hierarchy; of the last one a level each."""
+MET = 1e-6
+"""A level with no more slack is met."""
 FORCE = tuple(f"force {axis}" for axis in "xyz")
 TORQUE = tuple(f"torque {axis}" for axis in "xyz")
 
@@ -91,11 +97,11 @@ class Channels:
             Group.BUS: [
                 Channel("frames received", "", Group.BUS),
                 Channel("frames discarded", "", Group.BUS),
-                Channel("dead-man last heard", "ms", Group.BUS),
+                Channel(HEARD, "ms", Group.BUS),
             ],
             Group.SOLVER: [
-                *(Channel(name, "", Group.SOLVER) for name in ("solver status", "levels proven") if levels),
-                *(Channel(f"slack of {level.name}", level.unit, Group.SOLVER) for level in levels),
+                *(Channel(name, "", Group.SOLVER) for name in (STATUS, PROVEN) if levels),
+                *(Channel(f"{SLACK}{level.name}", level.unit, Group.SOLVER) for level in levels),
             ],
         }
         self.specs = tuple(spec for specs in groups.values() for spec in specs)
@@ -128,6 +134,15 @@ def _solver(state: np.void) -> list[float]:
     """Status, levels proven and the slack of each; what was refused has none."""
     slack: list[float] = np.nan_to_num(state["slack"]).tolist()
     return [float(state["status"]), float(state["levels_done"]), *slack]
+
+
+def slacks(channels: Sequence[Channel]) -> list[tuple[int, str, str]]:
+    """Of each level of the solver: where its slack stands among the channels, its name, its unit."""
+    return [
+        (k, channel.name.removeprefix(SLACK), channel.unit)
+        for k, channel in enumerate(channels)
+        if channel.group is Group.SOLVER and channel.name.startswith(SLACK)
+    ]
 
 
 def measured(mode: int) -> bool:

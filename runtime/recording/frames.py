@@ -57,6 +57,7 @@ class Frame(msgspec.Struct, kw_only=True):
         since: tick of this session since which the dead-man switch is as it is.
         received: frames that came over the bus in this session.
         stored: of a session that is being recorded, see ``Stored``.
+        doing: what the machine says of itself now, see ``MachineFigures.live``.
         posture: of the model's joints (nv,) [rad or m]; empty before it was measured, as all that follow.
         wrench: of the hand on the machine (6,) [N, N m].
         twin: its place (3,) [m]; None without one.
@@ -77,6 +78,7 @@ class Frame(msgspec.Struct, kw_only=True):
     since: int = 0
     received: int = 0
     stored: Stored | None = None
+    doing: list[str] = []
     posture: list[float] = []
     wrench: list[float] = []
     twin: list[float] | None = None
@@ -96,7 +98,7 @@ class FrameMaker:
     def __init__(self, session: Session) -> None:
         config, system = session.config, session.system
         self.channels = Channels(session)
-        self._scene = system.scene(config) if system.scene else None
+        self._scene, self._figures = system.scene(config) if system.scene else None, system.figures()
         self._safety = safety_inputs(session.network)
         count = len(self.channels.specs)
         self._low, self._high, self._sum = np.empty(count), np.empty(count), np.empty(count)
@@ -163,8 +165,9 @@ class FrameMaker:
         frame.e_stop_closed = bool((inputs & EMERGENCY_STOP == EMERGENCY_STOP).all())
         frame.low, frame.high = self._low.tolist(), self._high.tolist()
         frame.mean = (self._sum / self._rows).tolist()
+        state = last["state"]
+        frame.doing = list(self._figures.live(Mode(int(last["mode"])), state))
         if self._scene:
-            state = last["state"]
             frame.posture, frame.wrench = list(self._scene.posture(state)), list(self._scene.wrench(state))
             twin = self._scene.twin(state)
             frame.twin = None if twin is None else list(twin)

@@ -55,14 +55,19 @@ def test_a_grip_of_its_own_axes_is_offset_and_turned_and_so_is_its_wrench() -> N
     urdf = read_text("panda.urdf")
     robot = Robot.from_urdf(urdf, "panda")
     own = Grip("own", "handle", (0.1, 0.0, 0.2), (0.0, 0.0, np.pi / 2), own_axes=True)
+    geometry = Geometry(robot, urdf, [HANDLE, own])
     q = np.random.default_rng(2).uniform(-0.4, 0.4, robot.nv)
     force, torque = np.array([1.0, 2.0, 3.0]), np.array([0.1, 0.2, 0.3])
     wrench = [*force, *torque]
-    _, places, wrenches = Geometry(robot, urdf, [HANDLE, own]).place(q.tolist(), [*wrench, *wrench])
+    poses, places, wrenches = geometry.place(q.tolist(), [*wrench, *wrench])
     T = robot.placement(q, "handle")
     np.testing.assert_allclose(places[3:], (T @ [0.1, 0.0, 0.2, 1.0])[:3], atol=1e-5)
     R = T[:3, :3] @ np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
     np.testing.assert_allclose(wrenches, [*wrench, *(R @ force), *(R @ torque)], atol=1e-12)
+    for tip, place in zip(geometry.shapes[-2:], (places[:3], places[3:]), strict=True):  # drawn up to there
+        joint = pin.XYZQUATToSE3(np.array(poses[7 * (tip.joint - 1) : 7 * tip.joint]))
+        assert tip.kind == "sphere"
+        np.testing.assert_allclose(joint * np.array(tip.pose[:3]), place, atol=5e-5)
 
 
 @pytest.mark.parametrize("station", ["operator", "avatar"])

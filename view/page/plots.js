@@ -7,19 +7,24 @@ const nice = (low, high, count) => {
   return found;
 };
 const short = v => v === null || !isFinite(v) ? "–" : Math.abs(v) < 1e-9 ? "0" : Math.abs(v) >= 1000 ? v.toFixed(0) : String(+v.toPrecision(3));
+const ruled = (v, step) => { // with as many digits as tell it from the next one
+  const digits = [0, 1, 2, 3, 4, 5].find(d => Math.abs(step * 10 ** d - Math.round(step * 10 ** d)) < 1e-6 * step * 10 ** d);
+  return Math.abs(v) < 1e-9 * step ? "0" : digits === undefined ? v.toExponential(1) : v.toFixed(digits);
+};
+const LEAST = .01; // of the way between two limits: what moves less fills no plot
 const css = name => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 class Plot {
   constructor(canvas, said, channels, specs) {
     Object.assign(this, {canvas, said, channels, specs, cursor: null});
     const move = event => { const box = canvas.getBoundingClientRect(); this.cursor = event.clientX - box.left; this.dirty = true; };
     canvas.addEventListener("pointermove", move); canvas.addEventListener("pointerdown", move);
-    canvas.addEventListener("pointerleave", () => { this.cursor = null; this.said.textContent = ""; this.dirty = true; });
+    canvas.addEventListener("pointerleave", () => { this.cursor = null; this.dirty = true; });
   }
   draw(frames, from, to, rate, now) {
     const canvas = this.canvas, ratio = devicePixelRatio || 1, w = canvas.clientWidth, h = canvas.clientHeight;
     if (!w || !h) return;
     if (canvas.width !== Math.round(w * ratio) || canvas.height !== Math.round(h * ratio)) { canvas.width = Math.round(w * ratio); canvas.height = Math.round(h * ratio); }
-    const c = canvas.getContext("2d"), left = 44, bottom = 17;
+    const c = canvas.getContext("2d"), bottom = 17;
     c.setTransform(ratio, 0, 0, ratio, 0, 0); c.clearRect(0, 0, w, h);
     const shown = frames.filter(f => f.mean.length && f.tick / rate >= from && f.tick / rate <= to);
     let low = Infinity, high = -Infinity;
@@ -27,10 +32,14 @@ class Plot {
     if (low > high) { low = 0; high = 1; }
     const spec = this.specs[this.channels[0]], limits = this.channels.length === 1 ? [spec.lower, spec.upper].filter(v => v !== null) : [];
     for (const v of limits) if (v > low - 2 * (high - low) - .2 && v < high + 2 * (high - low) + .2) { low = Math.min(low, v); high = Math.max(high, v); }
+    const least = limits.length === 2 ? LEAST * (limits[1] - limits[0]) - (high - low) : 0;
+    if (least > 0) { low -= least / 2; high += least / 2; }
     const air = .08 * (high - low) || .1 * Math.abs(high) || 1; low -= air; high += air;
+    c.font = "11px system-ui, sans-serif";
+    const rules = nice(low, high, 4), labels = rules.map(v => ruled(v, rules[1] - rules[0])), left = Math.max(44, ...labels.map(text => c.measureText(text).width + 12));
     const X = t => left + (w - left - 6) * (t - from) / (to - from), Y = v => 4 + (h - bottom - 4) * (1 - (v - low) / (high - low));
-    c.font = "11px system-ui, sans-serif"; c.fillStyle = css("--soft"); c.strokeStyle = css("--grid"); c.lineWidth = 1; c.textAlign = "right"; c.textBaseline = "middle";
-    for (const v of nice(low, high, 3)) { c.beginPath(); c.moveTo(left, Y(v)); c.lineTo(w - 6, Y(v)); c.stroke(); c.fillText(short(v), left - 6, Math.max(Y(v), 7)); }
+    c.fillStyle = css("--soft"); c.strokeStyle = css("--grid"); c.lineWidth = 1; c.textAlign = "right"; c.textBaseline = "middle";
+    rules.forEach((v, i) => { c.beginPath(); c.moveTo(left, Y(v)); c.lineTo(w - 6, Y(v)); c.stroke(); c.fillText(labels[i], left - 6, Math.max(Y(v), 7)); });
     c.textAlign = "center"; c.textBaseline = "alphabetic";
     for (const t of nice(from, to, w / 90)) if (X(t) > left + 8 && X(t) < w - 26) c.fillText(short(+t.toFixed(6)), X(t), h - 3);
     c.textAlign = "right"; c.fillText("s", w - 7, h - 3);
@@ -47,12 +56,20 @@ class Plot {
     });
     const rule = x => { c.strokeStyle = css("--soft"); c.lineWidth = 1; c.beginPath(); c.moveTo(x, 0); c.lineTo(x, h); c.stroke(); };
     if (now !== null) rule(X(now));
+    let at = null;
     if (this.cursor !== null && this.cursor >= left && shown.length) {
       rule(this.cursor);
-      const t = from + (this.cursor - left) / (w - left - 6) * (to - from), f = shown.reduce((a, b) => Math.abs(b.tick / rate - t) < Math.abs(a.tick / rate - t) ? b : a);
-      this.said.textContent = this.channels.map(k => `${this.channels.length > 1 ? this.specs[k].name.slice(-1) + " " : ""}${short(f.mean[k])}`).join(", ") + ` ${spec.unit} at ${(f.tick / rate).toFixed(2)} s`;
+      const t = from + (this.cursor - left) / (w - left - 6) * (to - from);
+      at = shown.reduce((a, b) => Math.abs(b.tick / rate - t) < Math.abs(a.tick / rate - t) ? b : a);
     }
+    this.tell(at, rate);
     c.restore();
+  }
+  tell(frame, rate) { // the values under the cursor; of several lines which is which, always
+    const several = this.channels.length > 1, unit = this.specs[this.channels[0]].unit;
+    const words = this.channels.map(k => [several ? this.specs[k].name.slice(-1) : "", frame ? short(frame.mean[k]) : ""].filter(text => text).join(" "));
+    const key = words.filter(text => text).map((text, i) => Object.assign(document.createElement("b"), {textContent: text, style: several ? `color:var(--c${i % 6 + 1})` : ""}));
+    this.said.replaceChildren(...key, ...(frame ? [`${unit} at ${(frame.tick / rate).toFixed(2)} s`] : []));
   }
 }
 function histogram(canvas, counts, bars, name) {

@@ -52,33 +52,37 @@ class Scene {
     if (!this.framed) this.frameAll();
   }
   frameAll() { // the camera sees all of the machine
-    const lower = [1e9, 1e9, 1e9], upper = [-1e9, -1e9, -1e9];
+    const lower = [1e9, 1e9, 1e9], upper = [-1e9, -1e9, -1e9], points = [];
+    const reach = p => { for (let i = 0; i < 3; i++) { lower[i] = Math.min(lower[i], p[i]); upper[i] = Math.max(upper[i], p[i]); } };
     for (const shape of this.shapes) for (const part of shape.parts) {
       const m = M.times(this.joints[shape.joint], part.matrix);
-      for (const c of [[-1, -1, -1], [1, 1, 1], [1, -1, 1], [-1, 1, -1]]) {
-        const p = M.point(m, V.scale(c, part.kind === "box" ? .5 : .7));
-        for (let i = 0; i < 3; i++) { lower[i] = Math.min(lower[i], p[i]); upper[i] = Math.max(upper[i], p[i]); }
-      }
+      points.push(...CORNERS.map(c => M.point(m, V.scale(c, part.kind === "box" ? .5 : .7)).slice(0, 3)));
     }
-    if (lower[0] > upper[0]) return;
-    for (const b of this.boxes) for (let i = 0; i < 3; i++) {
-      if (b.lower[i] !== null) lower[i] = Math.min(lower[i], b.lower[i]);
-      if (b.upper[i] !== null) upper[i] = Math.max(upper[i], b.upper[i]);
-    }
-    this.extent = V.size(V.sub(upper, lower)) / 2;
-    this.floor = lower[2] - (upper[2] - lower[2] < .2 * this.extent ? .25 * this.extent : 0);
-    const middle = V.scale(V.add(lower, upper), .5), flat = upper[2] - lower[2] < .2 * this.extent;
-    this.camera = {yaw: -.95, pitch: flat ? .85 : .36, distance: 0, target: middle};
+    if (!points.length) return;
+    points.push(...this.grips); points.forEach(reach);
+    for (const b of this.boxes) { reach(b.lower.map((v, i) => v ?? lower[i])); reach(b.upper.map((v, i) => v ?? upper[i])); }
+    this.lower = lower; this.upper = upper; this.extent = V.size(V.sub(upper, lower)) / 2;
+    for (const b of this.boxes) points.push(...this.edges(b));
+    for (const p of this.planes) points.push(...this.corners(p));
+    const flat = upper[2] - lower[2] < .2 * this.extent;
+    this.floor = lower[2] - (flat ? .25 * this.extent : 0);
+    this.camera = {yaw: -.95, pitch: flat ? .85 : .36, distance: 0, target: V.scale(V.add(lower, upper), .5)};
     const strongest = Math.max(...this.strength.map(V.size)); // its ellipsoid is to be seen, however weak it is
     this.newtons = strongest > 0 ? Math.min(NEWTONS, strongest) : NEWTONS;
-    this.home = this.extent; this.framed = true; this.fit();
+    this.points = points; this.framed = true; this.fit();
   }
-  fit() {
-    const aspect = this.canvas.clientWidth / Math.max(1, this.canvas.clientHeight);
-    this.camera.distance = this.home / Math.sin(FOV / 2) * (aspect < 1.3 ? 1.18 / Math.max(aspect, .3) : .86);
+  fit() { // from where the camera looks: as near as all points let it, which are in the middle then
+    const camera = this.camera, {clientWidth: w, clientHeight: h} = this.canvas, t = Math.tan(FOV / 2) * FILLED;
+    const z = V.unit(V.sub(camera.target, this.eye(1))), x = V.unit(V.cross(z, [0, 0, 1])), y = V.cross(x, z);
+    for (const [axis, share] of [[x, w / Math.max(1, h)], [y, 1]]) { // |across - middle| <= (distance + deep) t share
+      const near = s => Math.max(...this.points.map(p => s * V.dot(axis, V.sub(p, camera.target)) / (t * share) - V.dot(z, V.sub(p, camera.target))));
+      const right = near(1), left = near(-1);
+      camera.target = V.add(camera.target, axis, (right - left) / 2 * t * share);
+      camera.distance = Math.max(axis === x ? 0 : camera.distance, (right + left) / 2);
+    }
   }
-  eye() {
-    const {yaw, pitch, distance, target} = this.camera;
+  eye(distance = this.camera.distance) {
+    const {yaw, pitch, target} = this.camera;
     return V.add(target, [Math.cos(yaw) * Math.cos(pitch), Math.sin(yaw) * Math.cos(pitch), Math.sin(pitch)], distance);
   }
   draw() {
@@ -102,7 +106,7 @@ class Scene {
       for (const shape of this.shapes) for (const part of shape.parts)
         this.body(part.kind, M.times(this.joints[shape.joint], part.matrix), [...shape.colour.map(lighter), 1]);
     }
-    for (const b of this.boxes) this.wire(b, [...edge, .75]);
+    if (this.framed) for (const b of this.boxes) this.segments(this.edges(b), [...edge, .75]);
     if (this.grips.length) { // in front of the machine that surrounds it
       gl.depthRange(0, .02);
       const size = this.extent * .022;
@@ -122,7 +126,7 @@ class Scene {
       gl.depthRange(0, 1);
     }
     gl.depthMask(false);
-    for (const p of this.planes) this.plane(p, colour("--c2"));
+    for (const p of this.planes) if (this.framed) this.plane(p, colour("--c2"));
     gl.depthMask(true);
   }
   body(kind, m, c, lit = 1) {
@@ -164,17 +168,27 @@ class Scene {
     }
     this.segments(points, [...ink, .13]); this.step = step;
   }
-  wire(box, c) { // an end that is open is left out
-    const low = box.lower.map((v, i) => v ?? this.camera.target[i] - this.extent), high = box.upper.map((v, i) => v ?? this.camera.target[i] + this.extent);
-    const corner = k => [0, 1, 2].map(i => (k >> i & 1 ? high : low)[i]), points = [];
-    for (let k = 0; k < 8; k++) for (let i = 0; i < 3; i++) if (!(k >> i & 1)) points.push(corner(k), corner(k | 1 << i));
-    this.segments(points, c);
+  edges(box) { // of its faces, in pairs of ends; a side that is open has no face, and the others end with the machine
+    const ends = [box.lower, box.upper], open = [this.lower, this.upper], points = [];
+    const corner = k => [0, 1, 2].map(i => ends[k >> i & 1][i] ?? open[k >> i & 1][i]);
+    for (let k = 0; k < 8; k++) for (let i = 0; i < 3; i++) {
+      const faces = [0, 1, 2].filter(j => j !== i && ends[k >> j & 1][j] !== null);
+      if (!(k >> i & 1) && faces.length) points.push(corner(k), corner(k | 1 << i));
+    }
+    return points;
+  }
+  sides(p) { // two vectors from the middle of what is drawn of a plane
+    const r = this.extent * .55, z = p.normal, x = V.unit(V.cross(Math.abs(z[2]) < .9 ? [0, 0, 1] : [1, 0, 0], z));
+    return [V.scale(x, r), V.scale(V.cross(z, x), r * .6)];
+  }
+  corners(p) {
+    const [x, y] = this.sides(p);
+    return [[-1, -1], [1, -1], [1, 1], [-1, 1]].map(([a, b]) => V.add(V.add(p.point, x, a), y, b));
   }
   plane(p, c) {
-    const r = this.extent * .55, z = p.normal, x = V.unit(V.cross(Math.abs(z[2]) < .9 ? [0, 0, 1] : [1, 0, 0], z)), y = V.cross(z, x);
-    this.body("quad", M.axes(V.scale(x, r), V.scale(y, r * .6), z, p.point), [...c, .28], 0);
-    const at = (a, b) => V.add(V.add(p.point, x, a * r), y, b * r * .6);
-    this.segments([at(-1, -1), at(1, -1), at(1, -1), at(1, 1), at(1, 1), at(-1, 1), at(-1, 1), at(-1, -1)], [...c, .8]);
+    const around = this.corners(p);
+    this.body("quad", M.axes(...this.sides(p), p.normal, p.point), [...c, .28], 0);
+    this.segments(around.flatMap((from, i) => [from, around[(i + 1) % 4]]), [...c, .8]);
   }
   drawn(force) { // the stronger, the longer, and never out of the picture
     return V.scale(V.unit(force), this.extent * .5 * (1 - Math.exp(-V.size(force) / this.newtons)));
@@ -244,7 +258,8 @@ class Scene {
   }
 }
 const NEWTONS = 40; // of a force that is drawn 63 % as long as any can be
-const FOV = .6, LIGHT = V.unit([.35, -.45, .9]);
+const FOV = .6, FILLED = .86; // of the picture, by a machine as it stands when it is framed
+const CORNERS = [...Array(8).keys()].map(k => [0, 1, 2].map(i => k >> i & 1 ? 1 : -1)), LIGHT = V.unit([.35, -.45, .9]);
 const threes = list => list.flatMap((_, i) => i % 3 ? [] : [list.slice(i, i + 3)]);
 const lighter = c => .08 + .92 * c;
 const ballAt = (p, r) => M.axes([r, 0, 0], [0, r, 0], [0, 0, r], p);

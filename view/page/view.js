@@ -3,6 +3,7 @@ const $ = id => document.getElementById(id);
 const LAMPS = {BRINGUP: "--soft", READY: "--c5", ENABLING: "--c1", ENGAGING: "--c1", ACTIVE: "--good", STOPPING: "--bad", HOLDING: "--c2", STOPPED: "--bad", FAILED: "--bad"};
 const SPAN_S = 20, HOLD_MS = 30, KEPT = 3000;
 let hello = null, frames = [], now = null, scene = new Scene($("scene")), plots = [], socket, open = false, held = false, way = 0, age = 0, dropped = 0;
+let virtual = false; // time: of a session in lockstep
 let at = 0, playing = false, playedAt = 0, changed = false, last = {lateness: [], compute: []}, limitRows = [], events = [];
 const can = word => hello && hello.words.includes(word);
 const say = word => { if (open) socket.send("say " + word); };
@@ -23,7 +24,13 @@ function connect() {
 function hear(said) {
   if (said.type === "hello") begin(said);
   else if (said.type === "frames") { age = said.age_ms; dropped = said.dropped; said.frames.forEach(take); }
-  else if (said.type === "whole") { at = 0; playing = false; seek(0); }
+  else if (said.type === "whole") {
+    at = 0; playing = false;
+    virtual = frames.every(frame => !(frame.high[place("compute")] > 0));
+    $("late").parentElement.hidden = $("took").parentElement.hidden = virtual;
+    if (virtual) buildPlots();
+    seek(0);
+  }
   else if (said.type === "pong") way = (performance.now() - +said.of) / 2;
   else if (said.type === "unsaid") $("hint").textContent = `the session does not take "${said.word}"`;
 }
@@ -73,6 +80,7 @@ function show() {
   if (now.stop) $("stop").textContent = events.findLast(e => e.severity === "stop" && e.tick <= now.tick)?.text ?? now.stop;
   $("estop").classList.toggle("on", now.e_stop_closed === false);
   $("estop").textContent = now.e_stop_closed === false ? "pull e-stop out" : "e-stop";
+  $("doing").textContent = now.doing.join(", ") || "nothing is rendered";
   showDeadMan();
   const pressed = now.pressed === null ? "" : now.pressed ? "pressed" : "open";
   $("hold").classList.toggle("on", now.pressed === true);
@@ -102,7 +110,7 @@ function showLimits() {
     const near = spec.lower !== null && now.low[k] <= spec.lower + spec.near ? "lower" : spec.upper !== null && now.high[k] >= spec.upper - spec.near ? "upper" : "";
     if (near) touched.push(`${spec.name} (${near})`);
     track.classList.toggle("at", !!near); value.classList.toggle("at", !!near);
-    value.textContent = `${v.toFixed(Math.abs(v) < 10 ? 3 : 1)} ${spec.unit}`;
+    value.textContent = `${steady(v, Math.abs(v) < 10 ? 3 : 1)} ${spec.unit}`;
     mark.style.left = Math.max(0, Math.min(100, 100 * (v - spec.lower) / (spec.upper - spec.lower))) + "%";
   }
   return touched.join(", ");
@@ -136,6 +144,7 @@ function showSolver() {
     proven.textContent = solving ? (i < done ? "✓" : "–") : ""; proven.title = i < done ? "proven" : "not proven";
   });
 }
+const steady = (v, digits) => (+v.toFixed(digits) || 0).toFixed(digits); // no minus before a zero
 const pretty = unit => unit.replaceAll("^2", "²").replace(/sqrt\(([^)]*)\)/, "√$1");
 const OF_THE_LOG = ["records lost", "frames left out", "events left out"];
 function showCounts() {
@@ -159,22 +168,23 @@ function buildPlots() {
   }
   const forces = Object.keys(groups).filter(name => name.startsWith("force of the ") && name.endsWith(" hand"));
   const firstLimit = specs.find(spec => spec.group === "limits" && spec.lower !== null);
-  const usual = [...forces, firstLimit?.name, "lateness", "compute"].filter(name => groups[name]);
+  const usual = [...forces, firstLimit?.name, ...(virtual ? [] : ["lateness", "compute"])].filter(name => groups[name]);
   let names = (shelf.read() || usual).filter(name => groups[name]);
   const options = chosen => Object.keys(groups).map(name => { const o = document.createElement("option"); o.textContent = name; o.selected = name === chosen; return o; });
+  const arrange = () => { shelf.write(names); build(); };
   const build = () => {
-    shelf.write(names); plots = [];
+    plots = [];
     const cards = names.map((name, i) => {
       const card = document.createElement("div"), head = document.createElement("div"), pick = document.createElement("select"), unit = document.createElement("span"), said = document.createElement("output"), close = document.createElement("button"), canvas = document.createElement("canvas");
       card.className = "card"; head.className = "head"; pick.append(...options(name)); pick.setAttribute("aria-label", "channel");
-      pick.onchange = () => { names[i] = pick.value; build(); };
+      pick.onchange = () => { names[i] = pick.value; arrange(); };
       unit.textContent = specs[groups[name][0]].unit && `[${specs[groups[name][0]].unit}]`;
-      close.textContent = "×"; close.setAttribute("aria-label", `close ${name}`); close.onclick = () => { names.splice(i, 1); build(); };
+      close.textContent = "×"; close.setAttribute("aria-label", `close ${name}`); close.onclick = () => { names.splice(i, 1); arrange(); };
       head.append(pick, unit, said, close); card.append(head, canvas); plots.push(new Plot(canvas, said, groups[name], specs)); return card;
     });
     const add = document.createElement("div"), pick = document.createElement("select"), prompt = document.createElement("option");
     add.className = "card add"; prompt.textContent = "add a plot"; prompt.selected = true; pick.append(prompt, ...options()); pick.setAttribute("aria-label", "add a plot");
-    pick.onchange = () => { names.push(pick.value); build(); };
+    pick.onchange = () => { names.push(pick.value); arrange(); };
     add.append(pick); $("plots").replaceChildren(...cards, add); changed = true;
   };
   build();
@@ -237,9 +247,10 @@ setInterval(() => { // what need not be drawn at every frame
   if (!hello) return;
   if (open) socket.send("ping " + performance.now().toFixed(1));
   if (hello.live) $("latency").textContent = `view ${(age + way).toFixed(0)} ms behind, ${dropped} frames dropped`;
-  else $("latency").textContent = "a recording";
+  else $("latency").textContent = virtual ? "a recording of virtual time: it has neither lateness nor cost" : "a recording";
   showCounts(); showSolver();
-  histogram($("late"), last.lateness, hello.bars, "--c1"); histogram($("took"), last.compute, hello.bars, "--c3");
+  histogram($("late"), last.lateness, hello.bars, "--c1");
+  histogram($("took"), last.compute, hello.bars, "--c3");
 }, 500);
 addEventListener("resize", () => { scene.framed && scene.fit(); changed = true; });
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { changed = true; });
