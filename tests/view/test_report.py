@@ -15,7 +15,7 @@ from hapticd.runtime.command_line.cli import main
 from hapticd.runtime.configuration.known import built_in
 from hapticd.runtime.core.modes import Mode
 from hapticd.runtime.core.scene import Grip
-from hapticd.runtime.recording.channels import Group
+from hapticd.runtime.recording.channels import Group, slacks
 from hapticd.runtime.recording.log import LoggedEvent, open_log
 from hapticd.runtime.timing.forensics import LateTick
 from hapticd.view.report import page
@@ -59,6 +59,9 @@ def test_a_page_that_needs_nothing_else(machine: str, recorded: Callable[[str], 
     assert "://" not in text
     for channel in found.channels.specs[found.channels.groups[Group.LIMITS]]:
         assert channel.name in read_back.words
+    for _, level, _ in slacks(found.channels.specs):
+        assert level in read_back.words
+    assert "frames received" in read_back.words
     for event in found.events:
         assert event.text in read_back.words
     assert ("work of the hand" in read_back.words) == (found.session.system.scene is not None)
