@@ -71,6 +71,26 @@ class Box:
     upper: Sequence[float]
 
 
+class _Coupling:
+    """What couples one twin to the handle: levels, and solvers that answer in the same arrays each time."""
+
+    def __init__(self, twin: Twin, chain: ChainLevels) -> None:
+        self.twin, self.chain = twin, chain
+        m, n, count = chain.m, twin.limits.n, len(chain.levels)
+        self.solver, self.stop_solver = (
+            Solver(chain.dim, [level.rows for level in levels], max_iterations=MAX_ITERATIONS)
+            for levels in (chain.levels, chain.stop_levels)
+        )
+        self.slacks = {
+            self.solver: Slacks(self.solver.solution, count, range(count)),
+            self.stop_solver: Slacks(self.stop_solver.solution, count, [*chain.kept, None]),
+        }
+        self.qdd = np.zeros(n)
+        self.answer, self.stop_answer = (
+            (x[:m], x[m : m + n]) for x in (self.solver.solution.x, self.stop_solver.solution.x)
+        )
+
+
 class ForceControl:
     """Keeps the commanded state of manipulator and twin and advances both by one tick at a time.
 
@@ -92,6 +112,9 @@ class ForceControl:
         compliance: what gives way to pushes; None where nothing does.
         base: what carries it.
         q, qd, qdd: commanded state of the manipulator, (m,) [rad or m, s].
+        twins: those that can be rendered; rendered: index of ``twin`` among them.
+        share: of its forces that move the twin, (1,).
+        slowing: rate at which it is braked besides [1/s].
         solution: of the last solve.
         solves, iterations: of the last tick.
     """
@@ -100,7 +123,7 @@ class ForceControl:
         self,
         manipulator: Robot,
         limits: Limits,
-        twin: Twin,
+        twin: Twin | Sequence[Twin],
         sums: Sequence[JointSum],
         boxes: Sequence[Box],
         gains: Gains,
@@ -116,6 +139,8 @@ class ForceControl:
     ) -> None:
         """The directions, 0 to 5, in which handle and twin are coupled; the frame that is the handle.
 
+        Of several twins the first is rendered until ``exchange``.
+
         Without a posture to be drawn to, what the coupling leaves free is damped by nothing but limits.
         ``limited``: no more is asked of the motors than they can give. ``compliance``: what gives way, to be
         updated before ``assemble``.
@@ -124,15 +149,14 @@ class ForceControl:
         self.arm = SerialChain(manipulator, names)
         frames = dict(zip(names, self.arm.frames, strict=True))
         self.handle: Frame = frames[handle]
-        self.twin = twin
         self.detection: Detection = detection
         m = self.arm.n
         self.q, self.qd, self.qdd = np.zeros(m), np.zeros(m), np.zeros(m)
         base = self.base = base or FixedBase()
         self.solves = self.iterations = 0
+        self.share, self.slowing = np.ones(1), 0.0
         self._dt, self._limits = dt, limits
         self._at = np.zeros(3)
-        inputs = _inputs((self.q, self.qd), self.handle, base, twin)
         self.arm.bind(self.q, self.qd)
         points = [
             BoxedPoint(frame.position, frame.J, frame.drift, box.lower, box.upper)
@@ -142,32 +166,45 @@ class ForceControl:
         rule: Rule = "gauss" if detection == "gauss" else "torques"
         self.ability = Ability(m) if limited else None
         self.compliance = compliance
-        self._chain = ChainLevels(
-            *(inputs, limits, twin.limits, sums, points, gains, horizons, dt, rule, directions, twin.held),
-            ability=self.ability,
-            compliance=compliance,
-        )
-        rows = [level.rows for level in self._chain.levels]
-        self._solver = Solver(self._chain.dim, rows, max_iterations=MAX_ITERATIONS)
-        self.solution: Solution = self._solver.solution
-        self._stop_solver = Solver(
-            self._chain.dim,
-            [level.rows for level in self._chain.stop_levels],
-            max_iterations=MAX_ITERATIONS,
-        )
-        count = len(self._chain.levels)
-        self._slacks = {
-            self._solver: Slacks(self._solver.solution, count, range(count)),
-            self._stop_solver: Slacks(self._stop_solver.solution, count, [*self._chain.kept, None]),
-        }
-        self._asked = self._solver
+        self.twins = list(twin) if isinstance(twin, Sequence) else [twin]
+        self._couplings = [
+            _Coupling(
+                each,
+                ChainLevels(
+                    _inputs((self.q, self.qd), self.handle, base, each),
+                    *(limits, each.limits, sums, points, gains, horizons, dt, rule, directions, each.held),
+                    ability=self.ability,
+                    compliance=compliance,
+                ),
+            )
+            for each in self.twins
+        ]
         self._posture = posture
-        self._qdd_twin = np.zeros(twin.limits.n)
-        # a solver answers in the same array each time
-        self._answer, self._stop_answer = (
-            (x[:m], x[m : m + twin.limits.n]) for x in (self._solver.solution.x, self._stop_solver.solution.x)
-        )
         self._motion = [pointer(array, "double", m) for array in (self.q, self.qd, self.qdd)]
+        self._take(0)
+
+    def _take(self, index: int) -> None:
+        """Render a twin."""
+        coupling = self._couplings[index]
+        self.rendered, self.twin, self._chain = index, coupling.twin, coupling.chain
+        self._solver, self._stop_solver = coupling.solver, coupling.stop_solver
+        self.solution: Solution = self._solver.solution
+        self._slacks, self._asked = coupling.slacks, self._solver
+        self._qdd_twin = coupling.qdd
+        self._answer, self._stop_answer = coupling.answer, coupling.stop_answer
+
+    def exchange(self, index: int) -> None:
+        """Render another twin from now on: its E is put, at rest, where the last one has it."""
+        last = self.twin
+        self._take(index)
+        self.twin.reset(last.position.copy(), last.rotation.copy())
+        self._forget()
+
+    def _forget(self) -> None:
+        """No limit of the twin is known to be active."""
+        self._chain.active[:] = self._chain.spent[:] = 0
+        self._solver.reset()
+        self._stop_solver.reset()
 
     @property
     def active(self) -> NDArray[np.uint8]:
@@ -203,9 +240,7 @@ class ForceControl:
         self.arm.update()
         self._place()
         self.twin.reset(self._at, self.handle.rotation)
-        self._chain.active[:] = self._chain.spent[:] = 0
-        self._solver.reset()
-        self._stop_solver.reset()
+        self._forget()
 
     def _place(self) -> None:
         """Where the base has carried the handle."""
@@ -222,6 +257,9 @@ class ForceControl:
         self._place()
         self.twin.follow(self._at, self.handle.rotation)
         self.twin.update(wrench)
+        if self.share[0] < 1.0:
+            self.twin.force *= self.share
+            self.twin.force -= self.slowing * (self.twin.M @ self.twin.qd)
 
     def assemble(self) -> bool:
         """Form the levels of this tick; False where they cannot be formed (a singular posture)."""

@@ -36,8 +36,8 @@ class Decimator:
             at = self.count
             self.count += 1
             self._first[at] = tick
-        np.minimum(self._low[at], row, out=self._low[at])
-        np.maximum(self._high[at], row, out=self._high[at])
+        np.fmin(self._low[at], row, out=self._low[at])  # no number is no value
+        np.fmax(self._high[at], row, out=self._high[at])
         self._sum[at] += row
         self._rows[at] += 1
 

@@ -235,11 +235,12 @@ def _plot(
 ) -> Plot:
     columns = found.columns
     names = names or [found.channels.specs[c].name for c in channels]
+    there = np.isfinite(columns.mean[:, channels]).all(axis=1)  # a twin that is not rendered has no joints
     series = [
-        Series(name, columns.low[:, c], columns.high[:, c], columns.mean[:, c], 1 + k % 6)
+        Series(name, columns.low[there, c], columns.high[there, c], columns.mean[there, c], 1 + k % 6)
         for k, (c, name) in enumerate(zip(channels, names, strict=True))
     ]
-    time = columns.ticks / found.rate
+    time = columns.ticks[there] / found.rate
     return Plot(title, unit, time, found.seconds, series, lower, upper, note)
 
 

@@ -59,7 +59,9 @@ def rows(frame: Frame, session: Watched, said: Sequence[Said], size: tuple[int, 
     ]
     if frame.mean:
         limits = [
-            _limit(channel, frame, k) for k, channel in enumerate(channels) if channel.group is Group.LIMITS
+            _limit(channel, frame, k)
+            for k, channel in enumerate(channels)
+            if channel.group is Group.LIMITS and isfinite(frame.mean[k])  # else of a twin not rendered
         ]
         room = max(0, high - len(found) - len(end) - 3)
         left = len(limits) - room + 1

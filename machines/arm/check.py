@@ -63,7 +63,7 @@ def check_arm(config: ArmConfig, robot: Robot) -> Found:
     frames = arm.frames.handle, arm.frames.sensor
     found += check_tool(arm.handle, config.devices, robot, frames, ("arm.handle", "force_torque"))
     found += check_ramp(joint_ratings(config, robot).braking, config.safety.stop_time)
-    found += check_control("arm", arm.force_control, arm.twin, 1.0 / config.loop.rate)
+    found += check_control("arm", arm.force_control, arm.twin, arm.twins, 1.0 / config.loop.rate)
     found += _devices(config, robot)
     return found or _plant(config, robot) + _gains(config, robot)
 
@@ -121,9 +121,12 @@ def _directions(config: ArmConfig) -> Found:
         return [(key, "repeats or reorders directions", f"keep the order of {', '.join(DIRECTIONS)}")]
     if len(chosen) > m:
         return [(key, f"are {len(chosen)}, the arm has {m} joints", f"name at most {m}")]
-    if isinstance(arm.twin, ChainTwin) and len(chosen) < len(DIRECTIONS):
+    twins = {"twin": arm.twin, **{f"twins.{name}": twin for name, twin in arm.twins.items()}}
+    chains = [at for at, twin in twins.items() if isinstance(twin, ChainTwin)]
+    if chains and len(chosen) < len(DIRECTIONS):
         fix = f"couple all of {', '.join(DIRECTIONS)}, or take a free mass"
-        return [("arm.twin.kind", f"the end of a chain moves in six directions, not {len(chosen)}", fix)]
+        problem = f"the end of a chain moves in six directions, not {len(chosen)}"
+        return [(f"arm.{at}.kind", problem, fix) for at in chains]
     if arm.force_control.detection != "gauss" and (m, len(chosen)) != (6, 6):
         problem = f"{arm.force_control.detection!r} needs six joints and six directions"
         return [("arm.force_control.detection", problem, 'write "gauss"')]

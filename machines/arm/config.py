@@ -52,6 +52,8 @@ from ..rendering.sections import (
     Share,
     StiffnessTolerance,
     Twin,
+    Twins,
+    named_twins,
 )
 
 DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
@@ -148,6 +150,7 @@ class Arm(Strict, frozen=True):
     twin: Twin
     handle: Handle | None = None
     stiffness_tolerance: StiffnessTolerance | None = None
+    twins: Twins = field(default_factory=dict)
     posture: Posture | None = None
     sums: tuple[RevoluteSum | PrismaticSum, ...] | None = None
     boxes: tuple[ArmBox, ...] | None = None
@@ -218,3 +221,13 @@ class ArmConfig(Config, frozen=True, kw_only=True, tag="arm"):
     look_ahead: LookAhead | None = None
     compliance: Compliance | None = None
     simulation: ArmSimulation | None = None
+
+    @property
+    def twins(self) -> dict[str, Twin]:
+        """All that a session may render, the one that it begins with first."""
+        return named_twins(self.arm.twin, self.arm.twins)
+
+    @property
+    def twin_names(self) -> tuple[str, ...]:
+        """Of ``twins``."""
+        return tuple(self.twins)

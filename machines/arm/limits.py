@@ -33,7 +33,7 @@ class ArmLimits:
         self.specs = (
             *(LimitSpec(name, ends[0], ends[1], "rad" if turns else "m") for name, ends, turns in rows),
             *(LimitSpec(*sides[i], "m") for i in self._sides),
-            *(twin := twin_limits(arm.twin)),
+            *(twin := twin_limits(config.twins)),
         )
         self._chain = bool(twin)
 

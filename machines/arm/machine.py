@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from math import inf
 
 import numpy as np
@@ -26,12 +26,12 @@ from ...runtime.core.measured import alive, sensor
 from ...runtime.core.stages import Mark
 from ...runtime.core.torque_axes import TorqueAxes, peaks_of
 from ...safety import Plausibility
+from ..rendering.exchanging import ExchangesTwins
 from ..rendering.foresight import REACTION_S, Foresight
 from ..rendering.giving_way import Announcer, compliance_of
 from ..rendering.logged import (
     Field,
     StateLog,
-    felt,
     felt_beside,
     given_way,
     heated,
@@ -45,7 +45,7 @@ from ..rendering.ratings import Ratings
 from ..rendering.rendering import JOINTS_AT_REST, Rendering, pulled, sensor_pose
 from ..rendering.sections import SPRINGS_DIFFER, Twin
 from ..rendering.tool import carrying, tool_of
-from ..rendering.twin import degrees_of_freedom, joint_names, twin_of
+from ..rendering.twin import twin_of
 from .config import DIRECTIONS, ArmConfig, RevoluteJoint
 
 STILL = np.zeros(2)
@@ -58,7 +58,7 @@ def state_layout(
     m: int,
     sums: int,
     points: int,
-    twin: Twin,
+    twins: Mapping[str, Twin],
     coupled: tuple[int, ...],
     levels: int,
     springs: int = 0,
@@ -67,15 +67,14 @@ def state_layout(
     passivity: bool = False,
 ) -> np.dtype[np.void]:
     """What the log keeps of a tick: numbers first, then flags and the solver."""
-    active = degrees_of_freedom(twin, coupled) + m + sums + 3 * points
-    joints = joint_names(twin)
     measured = [("link", "<f8", m), ("points", "<f8", (points, 3))]  # link side [rad or m]; boxed frames [m]
     known: list[Field] = [("stiffness", "<f8", springs)] if springs else []  # of the springs, by now
     own = [*known, *heated(heats), *given_way(gives), *watched(passivity)]
-    return np.dtype([*measured, *motion(m), *own, *twin_fields(joints), *solved(m, active, levels, joints)])
+    flags = solved(m, m + sums + 3 * points, levels, twins, coupled)
+    return np.dtype([*measured, *motion(m), *own, *twin_fields(twins), *flags])
 
 
-class SerialArm:
+class SerialArm(ExchangesTwins):
     """See ``Machine``. No accelerometer: the weight of the handle follows from joints and their commands."""
 
     outputs: tuple[tuple[str, str], ...] = (("joints", "target_torque"),)
@@ -87,6 +86,7 @@ class SerialArm:
         self._joints, self._force_torque = JointDrives(image), ForceTorques(image)
         self.force_control = control = force_control(config, robot, dt)
         self.notes: list[str] = []
+        self.twins = config.twin_names
         self._announcer = Announcer(list(arm.joints), control.compliance, self.notes, dt)
         ratings = joint_ratings(config, robot)
         joints = arm.joints.values()
@@ -101,7 +101,7 @@ class SerialArm:
         self._used = heat.used if ratings.axes.peaks else heat.used[:0]
         self._rendering = Rendering(
             *(robot, control, self._joints, elasticity, drive_friction(config), (p_gain, d_gain)),
-            *(self.axes, heat, mark, dt),
+            *(self.axes, heat, mark, dt, config.arming.fade),
             watched=arm.force_control.passivity,
         )
         self._measure(config, robot, dt)
@@ -115,7 +115,7 @@ class SerialArm:
         sums, boxes = len(arm.sums or ()), len(arm.boxes or ())
         self.levels, self.remarks = levels_of(control), REMARKS
         self.state = state_layout(
-            *(robot.nv, sums, boxes, arm.twin, directions(config), len(self.levels)),
+            *(robot.nv, sums, boxes, config.twins, directions(config), len(self.levels)),
             *(len(self._known), len(self._used)),
             gives=robot.nv if config.compliance else 0,
             passivity=arm.force_control.passivity,
@@ -242,9 +242,8 @@ class SerialArm:
             self._known,
             self._used,
             *felt_beside(control),
-            *felt(self._rendering),
         )
-        self._log = StateLog(state, numbers, control)
+        self._log = StateLog(state, numbers, self._rendering)
 
     def fill(self) -> None:
         """Copy the state of this tick."""
@@ -317,7 +316,7 @@ def force_control(config: ArmConfig, robot: Robot, dt: float) -> ForceControl:
     return ForceControl(
         robot,
         ratings.limits,
-        twin_of(arm.twin, coupled),
+        [twin_of(twin, coupled) for twin in config.twins.values()],
         joint_sums(config),
         [Box(box.frame, box.lower, box.upper) for box in arm.boxes or ()],
         Gains(gains.p_gain, gains.p_gain, gains.d_gain, gains.d_gain),

@@ -25,7 +25,7 @@ ARM = System(
     led=arm_led,
     scene=ArmScene,
     remarks=lambda config, robot: [
-        *remarks(config.arm.twin),
+        *remarks(config.twins),
         *unwatched(robot, config.look_ahead, foreseen_limits(config, robot)),
     ],
     rig=arm_rig,

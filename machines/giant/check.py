@@ -72,6 +72,8 @@ def check_giant(config: GiantConfig, robot: Robot) -> Found:
     found += check_pairs(robot, config.look_ahead)
     found += check_compliance(config.compliance, config.giant.force_control)
     found += check_leads(config.leads, "giant", config.giant.twin)
+    if config.leads and config.giant.twins:
+        found.append(("giant.twins", "no twin but the first leads an avatar's arm", "remove them"))
     found += check_ramp(braking_time(config), config.safety.stop_time)
     return found + _devices_of_giant(config, robot) + check_rates(config) + check_plant(config, robot)
 

@@ -48,6 +48,8 @@ from ..rendering.sections import (
     Share,
     StiffnessTolerance,
     Twin,
+    Twins,
+    named_twins,
 )
 from ..telemanipulation.sections import Leads
 
@@ -114,6 +116,7 @@ class Giant(Strict, frozen=True):
     twin: Twin
     tracking: Tracking
     handle: Handle | None = None
+    twins: Twins = field(default_factory=dict)
 
 
 class GiantPlant(Strict, frozen=True):
@@ -164,3 +167,13 @@ class GiantConfig(Config, frozen=True, kw_only=True, tag="giant"):
     compliance: Compliance | None = None
     leads: Leads | None = None
     simulation: GiantSimulation | None = None
+
+    @property
+    def twins(self) -> dict[str, Twin]:
+        """All that a session may render, the one that it begins with first."""
+        return named_twins(self.giant.twin, self.giant.twins)
+
+    @property
+    def twin_names(self) -> tuple[str, ...]:
+        """Of ``twins``."""
+        return tuple(self.twins)

@@ -29,7 +29,7 @@ class GiantLimits:
             for names, lower, upper, unit in groups
             for name, low, high in zip(names, lower, upper, strict=True)
         ]
-        twin = twin_limits(giant.twin)
+        twin = twin_limits(config.twins)
         self.specs = (*machine, *twin)
         self._chain = bool(twin)
 

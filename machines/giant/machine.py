@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from math import hypot, inf
 
 import numpy as np
@@ -29,11 +29,11 @@ from ...runtime.core.measured import alive, axes, sensor
 from ...runtime.core.stages import Mark
 from ...runtime.core.torque_axes import TorqueAxes, peaks_of, thresholds
 from ...safety import AxisLimits, Heat, Plausibility, Thresholds, Values
+from ..rendering.exchanging import ExchangesTwins
 from ..rendering.foresight import REACTION_S, Foresight
 from ..rendering.giving_way import Announcer, compliance_of
 from ..rendering.logged import (
     StateLog,
-    felt,
     felt_beside,
     given_way,
     heated,
@@ -48,7 +48,7 @@ from ..rendering.rendering import JOINTS_AT_REST, Rendering, pulled, sensor_pose
 from ..rendering.sections import ChainTwin as ChainSection
 from ..rendering.sections import Twin
 from ..rendering.tool import carrying, tool_of
-from ..rendering.twin import degrees_of_freedom, joint_names, twin_of
+from ..rendering.twin import twin_of
 from ..telemanipulation.leading_twin import LeadingTwin, led_fields
 from ..telemanipulation.sections import Leads
 from .config import GiantConfig
@@ -71,7 +71,7 @@ MACHINE_LIMITS = 13
 
 
 def state_layout(
-    twin: Twin,
+    twins: Mapping[str, Twin],
     levels: int,
     peaks: bool = False,
     gives: bool = False,
@@ -79,7 +79,6 @@ def state_layout(
     leads: Leads | None = None,
 ) -> np.dtype[np.void]:
     """What the log keeps of a tick: numbers first, then flags and the solver."""
-    joints = joint_names(twin)
     return np.dtype(
         [
             ("link", "<f8", 6),  # measured, link side [rad]
@@ -91,13 +90,13 @@ def state_layout(
             ("ppu", "<f8", (3, 2)),  # estimated position, velocity, acceleration [m, s]
             *led_fields(leads),
             *watched(passivity),
-            *twin_fields(joints),
-            *solved(6, degrees_of_freedom(twin) + MACHINE_LIMITS, levels, joints),
+            *twin_fields(twins),
+            *solved(6, MACHINE_LIMITS, levels, twins),
         ]
     )
 
 
-class Giant:
+class Giant(ExchangesTwins):
     """HapticGiant; see ``Machine``."""
 
     outputs: tuple[tuple[str, str], ...] = (("joints", "target_torque"), ("axes", "target_velocity"))
@@ -116,6 +115,7 @@ class Giant:
         ratings = _ratings(config, robot)
         self.force_control = control = _force_control(config, manipulator, self._observer, ratings, dt)
         self.notes: list[str] = []
+        self.twins = config.twin_names
         self._announcer = Announcer(JOINTS, control.compliance, self.notes, dt)
         self._estimator = WrenchEstimator(
             tool.mass,
@@ -147,6 +147,7 @@ class Giant:
             heat,
             mark,
             dt,
+            config.arming.fade,
             giant.force_control.passivity,
             _estimator(config, manipulator, self._joints, dt) if tracking.estimation == "kalman" else None,
         )
@@ -170,7 +171,7 @@ class Giant:
         self.levels, self.remarks = levels_of(control), REMARKS
         gives, watches = config.compliance is not None, giant.force_control.passivity
         peaks = bool(ratings.axes.peaks)
-        self.state = state_layout(giant.twin, len(self.levels), peaks, gives, watches, config.leads)
+        self.state = state_layout(config.twins, len(self.levels), peaks, gives, watches, config.leads)
         self.position: list[float] = [0.0] * len(self.axes)
         self.velocity: list[float] = [0.0] * len(self.axes)
         self.overload = ""
@@ -332,10 +333,9 @@ class Giant:
                 ppu.qd,
                 ppu.qdd,
                 *(self.leading.numbers if self.leading else ()),
-                *felt(self._rendering),
             ),
         )
-        self._log = StateLog(state, numbers, control)
+        self._log = StateLog(state, numbers, self._rendering)
 
     def fill(self) -> None:
         """Copy the state of this tick."""
@@ -430,7 +430,7 @@ def _force_control(
     return ForceControl(
         manipulator,
         limits,
-        twin_of(giant.twin),
+        [twin_of(twin) for twin in config.twins.values()],
         [JointSum(TILT, *m.tilt)],
         [Box(point, giant.box.lower, giant.box.upper) for point in ("handle", ELBOW)],
         Gains(control.p_gain, control.p_gain, control.d_gain, control.d_gain),

@@ -18,7 +18,7 @@ def check_rates(config: GiantConfig) -> Found:
         "giant.ppu.gain": (0.0, ppu.gain),
     }
     return (
-        check_control("giant", giant.force_control, giant.twin, dt)
+        check_control("giant", giant.force_control, giant.twin, giant.twins, dt)
         + check_gains(pairs, dt)
         + check_times({"giant.ppu.time_constant": ppu.time_constant}, dt)
     )

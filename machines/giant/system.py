@@ -27,7 +27,7 @@ GIANT = System(
     giant_led,
     GiantScene,
     lambda config, robot: [
-        *remarks(config.giant.twin),
+        *remarks(config.twins),
         *unwatched(robot, config.look_ahead, foreseen_limits(config)),
     ],
     giant_rig,

@@ -14,8 +14,8 @@ from ...models import Array, Robot
 from ...runtime.core.machine import RAMP_SHARE
 from ...runtime.core.sampling import controls, fastest, integrates
 from .rendering import sensor_pose
-from .sections import ForceControl, Handle, Twin
-from .twin import check_twin
+from .sections import ForceControl, Handle, Twin, Twins
+from .twin import check_twins
 
 Found = list[tuple[str, str, str]]
 """Key, problem and fix of everything that is wrong."""
@@ -122,14 +122,14 @@ def check_no_peaks(devices: Mapping[str, Device], machine: str) -> Found:
     ]
 
 
-def check_control(key: str, force: ForceControl, twin: Twin, dt: float) -> Found:
-    """Gains and horizons that a period dt [s] cannot follow, and what is wrong with the twin."""
+def check_control(key: str, force: ForceControl, twin: Twin, others: Twins, dt: float) -> Found:
+    """Gains and horizons that a period dt [s] cannot follow, and what is wrong with the twins."""
     gains = {f"{key}.force_control.d_gain": (force.p_gain, force.d_gain)}
     times = {
         f"{key}.force_control.viability_horizon": force.viability_horizon,
         f"{key}.force_control.point_horizon": force.point_horizon,
     }
-    return check_gains(gains, dt) + check_times(times, dt) + check_twin(f"{key}.twin", twin, dt)
+    return check_gains(gains, dt) + check_times(times, dt) + check_twins(key, twin, others, dt)
 
 
 def check_gains(pairs: Mapping[str, tuple[float, float]], dt: float) -> Found:

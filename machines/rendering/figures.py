@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from math import hypot
+from math import hypot, isfinite
 
 import numpy as np
 
@@ -39,7 +39,8 @@ class RenderingFigures:
             return []
         force = f"force {hypot(*state['wrench'][:3].tolist()):.0f} N"
         spent = [f"joint {i + 1} at its {_limit(state, i)}" for i in np.flatnonzero(state["spent"])[:1]]
-        return [force, *_led(state), *_damped(state), *_pushed(state), *spent, *_chain(state)]
+        own = (*_led(state), *_damped(state), *_pushed(state))
+        return [force, *own, *spent, *_rendered(state), *_chain(state)]
 
 
 def _led(state: np.void) -> Iterator[str]:
@@ -68,10 +69,19 @@ def _limit(state: np.void, i: int) -> str:
     return f"peak torque, {100.0 * used:.0f} % of its time used"
 
 
+def _rendered(state: np.void) -> Iterator[str]:
+    """Which of several twins it is, and how far it has faded in."""
+    if "rendered" in (state.dtype.names or ()):
+        share, flags = float(state["twin_share"]), state["rendered"]
+        name = next(name for name, flag in zip(flags.dtype.names, flags.item(), strict=True) if flag)
+        yield f"twin {name}" + (f" at {100.0 * share:.0f} %" if share < 1.0 else "")
+
+
 def _chain(state: np.void) -> Iterator[str]:
     """Joints of the twin by their names, and which of them a lock holds; a free mass has none."""
     if "twin" not in (state.dtype.names or ()):
         return
     twin = state["twin"]
     for name, q, held in zip(twin.dtype.names, twin.item(), state["held"].tolist(), strict=True):
-        yield f"{name} {q:.2f}{' locked' if held != FREE else ''}"
+        if isfinite(q):
+            yield f"{name} {q:.2f}{' locked' if held != FREE else ''}"

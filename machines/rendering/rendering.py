@@ -14,6 +14,7 @@ from ...control.force_control import ForceControl
 from ...control.handle_passivity import HandlePassivity
 from ...control.joint_kalman import JointKalman
 from ...control.tracking import Admitted, DriveFriction, SeriesElasticity, Tracking
+from ...control.twin_exchange import TwinExchange
 from ...devices.torque_drive import JointDrives
 from ...models import Array, Robot
 from ...runtime.core.machine import DRIFT
@@ -53,6 +54,7 @@ class Rendering:
 
     Attributes:
         control: the force control.
+        exchange: of its twins.
         astray: whether each joint is further from where it is led than loads explain, after a tick.
         overload: axis at which the hand, and what the arm carries, ask for more torque than is rated, now or
             lately; "" for none.
@@ -77,16 +79,19 @@ class Rendering:
         heat: Heat,
         mark: Mark,
         dt: float,
+        fade: float,
         watched: bool = False,
         estimator: JointKalman | None = None,
     ) -> None:
         """Motor-side gains of the joints: proportional and derivative, (m,) each; what the gate admits.
 
-        ``heat`` says how much of that the motors may give now; ``watched``: the twin is
+        ``heat`` says how much of that the motors may give now; ``fade``: time in which a twin's forces
+        fade in [s]; ``watched``: the twin is
         damped where its handle is not passive. Motors are where ``estimator`` says, or where
         their encoders do.
         """
         self.control = control
+        self.exchange = TwinExchange(control, fade, dt)
         self.felt, self.wrench = np.zeros(6), np.zeros(6)
         self.passivity = HandlePassivity(dt) if watched else None
         n = control.arm.n
@@ -140,6 +145,7 @@ class Rendering:
     def engage(self, q: Array) -> None:
         """Twin on the handle, everything at rest at measured joints (m,), even a little outside limits."""
         control = self.control
+        self.exchange.reset()
         control.reset(q)
         self._led[:] = q
         self._strained[:] = 0
@@ -181,6 +187,7 @@ class Rendering:
         self._tracking.doubt(False)
         self._contradicted = 0
         self._judge(wrench, 1.0 - held)
+        self.exchange.update()
         control.prepare(self._damped(self.passivity) if self.passivity else self.felt)
         if control.ability:
             self._tracking.forecast(base)

@@ -76,6 +76,12 @@ class ForceControl(Strict, frozen=True):
     passivity: bool = False
 
 
+TwinName = Annotated[
+    str, Meta(pattern="^[a-z0-9_]{1,24}$", description="give 1 to 24 of a to z, 0 to 9 and _")
+]
+"""Of a twin among several: it is typed, and stands on buttons."""
+
+
 class CartesianTwin(Strict, frozen=True, tag_field="kind", tag="cartesian"):
     """A free mass as the digital twin."""
 
@@ -87,6 +93,7 @@ class CartesianTwin(Strict, frozen=True, tag_field="kind", tag="cartesian"):
     rotational_velocity: AngularSpeed
     acceleration: Acceleration
     rotational_acceleration: AngularAcceleration
+    name: TwinName | None = None
 
 
 class Row(Strict, frozen=True):
@@ -211,9 +218,21 @@ class ChainTwin(Strict, frozen=True, tag_field="kind", tag="chain"):
     gravity: Gravity = Gravity(0.0)
     least_mass: LeastMass = LeastMass(1.5)
     least_inertia: LeastInertia = LeastInertia(0.03)
+    name: TwinName | None = None
 
 
 Twin: TypeAlias = CartesianTwin | ChainTwin
+Twins: TypeAlias = dict[TwinName, Twin]
+"""Twins that the one of the start may be exchanged for, by their names."""
+
+
+def named_twins(first: Twin, others: Twins) -> dict[str, Twin]:
+    """All of them by their names, the one of the start first; one that has no name is what it is."""
+    kind = "mass" if isinstance(first, CartesianTwin) else "chain"
+    found: dict[str, Twin] = {first.name or kind: first}
+    for name, twin in others.items():
+        found.setdefault(name, twin)
+    return found
 
 
 class Obstacle(Strict, frozen=True):

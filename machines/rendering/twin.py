@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 import pinocchio as pin
@@ -13,6 +13,7 @@ from ...control.twin import CartesianTwin, Twin
 from ...models import Array, DhRow, ModelError, Robot
 from ...models.dh_robot import END, Body, from_dh
 from ...runtime.core.machine import LimitSpec
+from ...runtime.core.modes import MOST_TWINS
 from ...runtime.core.sampling import controls
 from ..telemanipulation.arm import PALM, chain_of
 from . import sections as s
@@ -54,9 +55,16 @@ def degrees_of_freedom(section: s.Twin, directions: tuple[int, ...] = SIX) -> in
     return len(section.joints) if isinstance(section, s.ChainTwin) else len(directions)
 
 
-def joint_names(section: s.Twin) -> tuple[str, ...]:
-    """Names of the twin's joints; a free mass has none."""
-    return tuple(section.joints) if isinstance(section, s.ChainTwin) else ()
+def joint_labels(twins: Mapping[str, s.Twin]) -> tuple[str, ...]:
+    """The joints of all twins, one after the other: a free mass has none.
+
+    Those of the first go by their own names, the others' have the name of their twin before them.
+    """
+    return tuple(
+        f"{name}_{joint}" if i else joint
+        for i, (name, section) in enumerate(twins.items())
+        for joint in (section.joints if isinstance(section, s.ChainTwin) else ())
+    )
 
 
 def end_of(section: s.ChainTwin) -> str:
@@ -127,17 +135,18 @@ def added(section: s.ChainTwin) -> tuple[float, float]:
     return mass, inertia
 
 
-def remarks(section: s.Twin) -> list[str]:
-    """What people should know of a twin that is fine."""
-    if not isinstance(section, s.ChainTwin):
-        return []
-    mass, inertia = added(section)
-    if not (mass or inertia):
-        return []
-    return [
-        f"the end of the twin would be lighter than a machine can render: {mass:.2g} kg and"
-        f" {inertia:.2g} kg m^2 are added there (least_mass, least_inertia)"
-    ]
+def remarks(twins: Mapping[str, s.Twin]) -> list[str]:
+    """What people should know of twins that are fine."""
+    found = []
+    for name, section in twins.items():
+        mass, inertia = added(section) if isinstance(section, s.ChainTwin) else (0.0, 0.0)
+        if mass or inertia:
+            which = "the twin" if len(twins) == 1 else f"the twin {name}"
+            found.append(
+                f"the end of {which} would be lighter than a machine can render: {mass:.2g} kg and"
+                f" {inertia:.2g} kg m^2 are added there (least_mass, least_inertia)"
+            )
+    return found
 
 
 def _links(section: s.ChainTwin) -> Robot:
@@ -166,16 +175,23 @@ def limits_of(section: s.ChainTwin, robot: Robot) -> tuple[Array, Array, Array, 
     return lower, upper, velocity, acceleration
 
 
-def twin_limits(section: s.Twin) -> list[LimitSpec]:
-    """Position limits of a chain's joints, for a session that touches them; a free mass has none."""
-    if not isinstance(section, s.ChainTwin):
-        return []
-    lower, upper, *_ = limits_of(section, robot_of(section))
-    rows = zip(section.joints.items(), lower.tolist(), upper.tolist(), strict=True)
+def twin_limits(twins: Mapping[str, s.Twin]) -> list[LimitSpec]:
+    """Position limits of the chains' joints, for a session that touches them; see ``joint_labels``."""
+    rows = [
+        (joint, low, high)
+        for section in twins.values()
+        if isinstance(section, s.ChainTwin)
+        for joint, low, high in _ranges(section)
+    ]
     return [
         LimitSpec(f"twin {name.replace('_', ' ')}", low, high, "rad" if _turns(joint) else "m")
-        for (name, joint), low, high in rows
+        for name, (joint, low, high) in zip(joint_labels(twins), rows, strict=True)
     ]
+
+
+def _ranges(section: s.ChainTwin) -> list[tuple[s.TwinJoint, float, float]]:
+    lower, upper, *_ = limits_of(section, robot_of(section))
+    return list(zip(section.joints.values(), lower.tolist(), upper.tolist(), strict=True))
 
 
 def _turns(joint: s.TwinJoint) -> bool:
@@ -219,6 +235,25 @@ def _row(name: str, joint: s.TwinJoint) -> DhRow:
 
 def _body(body: s.Body | None) -> tuple[float, Sequence[float], Sequence[float]]:
     return (body.mass, body.centre, body.moments) if body else (0.0, (0.0,) * 3, (0.0,) * 3)
+
+
+def check_twins(key: str, first: s.Twin, others: s.Twins, dt: float) -> Found:
+    """What is wrong with the twins of a machine, whose sections are below a key, at a period dt [s]."""
+    found = check_twin(f"{key}.twin", first, dt)
+    twins = s.named_twins(first, others)
+    for name, twin in others.items():
+        at = f"{key}.twins.{name}"
+        if twins[name] is not twin:
+            found.append((at, "is also the name of the twin of the start", f"give {key}.twin a name"))
+        if twin.name not in (None, name):
+            found.append((f"{at}.name", f"'{twin.name}' is not the name of its table", "remove it"))
+        found += check_twin(at, twin, dt)
+    if len(twins) > MOST_TWINS:
+        found.append((f"{key}.twins", f"with the first they are {len(twins)}", f"give {MOST_TWINS} at most"))
+    labels = joint_labels(twins)
+    if twice := [label for label in dict.fromkeys(labels) if labels.count(label) > 1]:
+        found.append((f"{key}.twins", f"two joints would be called {twice[0]}", "rename one of them"))
+    return found
 
 
 def check_twin(key: str, section: s.Twin, dt: float) -> Found:

@@ -73,7 +73,7 @@ def add_twin(parser: argparse.ArgumentParser, more: str = "") -> None:
         type=name,
         metavar="TWIN",
         help="render this digital twin instead: a twin's TOML file (docs/twins.md), or built in: "
-        f"{', '.join(twins())}{more}",
+        f"{', '.join(twins())}; of several, TWIN,TWIN, the first, and exchange it on demand{more}",
     )
 
 

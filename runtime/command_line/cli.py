@@ -46,6 +46,8 @@ EPILOG = """examples:
   {program} run my_machine.toml --duration 600
   {program} run {machine} --twin door
       the same machine as a door with a handle; docs/twins.md: one of your own
+  {program} run {machine} --twin mass,door,excavator
+      begins with the first; the keys 1 to 3 exchange it while the machine runs
   {program} replay --verify
       the newest session again, every tick compared bit for bit
   {program} check my_machine.toml

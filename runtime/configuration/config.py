@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import shlex
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib import resources
 from pathlib import Path
 from typing import Any, TypeVar
@@ -23,12 +23,15 @@ from ...models.xml_tree import MAX_BYTES as MAX_MODEL_BYTES
 from ..core.sections import Config
 from ..errors import ConfigError, Finding
 from ..invocation import program
-from .known import BETWEEN, CONFIGS, TWINS, built_in, machine_folders, twins
+from .known import AND, BETWEEN, CONFIGS, TWINS, built_in, machine_folders, twins
 from .schema import advice, known_fields, steps, value_type
 from .system import ScriptError, find_system, system_names
 from .toml_lines import key_lines, line_of
 from .toml_reader import MAX_BYTES, read
-from .twin_file import exchanged, led, tree_of, with_model
+from .twin_file import exchanged, joined, led, tree_of, with_model
+
+LONGEST_NAME = 24
+"""Characters of a twin's name."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,14 +56,21 @@ class Loaded:
 def load(name: str) -> Loaded:
     """A configuration by path, or by the name of a built-in one; "MACHINE with TWIN" has another twin.
 
+    Of "MACHINE with TWIN,TWIN" it has the first, and may exchange it for the others.
+
     Raises:
         ConfigError: with file and line of everything that is wrong with it.
     """
     machine, between, twin = name.partition(BETWEEN)
-    if between and not _exists(Path(name)):
-        text, folder = _twin_text(Path(twin), twin)
-        return with_twin(_load(machine), twin, text, folder)
-    return _load(name)
+    if not between or _exists(Path(name)):
+        return _load(name)
+    first, *others = [twin] if _exists(Path(twin)) else twin.split(AND)
+    found = with_twin(_load(machine), first, *_twin_text(Path(first), first))
+    if others:
+        found = _named(found, first)
+    for other in others:
+        found = with_another(found, other, *_twin_text(Path(other), other))
+    return found
 
 
 def _load(name: str) -> Loaded:
@@ -105,11 +115,9 @@ def with_twin(machine: Loaded, twin: str, text: str, folder: Any) -> Loaded:
         whole = exchanged(machine.text, text, tag, own_hand)
         whole = _keep(whole, source, parse(whole, source), folder)
         config = parse(whole, source)
-        if wrong := system.check(config, robot):
-            lines = key_lines(whole)
-            raise ConfigError(source, [Finding(line_of(key, lines), key, *rest) for key, *rest in wrong])
+        _require_fit(config, whole, source, robot)
     except ConfigError as error:
-        raise _in_its_file(error, f"{tag}.", twin, text) from error
+        raise _in_its_file(error, f"{tag}.twin", twin, text) from error
     if config.simulation is not None and not own_hand:
         try:
             whole = led(whole, system.led(config, robot, tree.get("hand", {})))
@@ -121,9 +129,63 @@ def with_twin(machine: Loaded, twin: str, text: str, folder: Any) -> Loaded:
     return Loaded(name, config, whole, source, machine.model_text, machine.model_source)
 
 
+def _named(loaded: Loaded, twin: str) -> Loaded:
+    """The same with the name of its twin's file, where the twin has none."""
+    table = f"[{_tag(loaded.config)}.twin]"
+    if re.search(rf"^{re.escape(table)}\n(?:[^\[\n].*\n|\n)*?name\s*=", loaded.text, re.MULTILINE):
+        return loaded
+    text = loaded.text.replace(f"\n{table}", f'\n{table}\nname = "{_twin_name(twin)}"', 1)
+    return replace(loaded, text=text, config=parse(text, loaded.source))
+
+
+def _twin_name(twin: str) -> str:
+    """What a twin is called among several: its file's name, as far as it can be typed."""
+    return re.sub("[^a-z0-9_]", "_", Path(twin).stem.lower())[:LONGEST_NAME]
+
+
+def with_another(machine: Loaded, twin: str, text: str, folder: Any) -> Loaded:
+    """A machine that may exchange its twin for one more.
+
+    Args:
+        machine: which renders twins.
+        twin: path or name of the twin, for people.
+        text: of its file; nobody leads its joints, and nobody asks what they touch.
+        folder: where the models are that it names.
+
+    Raises:
+        ConfigError: what is wrong with it.
+    """
+    tree_of(text, twin)
+    tag, name = _tag(machine.config), _twin_name(twin)
+    source = f"{Path(machine.source).stem}_{Path(twin).stem}.toml"
+    if name in machine.config.twin_names:
+        problem = f"two twins would be called '{name}'"
+        raise ConfigError(twin, [Finding(0, "", problem, "name each once; rename one of the files")])
+    try:
+        whole = joined(machine.text, text, tag, name)
+        whole = _keep(whole, source, parse(whole, source), folder)
+        config = parse(whole, source)
+        _require_fit(config, whole, source, Robot.from_urdf(machine.model_text, machine.model_source))
+    except ConfigError as error:
+        raise _in_its_file(error, f"{tag}.twins.{name}", twin, text) from error
+    full = f"{machine.name}{AND}{twin}"
+    return Loaded(full, config, whole, source, machine.model_text, machine.model_source)
+
+
+def _require_fit(config: Config, text: str, source: str, robot: Robot) -> None:
+    """What only the model can tell of a machine.
+
+    Raises:
+        ConfigError: what is wrong with it.
+    """
+    if wrong := find_system(_tag(config)).check(config, robot):
+        lines = key_lines(text)
+        raise ConfigError(source, [Finding(line_of(key, lines), key, *rest) for key, *rest in wrong])
+
+
 def _twin_text(path: Path, twin: str) -> tuple[str, Any]:
     """Text of a twin's file, or of a built-in one, and the folder that it is in."""
-    if path.suffix == ".toml" or _exists(path):
+    if path.suffix == ".toml" or (twin and _exists(path)):
         return _read(path, twin, MAX_BYTES), path.parent
     folder = resources.files(CONFIGS) / TWINS
     if not _exists(folder / f"{twin}.toml"):
@@ -131,11 +193,11 @@ def _twin_text(path: Path, twin: str) -> tuple[str, Any]:
     return _read(folder / f"{twin}.toml", twin, MAX_BYTES), folder
 
 
-def _in_its_file(error: ConfigError, machine: str, twin: str, text: str) -> ConfigError:
-    """What is wrong with a twin, with the lines of its own file; anything else as it is."""
-    keys = [finding.key.removeprefix(machine) for finding in error.findings]
-    if not all(finding.key.startswith(f"{machine}twin") for finding in error.findings):
+def _in_its_file(error: ConfigError, place: str, twin: str, text: str) -> ConfigError:
+    """What is wrong with a twin at a place, with the lines of its own file; anything else as it is."""
+    if not all(re.match(rf"{re.escape(place)}(\.|$)", finding.key) for finding in error.findings):
         return error
+    keys = [f"twin{finding.key.removeprefix(place)}" for finding in error.findings]
     rows, lines = zip(keys, error.findings, strict=True), key_lines(text)
     return ConfigError(twin, [Finding(line_of(key, lines), key, f.problem, f.fix) for key, f in rows])
 
@@ -362,7 +424,7 @@ def _locate(
 
 
 def _name_dict_keys(path: str, tree: dict[str, Any], root: type[Struct]) -> str:
-    """Msgspec writes ``[...]`` for a key of a table of anything; find which one fails."""
+    """Msgspec writes ``[...]`` for a key of a table of anything, and of one in it; find which one fails."""
     if "[...]" not in path:
         return path
     head, _, tail = path.partition("[...]")
@@ -374,5 +436,5 @@ def _name_dict_keys(path: str, tree: dict[str, Any], root: type[Struct]) -> str:
         try:
             msgspec.convert(value, kind, dec_hook=_read_quantity)
         except msgspec.ValidationError:
-            return f"{head}.{key}{tail}"
+            return _name_dict_keys(f"{head}.{key}{tail}", tree, root)
     return head

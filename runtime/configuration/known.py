@@ -15,6 +15,8 @@ TWINS = "twins"
 TWIN_TABLE = re.compile(r"^\[\w+\.twin\]", re.MULTILINE)
 BETWEEN = " with "
 """Stands between machine and twin in the name of both, "MACHINE with TWIN"."""
+AND = ","
+"""Stands between the twins of a machine that has several."""
 
 
 def machine_folders() -> list[str]:

@@ -60,6 +60,19 @@ def exchanged(text: str, twin: str, system: str, touches: bool) -> str:
     return "".join([*_lines(kept), "\n", *_renamed(twin, system)])
 
 
+def joined(text: str, twin: str, system: str, name: str) -> str:
+    """A machine's text with one more twin, for which its own may be exchanged.
+
+    Args:
+        text: of the machine's configuration.
+        twin: text of the twin's file, of which only the twin itself is taken.
+        system: the machine's kind.
+        name: of the twin.
+    """
+    tables = "".join(block for table, block in blocks(twin) if table.split(".")[0] == "twin")
+    return "".join([*_lines(text), "\n", *_renamed(tables, system, f"{system}.twins.{name}")])
+
+
 def led(text: str, path: str) -> str:
     """A machine's text with other tables for the path of its simulated hand."""
     kept = _without(text, "simulation.hand.path", "simulation.hand.away")
@@ -67,7 +80,7 @@ def led(text: str, path: str) -> str:
 
 
 def with_model(text: str, source: str, system: str, load: Callable[[str], str]) -> str:
-    """A text that holds the model of its twin, where it names one and does not hold it yet.
+    """A text that holds the models of its twins, where they name one and it does not hold it yet.
 
     Args:
         text: of a configuration.
@@ -80,14 +93,18 @@ def with_model(text: str, source: str, system: str, load: Callable[[str], str]) 
     """
     tree: Any = read(text, source)
     table = tree.get(system) if isinstance(tree.get(system), dict) else {}
-    twin = table.get("twin")
-    if not (isinstance(twin, dict) and isinstance(twin.get("urdf"), str)) or "kept" in twin:
-        return text
-    model = load(twin["urdf"])
-    if "'''" in model:
-        key = f"{system}.twin.urdf"
-        raise ConfigError(source, [Finding(1, key, "the model contains '''", "write it with other quotes")])
-    return f"{text.rstrip()}\n\n[{system}.twin.kept]\nurdf = '''\n{model.rstrip()}\n'''\n"
+    others: Any = table.get("twins") if isinstance(table.get("twins"), dict) else {}
+    places = {f"{system}.twin": table.get("twin")}
+    places |= {f"{system}.twins.{name}": twin for name, twin in others.items()}
+    for place, twin in places.items():
+        if not (isinstance(twin, dict) and isinstance(twin.get("urdf"), str)) or "kept" in twin:
+            continue
+        model = load(twin["urdf"])
+        if "'''" in model:
+            problem, fix = "the model contains '''", "write it with other quotes"
+            raise ConfigError(source, [Finding(1, f"{place}.urdf", problem, fix)])
+        text = f"{text.rstrip()}\n\n[{place}.kept]\nurdf = '''\n{model.rstrip()}\n'''\n"
+    return text
 
 
 def _without(text: str, *tables: str) -> str:
@@ -102,9 +119,9 @@ def _lines(text: str) -> list[str]:
     return [*text.rstrip().splitlines(keepends=True), "\n"]
 
 
-def _renamed(twin: str, system: str) -> Iterator[str]:
+def _renamed(twin: str, system: str, own: str = "") -> Iterator[str]:
     for name, block in blocks(twin):
-        place = {"twin": f"{system}.twin", "touches": "simulation.touches"}.get(name.split(".")[0])
+        place = {"twin": own or f"{system}.twin", "touches": "simulation.touches"}.get(name.split(".")[0])
         if place:
             header, rest = block.split("\n", 1) if "\n" in block else (block, "")
             yield header.replace(name.split(".")[0], place, 1) + "\n" + rest

@@ -12,8 +12,9 @@ from ...safety import PASS, Gate, Permission, Reaction, SetPointGate, Standstill
 from .bring_up import BringUp
 from .drives import Drives, TorqueOff
 from .events import Event, EventKind
+from .exchange import Exchange
 from .machine import Announcing, Equipped, Machine
-from .modes import RENDERING, UNPREPARED, WAITING, Command, Mode
+from .modes import RENDERING, UNPREPARED, WAITING, Command, Mode, twin_number
 from .phase import Phase
 from .reset import Reset
 from .sections import Config
@@ -61,6 +62,7 @@ class Cycle:
         self.bring_up = BringUp(image, phase, senses, rate)
         self._torque_off = TorqueOff(signals, phase, rate)
         self._notes = machine.notes if isinstance(machine, Announcing) else []
+        self._exchange = Exchange(machine, phase)
         self.counter = 0
         self._gap = 0
         self._commanded = -1
@@ -148,6 +150,7 @@ class Cycle:
             for what in self._notes:
                 phase.say(EventKind.ANNOUNCED(what=what))
             self._notes.clear()
+        self._exchange.look()
         self.outputs.verdict = strongest(found, admitted)
 
     def _obey(self, tick: int, commands: Command) -> None:
@@ -165,6 +168,8 @@ class Cycle:
                 self.phase.say(EventKind.NOTHING_TO_STOP())
         elif commands & Command.RESET:
             self.reset.begin()
+        if commands & Command.TWIN:
+            self._exchange.ask(twin_number(commands))
 
     def _command(self, tick: int) -> Verdict:
         """The commands of this tick, and the modes that follow from the motion."""

@@ -86,6 +86,8 @@ class EventKind(Enum):
     RESET = ("reset", Severity.NOTE, "READY: reset; press the dead-man switch to start")
 
     ANNOUNCED = ("announced", Severity.NOTE, "{what}")
+    EXCHANGING = ("exchanging", Severity.NOTE, "twin {twin}: the machine comes to rest for it")
+    EXCHANGED = ("exchanged", Severity.NOTE, "twin {twin}: it is rendered from now on")
 
     # what a person asks for
     ARMED = ("armed", Severity.NOTE, "armed by command: press the dead-man switch to start")
@@ -99,6 +101,7 @@ class EventKind(Enum):
     NOTHING_TO_STOP = ("nothing_to_stop", Severity.NOTE, "stop commanded: no drive has power")
     NOT_STARTED = ("not_started", Severity.REFUSAL, "not started: {why:; }")
     NOT_RESET = ("not_reset", Severity.REFUSAL, "reset refused: {why}")
+    NOT_EXCHANGED = ("not_exchanged", Severity.REFUSAL, "twin {twin}: not exchanged: {why}")
     TYPED = ("typed", Severity.NOTE, "typed: {what:; }")
     TAKEN_OVER = ("taken_over", Severity.NOTE, _TAKEN_OVER)
     TAKEN_OVER_ENDLESS = (

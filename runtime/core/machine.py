@@ -149,6 +149,33 @@ class Announcing(Protocol):
 
 
 @runtime_checkable
+class Exchanging(Protocol):
+    """A machine that renders one of several digital twins.
+
+    Attributes:
+        twins: their names; the first is the one that a session begins with.
+        abandoned: why an exchange that had begun was given up, in words; whoever tells it empties it.
+    """
+
+    twins: tuple[str, ...]
+    abandoned: str
+
+    @property
+    def rendered(self) -> int:
+        """Index of the twin that is rendered."""
+
+    @property
+    def wanted(self) -> int:
+        """Index of the one that an exchange under way leads to; -1 for none."""
+
+    def exchange(self, index: int, at_rest: bool) -> None:
+        """Render another twin: at once where nothing moves, or once the rendered one has come to rest."""
+
+    def give_up(self, why: str) -> None:
+        """An exchange that is under way; why, in words."""
+
+
+@runtime_checkable
 class Foreseeing(Protocol):
     """A machine that looks ahead for collisions.
 

@@ -63,3 +63,25 @@ class Command(IntFlag):
     """The session ends: come to rest, brakes closed."""
     UNRECORDED = 16
     """Nobody writes the log any more, or records are lost: what runs goes on, and is not armed again."""
+    TWIN = 7 << 5
+    """The number, from 1 on, of the digital twin that is to be rendered; see ``exchange``."""
+
+
+TWIN_BIT = 5
+MOST_TWINS = Command.TWIN >> TWIN_BIT
+"""The log keeps the commands of a tick in a byte."""
+
+
+def exchange(number: int) -> Command:
+    """The command that asks for the twin of a number, 1 to ``MOST_TWINS``."""
+    return Command(number << TWIN_BIT)
+
+
+def twin_number(commands: Command) -> int:
+    """The twin that commands ask for; 0 for none."""
+    return (commands & Command.TWIN) >> TWIN_BIT
+
+
+def together(earlier: Command, later: Command) -> Command:
+    """Commands of one tick: of twins, the last that was asked for."""
+    return (earlier & ~Command.TWIN if later & Command.TWIN else earlier) | later

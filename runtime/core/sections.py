@@ -145,3 +145,8 @@ class Config(Strict, frozen=True, kw_only=True, tag_field="system"):
     safety: Safety
     devices: dict[str, Any]  # of Device; which kinds there are is known only where they are installed
     simulation: Simulation | None = None
+
+    @property
+    def twin_names(self) -> tuple[str, ...]:
+        """Names of the digital twins that a session may render, the one that it begins with first."""
+        return ()

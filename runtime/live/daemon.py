@@ -19,7 +19,7 @@ from ..configuration.bus import bus_warnings, open_bus
 from ..configuration.config import Loaded
 from ..configuration.session import Session, build
 from ..core.events import UNARMABLE, Event, EventKind
-from ..core.modes import Command, Mode
+from ..core.modes import Command, Mode, together
 from ..core.sections import SimulatedBus
 from ..core.stages import Stage, Stages
 from ..core.tick import Inputs
@@ -295,7 +295,7 @@ class Daemon:
 
     def ask(self, command: Command) -> None:
         """Give the machine a command at the next tick."""
-        self._pending |= command
+        self._pending = together(self._pending, command)
 
     def lead(self) -> bool:
         """A person takes over from the script; whether the session goes on until that person ends it."""

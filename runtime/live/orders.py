@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from enum import Enum
 
 from ...sim.person import Deed
-from ..core.modes import Command, Mode
+from ..core.modes import Command, Mode, exchange, twin_number
 from ..core.sections import Config, SimulatedBus
 
 LONGEST_LINE = 256
@@ -111,7 +111,16 @@ def possible(config: Config) -> tuple[Order, ...]:
     """What can be typed at this machine, the important first; only a simulated one has a hand to lead."""
     arm = (ARM,) if config.arming.by == "command" else ()
     person = at_the_machine(config) if isinstance(config.bus, SimulatedBus) else ()
-    return (STOP, QUIT, HELP, RESET, *arm, *person)
+    return (STOP, QUIT, HELP, RESET, *arm, *_twins(config), *person)
+
+
+def _twins(config: Config) -> tuple[Order, ...]:
+    """One for each digital twin that may be rendered, where there are several."""
+    names = config.twin_names if len(config.twin_names) > 1 else ()
+    return tuple(
+        Order(f"twin {name}", (str(k),), str(k), name, exchange(k), f"exchange the twin for {name}")
+        for k, name in enumerate(names, 1)
+    )
 
 
 def at_the_machine(config: Config) -> tuple[Order, ...]:
@@ -140,6 +149,8 @@ def legend(orders: Sequence[Order], single_keys: bool) -> str:
 
 def remark(command: Command, mode: Mode) -> str:
     """Why a command changes nothing in this mode, empty where it does or where the cycle says so itself."""
+    if twin_number(command):
+        return "that takes READY" if mode in (Mode.BRINGUP, Mode.FAILED) else ""
     if mode in (Mode.BRINGUP, Mode.FAILED):
         return f"nothing to {command.name.lower()} in {mode.name}" if command.name else ""
     if command is Command.STOP and not mode.powered:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from ..configuration.config import Loaded
 from ..configuration.session import build
+from ..core.machine import Exchanging
 from ..core.tick import Inputs
 from ..recording.record import NO_TIMING, RecordWriter
 
@@ -18,12 +19,15 @@ def warm_up(loaded: Loaded) -> None:
     writer = RecordWriter(cycle)
     machine.estimate()
     machine.engage()
+    twins = len(machine.twins) if isinstance(machine, Exchanging) else 1
     still = [False] * len(machine.axes)
     for tick in range(TICKS):
         inputs.tick = tick
         cycle.run(inputs)
         machine.plausibility.accept(1, True)
         machine.estimate()
+        if twins > 1 and isinstance(machine, Exchanging):
+            machine.exchange(tick % twins, at_rest=True)
         cycle.senses.monitor.judge(cycle.senses.seen)
         machine.update(1.0, 1.0)
         machine.brake(still)

@@ -62,7 +62,7 @@ class Frame(msgspec.Struct, kw_only=True):
         wrench: of the hand on the machine (6,) [N, N m].
         twin: its place (3,) [m]; None without one.
         demand: force that a machine whose strength is drawn is asked for (3,) [N]; empty for others.
-        low, high, mean: of the channels, in their order.
+        low, high, mean: of the channels, in their order; no finite number where there was no value.
         lateness, compute: counts of the session so far in bars of half octaves; empty in most frames.
         counts: what the session lost, by name.
         events: what was said since the last frame.
@@ -120,8 +120,8 @@ class FrameMaker:
         self._known = measured(self._before)
         if self._known:
             row = np.array(self.channels.values(fixed))
-            np.minimum(self._low, row, out=self._low)
-            np.maximum(self._high, row, out=self._high)
+            np.fmin(self._low, row, out=self._low)  # what is not rendered has no value
+            np.fmax(self._high, row, out=self._high)
             self._sum += row
             self._rows += 1
         self._before = int(fixed["mode"])

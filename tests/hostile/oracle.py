@@ -264,7 +264,7 @@ OPTIONAL = re.compile(
     r"|simulation\.(hand\.dead_man|hand\.away|supervisor|buttons|walls|things|fingers|pushes)\.\w+"
     r"|simulation\.(plant|sensors)\..*|simulation\.rhi\.masses|simulation\.arms\.tool_mass|[\w.]+\.stiffness_tolerance"
     r"|operator\.(assist|feedback|scale|body)|simulation\.(head|paddle)\..*|(operator|avatar)\.link\.\w+|arm\.(sums|boxes)\..*"
-    r"|look_ahead\..*|compliance\..*|avatar\.hands\..*\.follows\.\w+"
+    r"|(giant|arm)\.(twin\.name|twins\..*)|look_ahead\..*|compliance\..*|avatar\.hands\..*\.follows\.\w+"
 )
 """What may be missing, by docs/configuration.md, alone or together with the rest of its table."""
 

@@ -70,7 +70,9 @@ def of_the_program() -> Sections:
         for key in ("name", "node", "serial"):  # what all have is said once, and the table is the name
             found[section].pop(key)
     found["[devices.NAME]"] = {"type": "", "node": "", "serial": "none"}
-    return found
+    for section in [name for name in found if ".twins.NAME" in name]:  # what is said of one is said of all
+        assert found.pop(section) == found[section.replace(".twins.NAME", ".twin")]
+    return found | {"[giant.twins.NAME]": {}, "[arm.twins.NAME]": {}}
 
 
 def of_the_document() -> Sections:

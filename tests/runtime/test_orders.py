@@ -1,9 +1,11 @@
 """What may be typed: keys mean what the screen says, lines are whole words, and nothing is guessed."""
 
+import msgspec
 import pytest
-from hapticd.runtime.core.modes import Command, Mode
+from hapticd.runtime.configuration.config import load
+from hapticd.runtime.core.modes import MOST_TWINS, Command, Mode, exchange, together, twin_number
 from hapticd.runtime.core.sections import Config
-from hapticd.runtime.live.orders import Ear, Order, Request, key_line, legend, possible, remark
+from hapticd.runtime.live.orders import Ear, Order, Request, key_line, legend, possible, remark, viewed
 from hapticd.sim.person import Deed
 
 from .conftest import loaded
@@ -69,6 +71,28 @@ def test_a_real_machine_has_no_simulated_person() -> None:
 def test_arming_is_offered_where_the_configuration_asks_for_it() -> None:
     assert Command.ARM in [order.means for order in possible(loaded(COMMANDED).config)]
     assert Command.ARM not in [order.means for order in possible(simulated())]
+
+
+def test_twins_are_numbers_on_a_terminal_and_words_in_a_pipe_and_a_view_has_them_where_nothing_is_real() -> (
+    None
+):
+    several = load("giant with mass,door").config
+    ear = Ear(possible(several), single_keys=True)
+    assert meanings(ear, b"2") == [exchange(2)] and "2 door" in key_line(possible(several))
+    assert meanings(Ear(possible(several), single_keys=False), b"twin mass\n") == [exchange(1)]
+    assert {"twin mass", "twin door"} <= {order.word for order in viewed(several)}
+    assert not any(order.word.startswith("twin") for order in possible(simulated()))
+    there = msgspec.structs.replace(several, bus=real().bus)
+    assert exchange(2) in [order.means for order in possible(there)]
+    assert [order.means for order in viewed(there)] == [Command.STOP]
+    assert remark(exchange(2), Mode.BRINGUP) and not remark(exchange(2), Mode.ACTIVE)
+
+
+def test_of_two_twins_in_a_tick_the_last_counts_and_no_other_command_is_lost() -> None:
+    assert together(exchange(3), exchange(4)) == exchange(4)
+    assert together(Command.STOP | exchange(5), Command.RESET) == Command.STOP | Command.RESET | exchange(5)
+    assert [twin_number(exchange(k) | Command.END) for k in range(1, MOST_TWINS + 1)] == [*range(1, 8)]
+    assert twin_number(Command.STOP | Command.UNRECORDED) == 0 and int(exchange(MOST_TWINS)) < 256
 
 
 def test_a_line_may_come_in_pieces_and_the_last_one_without_its_end() -> None:

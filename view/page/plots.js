@@ -26,7 +26,7 @@ class Plot {
     if (canvas.width !== Math.round(w * ratio) || canvas.height !== Math.round(h * ratio)) { canvas.width = Math.round(w * ratio); canvas.height = Math.round(h * ratio); }
     const c = canvas.getContext("2d"), bottom = 17;
     c.setTransform(ratio, 0, 0, ratio, 0, 0); c.clearRect(0, 0, w, h);
-    const shown = frames.filter(f => f.mean.length && f.tick / rate >= from && f.tick / rate <= to);
+    const shown = frames.filter(f => f.mean.length && this.channels.every(k => f.mean[k] !== null) && f.tick / rate >= from && f.tick / rate <= to);
     let low = Infinity, high = -Infinity;
     for (const f of shown) for (const k of this.channels) { low = Math.min(low, f.low[k]); high = Math.max(high, f.high[k]); }
     if (low > high) { low = 0; high = 1; }

@@ -105,8 +105,8 @@ function buildLimits() {
 function showLimits() {
   const touched = [];
   for (const {spec, k, track, mark, value} of limitRows) {
-    const v = now.mean[k]; mark.hidden = v === undefined || spec.lower === null || spec.upper === null;
-    if (v === undefined) { value.textContent = ""; continue; }
+    const v = now.mean[k]; mark.hidden = v == null || spec.lower === null || spec.upper === null;
+    if (v == null) { value.textContent = ""; track.classList.remove("at"); continue; } // of a twin that is not rendered
     const near = spec.lower !== null && now.low[k] <= spec.lower + spec.near ? "lower" : spec.upper !== null && now.high[k] >= spec.upper - spec.near ? "upper" : "";
     if (near) touched.push(`${spec.name} (${near})`);
     track.classList.toggle("at", !!near); value.classList.toggle("at", !!near);

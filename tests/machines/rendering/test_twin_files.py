@@ -5,16 +5,19 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import numpy as np
 import pytest
 from hapticd.configs import read_text
 from hapticd.experiments.random_hand import Temper, stranger
 from hapticd.machines.giant.system import GIANT
+from hapticd.machines.rendering.twin import check_twins
 from hapticd.models import Robot
 from hapticd.runtime.command_line.cli import main
 from hapticd.runtime.configuration import config
 from hapticd.runtime.configuration.session import build
 from hapticd.runtime.configuration.twin_file import exchanged
+from hapticd.runtime.core.modes import MOST_TWINS
 from hapticd.runtime.errors import ConfigError
 from hapticd.runtime.live import lockstep_run
 from hapticd.runtime.live.promise import verdict
@@ -133,6 +136,68 @@ def test_random_hands_lead_the_joints_beyond_their_limits(twin: str) -> None:
     angles = np.array([point.angles for point in hand.path])
     assert np.abs(np.diff(angles, axis=0)).max() < np.pi  # no turn is jumped over
     build(replace(loaded, config=found))
+
+
+def test_several_twins_are_named_by_their_files_and_each_is_read_whole(tmp_path: Path) -> None:
+    (tmp_path / "My-Drawer.toml").write_text(DRAWER)
+    loaded: Any = config.load(f"panda with door,{tmp_path / 'My-Drawer.toml'},panda,mass")
+    assert loaded.config.twin_names == ("door", "my_drawer", "panda", "mass")
+    assert loaded.config.arm.twin == msgspec.structs.replace(
+        config.load("panda with door").config.arm.twin,
+        name="door",  # type: ignore[attr-defined]
+    )
+    assert loaded.config.arm.twins["panda"].kept.urdf.strip() == read_text("panda.urdf").strip()
+    names = build(loaded).cycle.machine.state["twin"].names
+    assert names is not None and names[:4] == ("hinge", "handle", "my_drawer_drawer", "my_drawer_knob")
+    # a recording keeps the text alone, and it is enough
+    assert config.parse(loaded.text, loaded.source) == loaded.config
+    assert config.load("panda with door").config.twin_names == ("chain",)
+
+
+TWINS_WRONG = [
+    ("door,door", "two twins would be called 'door'"),
+    ("door,doors", 'did you mean "door"'),
+    ("door,", "no such file or built-in twin"),
+    ("mass,{}", "my_twin.toml:18: twin.joints.knob.velocity"),
+]
+
+
+@pytest.mark.parametrize(("several", "told"), TWINS_WRONG)
+def test_what_is_wrong_with_one_of_several_is_said(tmp_path: Path, several: str, told: str) -> None:
+    path = tmp_path / "my_twin.toml"
+    path.write_text(DRAWER.replace('velocity = "4 rad/s"', 'velocity = "4 rad"'))
+    with pytest.raises(ConfigError) as error:
+        config.load(f"giant with {several.format(path)}")
+    assert told in str(error.value)
+
+
+OWN_WRONG = [
+    ('name = "mass"', 'name = "door"', "giant.twins.door: is also the name of the twin of the start"),
+    ('name = "mass"', 'name = "my mass"', "giant.twin.name"),
+    (
+        "[giant.twins.door]",
+        '[giant.twins.door]\nname = "gate"',
+        "giant.twins.door.name: 'gate' is not",
+    ),
+    ("giant.twins.door", "giant.twins.Door", "giant.twins"),
+    ('"0 1.2 rad"', '"1.2 0 rad"', "giant.twins.door.joints.hinge.range"),
+]
+
+
+@pytest.mark.parametrize(("old", "new", "told"), OWN_WRONG)
+def test_what_is_wrong_with_twins_of_a_machines_own_file_is_said(old: str, new: str, told: str) -> None:
+    loaded = config.load("giant with mass,door")
+    text = loaded.text.replace(old, new)
+    assert text != loaded.text
+    with pytest.raises(ConfigError, match=re.escape(told)):
+        build(replace(loaded, text=text, config=config.parse(text, loaded.source)))
+
+
+def test_more_twins_than_a_command_can_name_are_refused() -> None:
+    section = config.load("giant").config.giant.twin  # type: ignore[attr-defined]
+    others = {f"mass_{k}": section for k in range(MOST_TWINS)}
+    assert not check_twins("giant", section, dict(list(others.items())[1:]), 1e-3)
+    assert check_twins("giant", section, others, 1e-3)[0][:2] == ("giant.twins", "with the first they are 8")
 
 
 WRONG = [
