@@ -201,6 +201,8 @@ def test_a_simulated_participant_is_labelled_and_rates_nothing(tmp_path: Path) -
     assert sitting.course.found()["door_workload"] is None
     journal = next(tmp_path.glob("sub-01/beh/*.jsonl")).read_text()
     assert msgspec.json.decode(journal.splitlines()[0])["consent"] == "simulated"
+    again: list[str] = []
+    assert sit(tmp_path, 0, again, SimulatedHand()).done == 6 and not again  # it was complete
     with pytest.raises(StudyError, match="begun simulated, not a person"):
         sit(tmp_path, 6, [])
 
