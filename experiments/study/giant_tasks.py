@@ -23,6 +23,8 @@ from .entries import Seconds, Text
 from .protocol import Column
 from .settings import StudyError
 
+HINGE = "hinge"
+"""The joint of the door, among those of the twins."""
 OPEN, THROUGH = 0.1, 1.0
 """The door is open, and wide enough to walk through, from these angles of its hinge on [rad]."""
 BESIDE = 0.2
@@ -71,8 +73,8 @@ def motion_of(path: Path) -> Motion:
         state = record.fixed["state"]
         link = state["link"].tolist()
         handle, _ = points(link, state["axis"].tolist())
-        names = state.dtype.names or ()
-        angle = float(state["twin"]["hinge"]) if "twin" in names else np.nan
+        joints = state["twin"].dtype.names if "twin" in (state.dtype.names or ()) else ()
+        angle = float(state["twin"][HINGE]) if HINGE in joints else np.nan
         push = float(np.linalg.norm(state["wrench"][:3]))
         rows.append([int(record.fixed["tick"]) / rate, *handle, sum(link[:3]), push, angle])
     if not rows:

@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 from hapticd.experiments.study import tasks, workload
 from hapticd.experiments.study.built_in import built_in
-from hapticd.experiments.study.giant_tasks import Door, Motion, Way, simulated
+from hapticd.experiments.study.giant_tasks import Door, Motion, Way, motion_of, simulated
 from hapticd.experiments.study.keys import Keys
 from hapticd.experiments.study.protocol import Observer, SimulatedHand, Stimulus
 from hapticd.experiments.study.rendering import SAFETY, SessionError
@@ -26,6 +26,7 @@ from hapticd.experiments.study.study_file import read_design
 from hapticd.experiments.study.tasks import Doing, TasksDesign
 from hapticd.runtime.command_line.cli import main
 from hapticd.runtime.configuration.config import load
+from hapticd.runtime.live import lockstep_run
 from hapticd.runtime.live.interrupts import Interrupted, held
 
 T = np.arange(0.0, 6.0, 0.01)
@@ -110,6 +111,21 @@ def test_each_task_is_done_three_times_in_an_order_that_the_participant_draws() 
         assert [row["repetition"] for row in rows] == [1, 2, 3] * 2
         orders.add(tuple(row["task"] for row in rows))
     assert orders == {("door",) * 3 + ("path",) * 3, ("path",) * 3 + ("door",) * 3}
+
+
+@pytest.mark.parametrize(("machine", "hinged"), [("giant", False), ("giant with door", True)])
+def test_a_recording_says_where_the_handle_was_and_of_a_door_how_far_it_was_open(
+    machine: str, hinged: bool, tmp_path: Path
+) -> None:
+    loaded, log = load(machine), tmp_path / "it.mcap"
+    hand: Any = loaded.config.simulation.hand  # type: ignore[union-attr]
+    lockstep_run.run(loaded, log, 0.6, False, quiet=True)
+    motion = motion_of(log)
+    at, (yaw, *_) = hand.path[0].position, hand.path[0].angles
+    np.testing.assert_allclose(motion.place[0], at, atol=2e-3)
+    assert abs(np.remainder(motion.yaw[0] - yaw + np.pi, 2.0 * np.pi) - np.pi) < 0.01
+    assert motion.t[0] == 0.0 and 0.1 < motion.t[-1] < 0.4
+    assert (motion.hinge is not None and abs(motion.hinge).max() < 1e-3) if hinged else motion.hinge is None
 
 
 # a sitting ----------------------------------------------------------------------------------------------
