@@ -155,6 +155,10 @@ class RelaxTime(Duration):
     range = Range(0.03, 2.0, "s", "faster than springs and drives follow; whoever is pinned has waited")
 
 
+class LeadTime(Duration):
+    range = Range(1e-4, 5e-3, "s", "nobody feels less; noise grows by a third")
+
+
 class PeakTime(Duration):
     range = Range(0.2, 60.0, "s", "a stop takes longer; who can hold it for a minute may rate it higher")
 

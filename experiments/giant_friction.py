@@ -8,6 +8,7 @@ from typing import Any
 import msgspec
 import numpy as np
 
+from ..configs.quantities import LeadTime
 from ..machines.giant.config import GiantConfig
 from ..models import Array
 from ..runtime.configuration import config
@@ -34,6 +35,8 @@ STRENGTH = 300.0
 """Of the hand that wanders [N]."""
 SHAKES = 10.0
 """Above this frequency no hand moves on purpose [Hz]."""
+LEAD = 2.5e-3
+"""By so long the hand's wrench is foretold to the twin in one more case [s]."""
 SHARES = {"none": 0.0, "as identified": 1.0, "0.7 times": 0.7, "1.3 times": 1.3}
 """How much of what was identified is fed forward."""
 
@@ -85,6 +88,17 @@ def scaled(loaded: Loaded, share: float) -> Loaded:
     return with_friction(loaded, {key: [share * x for x in values] for key, values in now.items()})
 
 
+def foretold(loaded: Loaded) -> list[Felt]:
+    """What a shaken handle feels along each axis where the twin is moved ahead of what is measured."""
+    whole = loaded.config
+    assert isinstance(whole, GiantConfig)
+    control = msgspec.structs.replace(whole.giant.force_control, lead=LeadTime(LEAD))
+    giant = msgspec.structs.replace(whole.giant, force_control=control)
+    varied = DOUBT.vary(msgspec.structs.replace(whole, giant=giant), FIRST)
+    assert isinstance(varied, GiantConfig)
+    return felt(loaded, varied)
+
+
 def measure(loaded: Loaded, progress: Progress) -> Measured:
     """A hand that wanders in several sessions, and one that shakes the handle."""
     start = haptify.first_place(loaded)
@@ -114,14 +128,16 @@ def run(progress: Progress) -> Outcome:
     progress("identifying")
     known = told(loaded)
     found = {name: measure(scaled(known, share), progress) for name, share in SHARES.items()}
+    ahead = foretold(known)
     rows = [row for name, each in found.items() for row in _rows(name, each)]
+    rows.append(_true(f"as identified, and the wrench foretold by {1e3 * LEAD:g} ms", ahead))
     figures = {
         name: {
             **{"strayed": each.strayed.tolist(), "force": each.force, "added": each.added},
-            **{"shakes": each.shakes, "resistance": _least(each), "stops": each.stops},
+            **{"shakes": each.shakes, "resistance": _least(each.along), "stops": each.stops},
         }
         for name, each in found.items()
-    }
+    } | {"foretold": {"resistance": _least(ahead)}}
 
     def draw(figure: Any) -> None:
         plot = figure.subplots()
@@ -138,7 +154,6 @@ def run(progress: Progress) -> Outcome:
 
 def _rows(name: str, each: Measured) -> list[Row]:
     strayed = " / ".join(f"{1e3 * x:.2f}" for x in each.strayed)
-    true = " / ".join(f"{along.true_up_to():g}" for along in each.along)
     what = f"friction fed forward: {name}"
     return [
         Row(f"{what}: links from where they are led, RMS, joints 1 to 6 [mrad]", "-", strayed),
@@ -148,14 +163,18 @@ def _rows(name: str, each: Measured) -> list[Row]:
             f"{each.added:.3f}",
             f"of {each.force:.2f} N; above {SHAKES:g} Hz the handle shakes with {each.shakes:.3f} m/s^2",
         ),
-        Row(
-            f"{what}: within 1 dB and 10 degrees of the twin up to, x / y / z [Hz]",
-            "-",
-            true,
-            f"least Re(F/v) up to {PASSIVE:g} Hz: {_least(each):.1f} N s/m; stops: {len(each.stops)}",
-        ),
+        _true(name, each.along, f"; stops: {len(each.stops)}"),
     ]
 
 
-def _least(each: Measured) -> float:
-    return min(float(along.resistance[along.frequency <= PASSIVE].min()) for along in each.along)
+def _true(name: str, along: list[Felt], more: str = "") -> Row:
+    return Row(
+        f"friction fed forward: {name}: within 1 dB and 10 degrees of the twin up to, x / y / z [Hz]",
+        "-",
+        " / ".join(f"{each.true_up_to():g}" for each in along),
+        f"least Re(F/v) up to {PASSIVE:g} Hz: {_least(along):.1f} N s/m{more}",
+    )
+
+
+def _least(along: list[Felt]) -> float:
+    return min(float(each.resistance[each.frequency <= PASSIVE].min()) for each in along)

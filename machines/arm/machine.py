@@ -103,6 +103,7 @@ class SerialArm(ExchangesTwins):
             *(robot, control, self._joints, elasticity, drive_friction(config), (p_gain, d_gain)),
             *(self.axes, heat, mark, dt, config.arming.fade),
             watched=arm.force_control.passivity,
+            lead=arm.force_control.lead,
         )
         self._measure(config, robot, dt)
         rated = ratings.limits

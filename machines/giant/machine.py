@@ -150,6 +150,7 @@ class Giant(ExchangesTwins):
             config.arming.fade,
             giant.force_control.passivity,
             _estimator(config, manipulator, self._joints, dt) if tracking.estimation == "kalman" else None,
+            giant.force_control.lead,
         )
         self.leading = _leading(config, control, image, self.notes, dt)
         self._foresee(config, described)

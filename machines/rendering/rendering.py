@@ -11,6 +11,7 @@ from ...control.ability import Ability
 from ...control.compliance import Compliance
 from ...control.external_torque import ExternalTorque
 from ...control.force_control import ForceControl
+from ...control.handle_lead import HandleLead
 from ...control.handle_passivity import HandlePassivity
 from ...control.joint_kalman import JointKalman
 from ...control.tracking import Admitted, DriveFriction, SeriesElasticity, Tracking
@@ -63,6 +64,7 @@ class Rendering:
         felt: wrench of the operator that moves the twin, (6,) [N, N m].
         wrench: the one that the joints hold against, (6,) [N, N m].
         passivity: of the handle; None where nothing watches it.
+        ahead: foretells ``felt`` for the twin; None where it is taken as measured.
         fade: what is left after a tick of what fades out in a stop.
         coordinated: whether the limits were kept in the last tick of a stop, or each joint braked for itself.
     """
@@ -82,18 +84,20 @@ class Rendering:
         fade: float,
         watched: bool = False,
         estimator: JointKalman | None = None,
+        lead: float | None = None,
     ) -> None:
         """Motor-side gains of the joints: proportional and derivative, (m,) each; what the gate admits.
 
         ``heat`` says how much of that the motors may give now; ``fade``: time in which a twin's forces
         fade in [s]; ``watched``: the twin is
         damped where its handle is not passive. Motors are where ``estimator`` says, or where
-        their encoders do.
+        their encoders do. The twin is moved by the wrench foretold by ``lead`` [s], or as measured.
         """
         self.control = control
         self.exchange = TwinExchange(control, fade, dt)
         self.felt, self.wrench = np.zeros(6), np.zeros(6)
         self.passivity = HandlePassivity(dt) if watched else None
+        self.ahead = HandleLead(dt, lead) if lead else None
         n = control.arm.n
         self._nowhere = self.astray = [False] * n
         self.overload, self._since = "", 0
@@ -158,6 +162,8 @@ class Rendering:
         self._tracking.reset()
         if self.passivity:
             self.passivity.reset()
+        if self.ahead:
+            self.ahead.reset()
         self._told[:] = self._acting[:] = 0.0
         if self._estimator:
             self._estimator.reset()
@@ -188,7 +194,7 @@ class Rendering:
         self._contradicted = 0
         self._judge(wrench, 1.0 - held)
         self.exchange.update()
-        control.prepare(self._damped(self.passivity) if self.passivity else self.felt)
+        control.prepare(self._moving())
         if control.ability:
             self._tracking.forecast(base)
             self._weigh(control.ability)
@@ -216,11 +222,16 @@ class Rendering:
         else:
             compliance.reset()
 
-    def _damped(self, passivity: HandlePassivity) -> Array:
-        """What moves the twin, (6,): the operator's wrench, less what keeps the handle passive."""
-        control, twist = self.control, self.control.twin.twist
-        passivity.update(self.felt, twist, control.handle.J @ (self._link - control.q))
-        wrench: Array = self.felt + passivity.wrench
+    def _moving(self) -> Array:
+        """What moves the twin, (6,): the operator's wrench, foretold, less what keeps the handle passive."""
+        wrench: Array = self.felt
+        if self.ahead:
+            self.ahead.update(self.felt)
+            wrench = self.ahead.wrench
+        if self.passivity:
+            control, twist = self.control, self.control.twin.twist
+            self.passivity.update(self.felt, twist, control.handle.J @ (self._link - control.q))
+            wrench = wrench + self.passivity.wrench
         return wrench
 
     def lead(self, q: Array, qd: Array, qdd: Array, base: Array) -> None:

@@ -29,6 +29,7 @@ from ...configs.quantities import (
     Inertia,
     Inertias3,
     Instant,
+    LeadTime,
     LeastInertia,
     LeastMass,
     Length,
@@ -74,6 +75,7 @@ class ForceControl(Strict, frozen=True):
     viability_horizon: Horizon
     point_horizon: Horizon
     passivity: bool = False
+    lead: LeadTime | None = None
 
 
 TwinName = Annotated[

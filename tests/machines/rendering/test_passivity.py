@@ -1,4 +1,4 @@
-"""Machines that render a twin and watch the passivity of the handle."""
+"""Machines that render a twin, watch the passivity of the handle, and foretell the hand's wrench."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -13,12 +13,12 @@ from hapticd.runtime.recording import replay as replaying
 from hapticd.runtime.recording.log import open_log
 
 
-def watching(name: str) -> config.Loaded:
-    """A built-in machine that watches its handle."""
+def watching(name: str, key: str = "passivity = true") -> config.Loaded:
+    """A built-in machine that watches its handle, or does something else for it."""
     loaded = config.load(name)
     table, found, rest = loaded.text.partition(".force_control]\n")
     assert found
-    text = f"{table}{found}passivity = true\n{rest}"
+    text = f"{table}{found}{key}\n{rest}"
     return replace(loaded, text=text, config=parse(text, loaded.source))
 
 
@@ -61,3 +61,17 @@ def test_the_twin_feels_the_damping() -> None:
     without, damped = seen
     assert without[2] == pytest.approx(-8.0 * 0.1)
     assert damped[2] == pytest.approx(-(8.0 + 50.0) * 0.1, rel=0.05)
+
+
+@pytest.mark.parametrize("name", ["giant", "panda"])
+def test_the_twin_is_moved_ahead_of_the_wrench_that_is_measured(name: str) -> None:
+    moved = []
+    for key in ("passivity = false", 'lead = "2.5 ms"'):
+        machine = build(watching(name, key)).cycle.machine
+        rendering = machine._rendering  # type: ignore[attr-defined]
+        rendering.control.reset(np.full(rendering.control.arm.n, 0.9))
+        rendering.render(np.array([0.0, 0.0, 5.0, 0.0, 0.0, 0.0]), 1.0, 1.0, np.zeros(2))
+        assert rendering.felt[2] == 5.0  # the log, and what the joints hold against, are as measured
+        moved.append(float(rendering.control.twin.force[2]))
+    assert moved[0] == 5.0
+    assert moved[1] == pytest.approx(5.0 * (1.0 + 0.157 * 0.939), rel=1e-3)
