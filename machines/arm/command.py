@@ -68,10 +68,11 @@ def run(options: argparse.Namespace) -> int:
     source: Path = options.robot
     out: Path = options.out or Path(f"{source.stem}.toml")
     model = out.with_suffix(".clean.urdf")
+    text = _read(source)
     for path in (out, model):
         if path.exists():
             raise _taken(path)
-    made = init(_read(source), source.name, options.tip, out.name, model.name)
+    made = init(text, source.name, options.tip, out.name, model.name)
     _write({model: made.urdf, out: made.toml})
     if options.json:
         content = {
@@ -116,7 +117,8 @@ def _read(source: Path) -> str:
     from ...models.xml_tree import MAX_BYTES
 
     if not source.is_file():
-        raise InitError(f"{source} is no file")
+        what = "is a folder" if source.is_dir() else "is no file"
+        raise InitError(f"{source} {what}; give the robot's URDF")
     with source.open("rb") as file:
         content = file.read(MAX_BYTES + 1)
     if len(content) > MAX_BYTES:

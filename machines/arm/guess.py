@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from math import ceil, inf, isfinite, pi
 
 import numpy as np
+import pinocchio as pin
 
 from ...models import Array, Robot
 from ...runtime.core.sampling import fastest
@@ -111,7 +112,8 @@ def guess(arm: Description) -> Guess:
     postures = _postures(lower, upper)
     looked = [Look(robot, q) for q in postures]
     gravity = np.max([np.abs(look.gravity) for look in looked], axis=0)
-    arm = _efforts(arm, gravity, np.median([np.diag(look.M) for look in looked], axis=0))
+    typical = np.median([np.diag(look.M) for look in looked], axis=0)
+    arm = _efforts(arm, gravity, typical, _gentle(robot, looked))
     robot = _robot(arm)
     scale = max(float(np.linalg.norm(look.place)) for look in looked) / 3.0
     chosen = best_directions(looked, scale)
@@ -122,6 +124,7 @@ def guess(arm: Description) -> Guess:
     rotor, stiff = _inertias(looked, robot)
     p_gain, d_gain = _gains(arm, stiff)
     force, torque = _hand(arm, robot, looked, chosen)
+    scales = _scales(force, torque, arm.handle)
     velocity = _velocities(robot)
     pulled = np.max([_load(look, force, torque or 0.0) for look in looked], axis=0)
     acceleration = _accelerations(robot, looked, rotor, gravity + robot.damping * velocity + pulled)
@@ -131,6 +134,9 @@ def guess(arm: Description) -> Guess:
     reach = free_reach(robot, home, lower, upper, chosen, scale)
     box = _box(there.place, reach, chosen)
     leg = max(LEG, 1.5 * _slowest(there, chosen, reach, (velocity, acceleration), (force / mass, 2.0)))
+    arm.remarks.append(
+        f"the sensor is one for hands of at most {scales[0]:g} N and {scales[1]:g} N m: more stops the machine"
+    )
     arm.remarks.append("joints are taken to be rigid; drives, sensors and gains are guessed in proportion")
     if any(i < 3 for i in chosen):
         arm.remarks.append(f"a box keeps the handle within {1e3 * reach:.0f} mm of where it begins")
@@ -152,7 +158,7 @@ def guess(arm: Description) -> Guess:
         box=box,
         force=force,
         torque=torque,
-        scales=_scales(force, torque, arm.handle),
+        scales=scales,
         path=_path(there.place, reach, chosen, torque is not None, leg),
         touches={i: side for i, side in zip(chosen, ("upper", "lower", "upper"), strict=False) if i < 3},
         brake=[
@@ -218,11 +224,29 @@ def _postures(lower: Array, upper: Array) -> Array:
     return random.uniform(low, high, (SAMPLES, len(lower)))
 
 
-def _efforts(arm: Description, gravity: Array, inertia: Array) -> Description:
-    """Torques that can hold the arm wherever it is, and move it, from what that takes at most, (m,) each."""
+def _gentle(robot: Robot, looked: Sequence[Look]) -> Array:
+    """Torques of drives that bear a gentle hand beside the arm, (m,); its force is at most the arm's weight."""
+    share = min(1.0, pin.computeTotalMass(robot.model) * 9.81 / HAND_FORCE)
+    push, twist = _levers(looked)
+    bears: Array = share * (HAND_FORCE * push + HAND_TORQUE * twist) / HAND_SHARE
+    return bears
+
+
+def _levers(looked: Sequence[Look]) -> tuple[Array, Array]:
+    """Largest torques against 1 N, and 1 N m, along all axes at once, (m,) each."""
+    push: Array = np.max([np.abs(look.J[:3]).sum(axis=0) for look in looked], axis=0)
+    twist: Array = np.max([np.abs(look.J[3:]).sum(axis=0) for look in looked], axis=0)
+    return push, twist
+
+
+def _efforts(arm: Description, gravity: Array, inertia: Array, gentle: Array) -> Description:
+    """Torques that can hold the arm wherever it is, and move it, from what that takes at most, (m,) each.
+
+    Where nobody knows better, the hand has its part.
+    """
     joints, unknown, raised = {}, [], []
-    rows = zip(arm.joints.items(), gravity.tolist(), inertia.tolist(), strict=True)
-    for (name, joint), weight, M in rows:
+    rows = zip(arm.joints.items(), gravity.tolist(), inertia.tolist(), gentle.tolist(), strict=True)
+    for (name, joint), weight, M, hand in rows:
         most = STRONGEST[_slides(joint.kind)]
         if (hold := HOLD * weight) > most:
             unit = "N" if _slides(joint.kind) else "N m"
@@ -233,14 +257,14 @@ def _efforts(arm: Description, gravity: Array, inertia: Array) -> Description:
             )
         effort = joint.effort
         if effort == 0.0:
-            effort = min(max(2.0 * weight + 15.0 * M, LEAST_EFFORT), most)
+            effort = min(max(2.0 * weight + 15.0 * M + hand, LEAST_EFFORT), most)
             unknown.append(name)
         elif effort < (needed := min(HOLD * weight + 3.0 * M, most)):
             effort = min(1.2 * needed, most)
             raised.append(f"'{name}' from {joint.effort:g} to {float(f'{effort:.2g}'):g}")
         joints[name] = replace(joint, effort=float(f"{effort:.2g}") if effort != joint.effort else effort)
     if unknown:
-        arm.remarks.append(f"no effort is given of {', '.join(unknown)}: guessed from weight and inertia")
+        arm.remarks.append(f"no effort is given of {', '.join(unknown)}: guessed from weight, inertia and hand")
     if raised:
         arm.remarks.append(f"efforts that hardly hold the arm are raised: {', '.join(raised)}")
     return replace(arm, joints=joints)
@@ -339,8 +363,7 @@ def _hand(
     arm: Description, robot: Robot, looked: Sequence[Look], chosen: Sequence[int]
 ) -> tuple[float, float | None]:
     """A force and a torque that leave most of every drive's effort alone."""
-    push = np.max([np.abs(look.J[:3]).sum(axis=0) for look in looked], axis=0)
-    twist = np.max([np.abs(look.J[3:]).sum(axis=0) for look in looked], axis=0)
+    push, twist = _levers(looked)
     left = HAND_SHARE * robot.effort
     bears = left / np.maximum(push, 1e-9)
     force = min(HAND_FORCE, float(np.min(bears)))

@@ -301,7 +301,8 @@ def open_log(path: str) -> Log:
     config = msgspec.structs.replace(config, devices=devices)
     loaded = Loaded(path, config, text, names[0], model, names[1])
     hashes = {k.removeprefix("sha256_"): v for k, v in session.items() if k.startswith("sha256_")}
-    return Log(path, loaded, hashes, session, schema, _dtype(path, schema))
+    dtype = _dtype(path, schema, _use_its_version(session))
+    return Log(path, loaded, hashes, session, schema, dtype)
 
 
 def _require_session(path: str, session: dict[str, str]) -> dict[str, str]:
@@ -340,8 +341,13 @@ def _damaged(path: str, what: str) -> LogError:
     return LogError(path, f"is damaged: {what}", "use another copy of the recording")
 
 
-def _dtype(path: str, schema: bytes) -> np.dtype[np.void]:
-    """The structure of the records, which begins with what is recorded of every machine's tick."""
+def _dtype(path: str, schema: bytes, fix: str) -> np.dtype[np.void]:
+    """The structure of the records, which begins with what is recorded of every machine's tick.
+
+    Raises:
+        LogModelError: it begins with something else; ``fix`` says what reads that.
+        LogError: it is none.
+    """
     head = [name for name, _, _ in HEAD]
     try:
         dtype: np.dtype[np.void] = np.dtype(_tuples(json.loads(schema)))
@@ -350,6 +356,8 @@ def _dtype(path: str, schema: bytes) -> np.dtype[np.void]:
         )
     except (ValueError, TypeError, OverflowError, RecursionError) as error:
         raise _damaged(path, f"its schema cannot be read: {error}") from error
+    if dtype.names and not known:
+        raise LogModelError(path, "keeps other fields of a tick", fix)
     if not known or dtype.hasobject or dtype.itemsize > MAX_RECORD:
         raise _damaged(path, "its schema describes no records of this program")
     return dtype

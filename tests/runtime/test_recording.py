@@ -176,6 +176,16 @@ def test_a_configuration_that_is_refused_names_the_recording(
             reading(put_together([*parts[:k], attachment(name, content), *parts[k + 1 :]]))
 
 
+def test_a_recording_with_other_fields_is_of_another_program_and_not_damaged(
+    good: bytes, reading: Callable[[bytes], int]
+) -> None:
+    parts = take_apart(good)
+    k = next(k for k, (kind, content) in enumerate(parts) if kind == SCHEMA and b'["tick"' in content)
+    kind, schema = parts[k]
+    with pytest.raises(LogModelError, match=r"keeps other fields of a tick; use hapticd \d"):
+        reading(put_together([*parts[:k], (kind, schema.replace(b'["tick"', b'["kcit"')), *parts[k + 1 :]]))
+
+
 def test_what_a_recording_says_of_itself_cannot_write_to_the_terminal(
     good: bytes, reading: Callable[[bytes], int]
 ) -> None:

@@ -106,6 +106,16 @@ def test_what_no_machine_may_have_is_mended_and_said() -> None:
     Robot.from_urdf(made.urdf, "x")
 
 
+def test_drives_that_nobody_knows_bear_a_gentle_hand() -> None:
+    text = robot(*CHAIN)
+    known, unknown = (guess(read_arm(each, "x.urdf", None)) for each in (text, text.replace('"40"', '"0"')))
+    assert known.force == 18.0 and unknown.force == 20.0
+    assert f"hands of at most {unknown.scales[0]:g} N" in " ".join(unknown.arm.remarks)
+    light = guess(read_arm(text.replace('"40"', '"0"').replace('mass value="1"', 'mass value="0.1"'), "x", None))
+    weight = 9.81 * (0.3 + light.arm.handle)
+    assert 0.9 * weight < light.force < 20.0
+
+
 def test_a_joint_without_limits_turns_without_end() -> None:
     text = robot(*CHAIN).replace('lower="-2" upper="2" ', "", 1)
     made = guess(read_arm(text, "x.urdf", None))

@@ -191,6 +191,7 @@ def test_the_command_speaks_json(folder: Path, capsys: pytest.CaptureFixture[str
     ("words", "problem"),
     [
         (["nothing.urdf"], "nothing.urdf is no file"),
+        (["."], "is a folder; give the robot's URDF"),
         (["planar.urdf", "--out", "x.json"], "ends in .toml"),
         (["planar.urdf", "--out", "no/x.toml"], "'no' is not a folder"),
         (["planar.urdf", "--tip", "x"], "there is no link 'x'"),
