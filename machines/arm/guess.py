@@ -135,7 +135,7 @@ def guess(arm: Description) -> Guess:
     box = _box(there.place, reach, chosen)
     leg = max(LEG, 1.5 * _slowest(there, chosen, reach, (velocity, acceleration), (force / mass, 2.0)))
     arm.remarks.append(
-        f"the sensor is one for hands of at most {scales[0]:g} N and {scales[1]:g} N m: more stops the machine"
+        f"the sensor is for at most {scales[0]:g} N and {scales[1]:g} N m: a stronger hand stops the machine"
     )
     arm.remarks.append("joints are taken to be rigid; drives, sensors and gains are guessed in proportion")
     if any(i < 3 for i in chosen):
@@ -225,7 +225,7 @@ def _postures(lower: Array, upper: Array) -> Array:
 
 
 def _gentle(robot: Robot, looked: Sequence[Look]) -> Array:
-    """Torques of drives that bear a gentle hand beside the arm, (m,); its force is at most the arm's weight."""
+    """Torques of drives that bear a gentle hand, no stronger than the arm's weight, beside it, (m,)."""
     share = min(1.0, pin.computeTotalMass(robot.model) * 9.81 / HAND_FORCE)
     push, twist = _levers(looked)
     bears: Array = share * (HAND_FORCE * push + HAND_TORQUE * twist) / HAND_SHARE
