@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from html import escape
@@ -202,9 +203,8 @@ def _levels(found: Recorded) -> str:
         yielded = high > MET
         words = "met throughout"
         if yielded.any():
-            words = (
-                f"by {number(high.max())} {unit} at most, during {100.0 * yielded.mean():.3g} % of the time"
-            )
+            most, share = number(high.max()), 100.0 * yielded.mean()
+            words = f"by {most} {pretty(unit)} at most, during {share:.3g} % of the time"
         rows.append(
             f"<tr><td>{place}</td><td class=text>{escape(name)}</td><td class=text>{escape(words)}</td></tr>"
         )
@@ -215,12 +215,17 @@ def _levels(found: Recorded) -> str:
     )
 
 
+def pretty(unit: str) -> str:
+    """A unit for people: without carets and names of roots."""
+    return re.sub(r"sqrt\((.*?)\)", r"√\1", unit).replace("^2", "²")
+
+
 def _figures(found: Recorded, *which: Group) -> Iterator[Plot]:
     for channel in (each for one in which for each in group(found, one)):
         spec = found.channels.specs[channel]
         least = MET if spec.name.startswith(SLACK) else 0.0
         if max(found.columns.high[:, channel].max(), -found.columns.low[:, channel].min()) > least:
-            yield _plot(found, spec.name, spec.unit, [channel])
+            yield _plot(found, spec.name, pretty(spec.unit), [channel])
 
 
 def _plot(

@@ -18,7 +18,7 @@ from hapticd.runtime.core.scene import Grip
 from hapticd.runtime.recording.channels import Group, slacks
 from hapticd.runtime.recording.log import LoggedEvent, open_log
 from hapticd.runtime.timing.forensics import LateTick
-from hapticd.view.report import page
+from hapticd.view.report import page, pretty
 from hapticd.view.session import Recorded, read
 from hapticd.view.work import Work
 
@@ -116,6 +116,11 @@ def test_what_a_recording_says_is_never_markup(found: Recorded) -> None:
         found.events.pop(), found.late.pop(), found.lateness.pop()
     assert evil not in text
     assert text.count("alert(&quot;1&quot;)") == 3
+
+
+def test_units_are_written_for_people() -> None:
+    assert pretty("sqrt(kg) m/s^2") == "√kg m/s²"
+    assert pretty("rad/s^2, m/s^2") == "rad/s², m/s²"
 
 
 class Lift:
