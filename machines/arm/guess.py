@@ -264,7 +264,7 @@ def _efforts(arm: Description, gravity: Array, inertia: Array, gentle: Array) ->
             raised.append(f"'{name}' from {joint.effort:g} to {float(f'{effort:.2g}'):g}")
         joints[name] = replace(joint, effort=float(f"{effort:.2g}") if effort != joint.effort else effort)
     if unknown:
-        arm.remarks.append(f"no effort is given of {', '.join(unknown)}: guessed from weight, inertia and hand")
+        arm.remarks.append(f"no effort is given of {', '.join(unknown)}: guessed from arm and hand")
     if raised:
         arm.remarks.append(f"efforts that hardly hold the arm are raised: {', '.join(raised)}")
     return replace(arm, joints=joints)
