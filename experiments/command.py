@@ -41,6 +41,7 @@ NAMES = (
     "giant_felt",
     "giant_zwidth",
     "giant_friction",
+    "giant_operator",
     "bimanual_fig6",
     "bimanual_fig7",
     "bimanual_table1",

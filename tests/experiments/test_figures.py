@@ -26,6 +26,7 @@ from hapticd.experiments import (
     giant_fig9,
     giant_forces,
     giant_friction,
+    giant_operator,
     giant_table1,
     giant_table3,
     giant_timing,
@@ -111,6 +112,10 @@ def little_work(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(giant_friction, "felt", lambda loaded, changed: along)
     monkeypatch.setattr(giant_friction, "told", lambda loaded: loaded)
     monkeypatch.setattr(giant_friction, "PLANTS", 1)
+    time = np.linspace(giant_operator.FADED_S, 18.0, 200)
+    two = np.stack([time, time], axis=1)
+    pulls = giant_operator.Felt(time, -0.01 * time, time, 0.1 * two, two, two, standing=True)
+    monkeypatch.setattr(giant_operator, "pulled", lambda *_: pulls)
     monkeypatch.setattr(giant_table3, "SAMPLES", 20_000)
     for module in (giant_table1, giant_forces):
         monkeypatch.setattr(module, "POSTURES", 20)
