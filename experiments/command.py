@@ -27,6 +27,7 @@ NAMES = (
     "rhi_table1",
     "rhi_fig10",
     "rhi_fig11",
+    "rhi_taps",
     "rhi_redundancy",
     "giant_redundancy",
     "giant_collisions",

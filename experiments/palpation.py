@@ -57,6 +57,7 @@ class Trace:
     Attributes:
         t: (k,) [s]; torque, null: (k, n) [N m].
         position, velocity: of the hand, (k, m); force: rendered, demand: asked for, (k, m) [N].
+        sensed: force of the device on the hand, as a sensor in the handle sees it, (k, m) [N].
         reserve, omega, alpha: (k,).
         work: of the hand on the plant, in each tick, (k,) [J].
     """
@@ -68,6 +69,7 @@ class Trace:
     velocity: Array
     force: Array
     demand: Array
+    sensed: Array
     reserve: Array
     omega: Array
     alpha: Array
@@ -185,12 +187,13 @@ def simulate(
         copies = [array.copy() for array in arrays]
         felt = [alpha * f for f in demand]
         scalars = (controller.reserve, controller.transition.omega, alpha)
-        work = 0.0
+        work, pushed = 0.0, np.zeros(3)
         for s in range(SUBSTEPS):
             at = t + s * dt / SUBSTEPS
             push = hand.force(at, plant.position.tolist(), plant.velocity.tolist())
             before = plant.position.copy()
+            pushed += push
             plant.step(controller.torque, free, push, dt / SUBSTEPS)
             work += float(np.dot(push, plant.position - before))
-        rows.append((t, *copies, felt, demand, *scalars, work))
+        rows.append((t, *copies, felt, demand, -pushed[: arm.m] / SUBSTEPS, *scalars, work))
     return Trace(*(np.array(column, float) for column in zip(*rows, strict=True)))

@@ -20,7 +20,7 @@ LIGHT_HAND = (200.0, 4.0, 20.0)
 
 def switched(rho: float, paper: bool) -> Trace:
     """A switch from free to stiff while a light hand holds the handle and nothing is rendered."""
-    saturation: dict[str, Any] = {"rho": rho}
+    saturation: dict[str, Any] = {"rho": rho, "urgency": 1.0}
     null_space: dict[str, Any] = {"scan": 0, "cap": UNCAPPED, "ratio": 0.0} if paper else {}
     device = Device(saturation=saturation, null_space=null_space)
     controller, wall = device.controller()

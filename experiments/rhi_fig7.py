@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ..machines.rhi.transition import Transition
+from ..machines.rhi.transition import Thresholds, Transition
 from .outcome import Outcome, Progress, Row
 from .palpation import RATE, Device
 
@@ -19,8 +19,8 @@ def run(progress: Progress) -> Outcome:
     uu = np.outer(device.u, device.u)
     apart = float(np.linalg.norm(device.shape.free(uu) - device.shape.stiff(uu)))
     duration = device.config.rhi.saturation.rho * apart
-    controller, _ = device.controller()
-    transition: Transition = controller.transition
+    saturation = device.config.rhi.saturation
+    transition = Transition(Thresholds(saturation.leave, saturation.come_back), 1.0 / RATE)
     t = np.arange(0.0, 4.0, 1.0 / RATE)
     V = 0.75 + 0.25 * np.cos(2 * np.pi * t / 4.0)
     omega = np.array([transition.update(float(v), float(v), duration) for v in V])
@@ -36,7 +36,6 @@ def run(progress: Progress) -> Outcome:
         axes = figure.subplots()
         axes.plot(t, V, label="reserve V")
         axes.plot(t, omega, label="activation of the free ellipsoid")
-        saturation = device.config.rhi.saturation
         for limit, line, what in (
             (saturation.leave, ":", "leaves free"),
             (saturation.come_back, "-.", "returns"),

@@ -66,6 +66,12 @@ def chatter(trace: Trace, limit: Array) -> float:
     return float((np.abs(np.diff(trace.torque, axis=0)) / limit).max())
 
 
+def unfelt(trace: Trace, u: Array) -> float:
+    """Root mean square of what the sensor sees along u (m,) beside the rendered force, in contact [N]."""
+    contact = np.linalg.norm(trace.demand, axis=1) > 0.0
+    return float(np.sqrt(np.mean(((trace.sensed - trace.force)[contact] @ u) ** 2)))
+
+
 def half_turns(trace: Trace) -> int:
     """How often the activation crosses one half."""
     return int(np.count_nonzero(np.diff((trace.omega < 0.5).astype(int))))
@@ -103,6 +109,11 @@ def run(progress: Progress) -> Outcome:
         ),
         Row("largest static force at X0 over the self-motion [N]", "-", f"{bound._force[0]:.3f}"),
     ]
+    unseen = {mode: unfelt(trace, plain.u) for mode, trace in cases.items()}
+    rows += [
+        Row(f"sensed less rendered force along u, {mode}, rms [N]", "-", f"{rms:.3f}", CARRIED)
+        for mode, rms in unseen.items()
+    ]
     for variant in VARIANTS:
         for f in FREQUENCIES:
             shares = [e["share"] for e in table if e["variant"] == variant and e["hz"] == f]
@@ -131,20 +142,26 @@ def run(progress: Progress) -> Outcome:
     rows.append(
         Row("half-way crossings of the activation per palpation", "-", f"{turns}", "2: there and back")
     )
-    figures = {"force_n": forces, "static_optimum_n": float(bound._force[0]), "palpations": table}
-    return Outcome(rows, figures, lambda figure: _draw(figure, cases), (9.0, 6.0))
+    figures = {
+        "force_n": forces,
+        "unseen_n": unseen,
+        "static_optimum_n": float(bound._force[0]),
+        "palpations": table,
+    }
+    return Outcome(rows, figures, lambda figure: _draw(figure, cases, plain.u), (9.0, 6.0))
 
 
 UNKNOWN = "statics put the paper's value inside what the self-motion at X0 allows, not at its optimum"
+CARRIED = "inertia and friction of the device, which the hand carries"
 
 
-def _draw(figure: Any, cases: dict[str, Trace]) -> None:
+def _draw(figure: Any, cases: dict[str, Trace], u: Array) -> None:
     axes = figure.subplots(2, len(cases), sharex=True, sharey="row")
     for k, (name, trace) in enumerate(cases.items()):
-        force: Array = np.linalg.norm(trace.force, axis=1)
-        axes[0, k].plot(trace.t, force, label="rendered")
-        axes[0, k].plot(trace.t, np.linalg.norm(trace.demand, axis=1), lw=0.8, label="demand")
-        axes[0, k].set(title=name, ylim=(0, 20))
+        axes[0, k].plot(trace.t, -trace.force @ u, label="rendered")
+        axes[0, k].plot(trace.t, -trace.sensed @ u, lw=0.8, ls="--", label="seen by the sensor")
+        axes[0, k].plot(trace.t, -trace.demand @ u, lw=0.8, label="demand")
+        axes[0, k].set(title=name, ylim=(-2, 20))
         axes[1, k].plot(trace.t, trace.torque, label=[f"motor {i}" for i in range(1, 5)])
         axes[1, k].set(xlabel="t [s]", ylim=(-3.2, 3.2))
     axes[0, 0].set_ylabel("force on the hand [N]")

@@ -89,6 +89,8 @@ class RhiSaturation(Strict, frozen=True):
     held: Annotated[float, Meta(ge=0.01, le=1.0, description="a part of the torques that is worth having")]
     moving: Torque
     release: TimeConstant
+    linger: TimeConstant | None = None
+    urgency: Annotated[float, Meta(ge=1.0, le=100.0, description="the paper's; a jump")] = 1.0
 
 
 class RhiLayer(Strict, frozen=True):

@@ -48,6 +48,9 @@ class Settings:
         release: time to give the rest of the limits to the force [s].
         follow: time constant with which the direction of motion follows the hand [s]; inf keeps it.
         span: limits of the motors; None for none.
+        linger: how long the posture waits after a contact, for another [s].
+        urgency: how many times faster than (19) the transition to stiff runs, and pulls, without any reserve
+            left; 1 is the paper's.
     """
 
     shape: Shape
@@ -60,6 +63,8 @@ class Settings:
     release: float
     follow: float
     span: Span | None = None
+    linger: float = 0.0
+    urgency: float = 1.0
 
 
 class Resolution(Protocol):
@@ -131,7 +136,7 @@ class ContactAware:
         self.resolution: Resolution = Projection(self.space)
         self.torque = np.zeros(arm.n)
         self._least, self._below = LEFT * self.space.limit, -self.space.limit
-        self.transition = Transition(settings.thresholds, dt)
+        self.transition = Transition(settings.thresholds, dt, settings.linger, settings.urgency)
         self.headroom = Headroom(settings.held, settings.moving, settings.release, dt)
         self.reserve = 1.0
         self.places: Places | None = None
@@ -182,9 +187,13 @@ class ContactAware:
         self.reserve = space.reserve(arm.J, self._settings.steepness)
         in_free = space.reserve(self._J_free, self._settings.steepness)
         omega = self.transition.update(self.reserve, in_free, self._duration)
+        space.hurry(self.transition.haste)
         if self.transition.phase == 0.0:
             self._J_free[:] = arm.J
-        solved = space.secondary(omega) and self.resolution.resolve(self.headroom.update(space.drive), gain)
+        solved = space.secondary(omega)
+        if solved:
+            held = self.headroom.update(space.drive, self.transition.turning)
+            solved = self.resolution.resolve(held, gain)
         self.alpha = part * self.resolution.alpha if solved else 0.0
         self.tank.render([self.alpha * f for f in force])
         np.add(self.resolution.torque, arm.weight, out=self.torque)

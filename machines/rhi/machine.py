@@ -272,6 +272,8 @@ def contact_aware(config: RhiConfig, robot: Robot, rendered: Environment, dt: fl
         release=saturation.release,
         follow=task.follow if task.follow is not None else np.inf,
         span=span,
+        linger=saturation.linger or 0.0,
+        urgency=saturation.urgency,
     )
     places = list(contact_places(config, arm, rendered, span))
     if not places:

@@ -120,6 +120,7 @@ class NullSpace:
             gains.cap,
             gains.stiffness,
         )
+        self._cap = gains.cap
         core.ratio, core.fastest = gains.ratio, gains.fastest
         bind(lib, core, J=arm.J, dJ=arm.dJ, M=arm.M, q=arm.q, qd=arm.qd, drift=arm.drift, bias=arm.bias)
         bind(
@@ -167,6 +168,10 @@ class NullSpace:
     def secondary(self, omega: float) -> bool:
         """Compute tau_s and tau_N for D = omega D_free + (1 - omega) D_stiff; False in a singular posture."""
         return bool(lib.nullspace_secondary(self._core, omega))
+
+    def hurry(self, haste: float) -> None:
+        """Let the pull on the posture be so many times the cap."""
+        self._core.cap = haste * self._cap
 
     def want(self, force: Sequence[float]) -> None:
         """Take a force on the hand (m,) [N] and compute J^T F."""

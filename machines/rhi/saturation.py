@@ -67,9 +67,15 @@ class Headroom:
         """Everything may be used."""
         self.part = 1.0
 
-    def update(self, drive: float) -> float:
-        """The part for this tick from the norm of the projected gradient torque [N m]."""
-        pull, part = drive / self._moving, self.part
+    def update(self, drive: float, turning: bool = False) -> float:
+        """The part for this tick.
+
+        Args:
+            drive: norm of the projected gradient torque [N m].
+            turning: whether the posture is to turn to contact. Its targets only begin to move then, so that
+                they hardly pull, and a force that has taken all torques would let none of it begin.
+        """
+        pull, part = max(drive / self._moving, TAKEN if turning else 0.0), self.part
         wanted = 1.0 if pull <= 0.5 else min(max(part, self._within(pull)), self._within(pull / TAKEN))
         if wanted != part:
             self.part = min(max(wanted, part - self._step), part + self._step)

@@ -38,6 +38,7 @@ from hapticd.experiments import (
     rhi_fig11,
     rhi_redundancy,
     rhi_table1,
+    rhi_taps,
 )
 from hapticd.experiments.command import NAMES
 from hapticd.experiments.felt import Felt, lines
@@ -78,6 +79,9 @@ def little_work(monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setattr(rhi_fig10, name, count)
     monkeypatch.setattr(rhi_fig11, "switched", lambda rho, paper: palpation.Device().palpate(0.02, 0.5, 0.02))
     monkeypatch.setattr(rhi_fig11, "SWITCH", 10)
+    for name, few in {"SCAN": 100, "REACH": 30, "TAPS": 3, "PERIODS": (0.3,), "WAIT": 0.1}.items():
+        monkeypatch.setattr(rhi_taps, name, few)
+    monkeypatch.setattr(rhi_taps, "TIMES", tuple(0.1 * t for t in rhi_taps.TIMES))
     monkeypatch.setattr(rhi_redundancy, "DIRECTIONS", 2)
     monkeypatch.setattr(rhi_redundancy, "SCAN", 300)
     touched, free = (

@@ -230,6 +230,7 @@ PLAIN = {
     "come_back": (0, 1),
     "held": (0.01, 1),
     "rho": (0, 10),
+    "urgency": (1, 100),
     "scan": (0, 20_000),
     "seed": (0, 2**53),
     "substeps": (1, 64),
@@ -259,7 +260,7 @@ TRUTHS = {"pressed", "best_effort", "passivity", "operator.body"} | {
     f"simulation.buttons.{side}" for side in ("left", "right")
 }
 OPTIONAL = re.compile(
-    r"loop\.(duration|on_overrun|best_effort|sync|spin|cpu)|arming\.scanner|rhi\.task\.follow"
+    r"loop\.(duration|on_overrun|best_effort|sync|spin|cpu)|arming\.scanner|rhi\.(task\.follow|saturation\.(linger|urgency))"
     r"|simulation\.touches\..*"  # a promise less is a configuration, too
     r"|simulation\.(hand\.dead_man|hand\.away|supervisor|buttons|walls|things|fingers|pushes)\.\w+"
     r"|simulation\.(plant|sensors)\..*|simulation\.rhi\.masses|simulation\.arms\.tool_mass|[\w.]+\.stiffness_tolerance"

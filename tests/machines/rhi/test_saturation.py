@@ -72,6 +72,14 @@ def test_headroom_is_held_while_the_posture_moves_and_let_go_slowly() -> None:
     assert headroom.part == 1.0
 
 
+def test_headroom_is_held_from_the_first_tick_in_which_the_posture_is_to_turn() -> None:
+    """Its targets glide, so that there is hardly a pull at first, and a saturated force lets none begin."""
+    headroom = Headroom(held=0.85, moving=0.1, release=0.1, dt=1e-3)
+    parts = [headroom.update(0.0, turning=True) for _ in range(100)]
+    assert parts[0] < 1.0 and parts[-1] == pytest.approx(0.85)
+    assert [headroom.update(0.0) for _ in range(101)][-1] == 1.0
+
+
 def test_headroom_has_a_play_and_no_threshold() -> None:
     """A pull that swings between once and half of what counts as moving never takes back what was let go."""
     headroom = Headroom(held=0.85, moving=0.1, release=1e-3, dt=1e-3)

@@ -50,6 +50,33 @@ def test_the_return_asks_what_the_free_posture_would_leave(transition: Transitio
     assert transition.stiff and transition.omega == 0.0
 
 
+def test_the_way_to_stiff_is_the_faster_the_less_reserve_there_is_and_the_way_back_is_not() -> None:
+    hasty = Transition(Thresholds(0.7, 0.95), DT, urgency=3.0)
+    hasty.update(0.7 - 1e-9, 0.5, T)
+    assert hasty.phase == pytest.approx(DT / T) and hasty.haste == pytest.approx(1.0)
+    for reserve, haste in ((0.35, 2.0), (0.0, 3.0), (0.8, 1.0)):
+        before = hasty.phase
+        hasty.update(reserve, 0.5, T)
+        assert hasty.haste == pytest.approx(haste)
+        assert hasty.phase - before == pytest.approx(haste * DT / T)
+    before = hasty.phase
+    hasty.update(0.0, 0.99, T)
+    assert hasty.haste == 1.0 and before - hasty.phase == pytest.approx(DT / T)
+
+
+def test_after_a_contact_it_waits_for_another() -> None:
+    patient = Transition(Thresholds(0.7, 0.95), DT, linger=0.1)
+    patient.update(0.5, 0.5, 0.0)
+    for _ in range(3):  # taps, each before the wait is over
+        for _ in range(100):
+            assert patient.update(1.0, 1.0, 0.0) == 0.0 and patient.stiff
+        assert patient.update(0.5, 0.5, 0.0) == 0.0
+    for _ in range(100):
+        assert patient.update(1.0, 1.0, 0.0) == 0.0
+    assert patient.update(1.0, 1.0, 0.0) == 1.0
+    assert patient.changes == 2
+
+
 def test_without_a_duration_it_jumps(transition: Transition) -> None:
     assert transition.update(0.5, 0.5, 0.0) == 0.0
     assert transition.update(1.0, 1.0, 0.0) == 1.0
