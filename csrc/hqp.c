@@ -104,10 +104,6 @@ static void lay_out_reals(hqp_solver *s, char *arena, size_t *used) {
         {&s->bundle.gap, (size_t)s->bundle.most},
         {&s->bundle.pull, (size_t)s->bundle.most},
         {&s->none, levels},
-        {&s->rounded, levels},
-        {&s->left, levels},
-        {&s->least, levels},
-        {&s->nearly.x, ld},
         {&s->kept, ld},
         {&s->path, ld * (levels + 1)},
     };
@@ -397,24 +393,10 @@ static void start_at(hqp_solver *s, const double *x, int first) {
 
 enum outcome { LOST, SETTLED, PROVEN }; /* SETTLED: x is likely, its proof is missing */
 
-/* x is the answer unless one is found whose proof is strict. */
-static void keep_nearly(hqp_solver *s, int rank) {
-    memcpy(s->nearly.x, s->x, (size_t)s->ld * sizeof(double));
-    s->nearly.rank = rank;
-    s->nearly.any = 1;
-}
-
 /* By the multipliers at hand. */
 static int is_proven(hqp_solver *s) {
     hqp_find_values(s);
-    if (hqp_prove(s, s->levels) == s->levels) return 1;
-    if (!s->is_strict || s->settings.rank > s->rank_asked) return 0;
-    const int is_doubtful = s->is_doubtful;
-    s->is_strict = 0;
-    if (hqp_prove(s, s->levels) == s->levels) keep_nearly(s, s->rank_at[s->levels]);
-    s->is_strict = 1;
-    s->is_doubtful = is_doubtful;
-    return 0;
+    return hqp_prove(s, s->levels) == s->levels;
 }
 
 /*
@@ -454,11 +436,9 @@ static enum outcome try_sweeps(hqp_solver *s, int *first) {
 /* Prove the first `count` levels by projection, with a factorisation that hqp_resolve cannot take up. */
 static int is_proven_by_descent(hqp_solver *s, int count) {
     const int rank = s->rank_at[s->levels];
-    int nearly;
     s->resumable = 0;
-    s->levels_done = hqp_prove_by_descent(s, count, &nearly);
+    s->levels_done = hqp_prove_by_descent(s, count);
     s->rank_at[s->levels] = rank; /* with the rows that the levels hold */
-    if (s->levels_done < nearly && nearly == s->levels) keep_nearly(s, rank);
     return s->levels_done == s->levels;
 }
 
@@ -515,40 +495,25 @@ static hqp_status try_both(hqp_solver *s, int first) {
     return outcome == PROVEN && is_confirmed(s) ? HQP_SOLVED : try_walk(s, outcome, first);
 }
 
-/* The answer whose proof is not strict, where there is no other. */
-static hqp_status take_nearly(hqp_solver *s) {
-    memcpy(s->x, s->nearly.x, (size_t)s->ld * sizeof(double));
-    s->rank_at[s->levels] = s->nearly.rank;
-    s->levels_done = s->levels;
-    s->resumable = 0;
-    hqp_find_values(s);
-    return HQP_SOLVED;
-}
-
 /*
- * Only what is proven is solved: strictly, from the last sets or else from cold, or at least nearly. Where
- * nothing is, rows at a tiny angle may be one row but for the rounding of the data, which decides everything
- * then: all is tried from cold with a coarser idea of rank. The one that led to a proof is kept.
+ * Only what is proven is solved. Where nothing is, rows at a tiny angle may be one row but for the rounding
+ * of the data, which decides everything then: all is tried from cold with another idea of rank, and at last
+ * with the first. The one that led to a proof is kept.
  */
 static hqp_status solve_from(hqp_solver *s, int first) {
     const double rank = s->settings.rank, asked = s->rank_asked;
     const double coarser = COARSER * asked < COARSEST ? COARSER * asked : asked / COARSER;
-    const double ranks[] = {rank, asked, coarser};
-    const int is_cold = !s->warm && rank == asked;
+    const double other = rank == asked ? coarser : asked, ranks[] = {rank, other, rank};
     hqp_status status = HQP_NOT_PROVEN;
     s->lenience = 1.0;
-    s->nearly.any = 0;
-    for (int attempt = 0; attempt < 3 && !(attempt == 2 && s->nearly.any); attempt++) {
-        if (attempt == 1 && is_cold) continue;
-        s->is_strict = attempt < 2;
+    for (int attempt = 0, last = s->warm ? 2 : 1; attempt <= last; attempt++) {
         s->settings.rank = ranks[attempt];
         if (attempt > 0) forget(s);
         status = try_both(s, attempt > 0 ? 0 : first);
         if (status == HQP_SOLVED || status == HQP_ITERATION_CAP) break;
     }
-    if (status == HQP_SOLVED) return status;
-    s->settings.rank = rank;
-    return s->nearly.any ? take_nearly(s) : status;
+    if (status != HQP_SOLVED) s->settings.rank = rank;
+    return status;
 }
 
 hqp_status hqp_resolve(hqp_solver *s, const hqp_level *levels, int first, double *x, hqp_info *info) {

@@ -99,19 +99,11 @@ struct hqp_solver {
         double *triangle, *multiplier, *gap, *pull; /* [most][most], [most] .. */
     } bundle;                                       /* of hqp_guess.c */
     double *none;                                   /* [levels] length of a gradient that counts as none */
-    double *rounded;                                /* [levels] the part of it that is rounding */
-    double *left;                                   /* [levels] what the multipliers at hand leave of one */
-    double *least;                                  /* [levels] the smallest multiplier that settles a row */
     signed char *weighted;                          /* [levels] its rows have weights of their own */
     signed char *slack;                             /* [levels] there is a slack to be proven minimal */
     int is_doubtful; /* the last proof failed on rows that were settled by too small a multiplier */
     double lenience; /* times what a proof by projection minds otherwise */
-    int is_strict;   /* a proof minds all that rounding cannot have left */
-    struct {
-        double *x; /* [ld] the last x with a proof that is not strict */
-        int any, rank;
-    } nearly;
-    double *path; /* [levels + 1][ld] x at the start of each level of a sweep */
+    double *path;    /* [levels + 1][ld] x at the start of each level of a sweep */
     double x_norm, trial_norm;
     int iterations, iteration_limit;
     int levels_done;
@@ -272,7 +264,7 @@ int hqp_has_slack(hqp_solver *s, int level);
 void hqp_gradient(const hqp_solver *s, int level, double *g);
 int hqp_touches(const hqp_solver *s, int id, int side);
 int hqp_prove(hqp_solver *s, int count);
-int hqp_prove_by_descent(hqp_solver *s, int count, int *nearly);
+int hqp_prove_by_descent(hqp_solver *s, int count);
 int hqp_confirm(hqp_solver *s);
 int hqp_is_minimal(hqp_solver *s, int level);
 

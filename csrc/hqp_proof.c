@@ -17,9 +17,6 @@
 static const double PROVEN = 1e-9, ROUNDINGS = 1.0;
 /* times that: a smaller multiplier settles no row, or lower levels could lean on it a million times over */
 static const double SETTLED = 1e3;
-/* Times rounding, in a strict proof: what may be left of a gradient; a multiplier that settles its row; and
- * one that does so below a level whose rows are settled by less than SETTLED. */
-static const double LEFT = 10.0, CERTAIN = 4.0, BELOW_SMALL = 200.0;
 /* To confirm a proof: times what may be left of a gradient otherwise; rows at a smaller angle are one row. */
 static const double LENIENT = 200.0, ONE_ROW = 1e-7;
 /* times (1 + |bound|), plus that many times rounding of row . x: a row this close is at its bound */
@@ -50,15 +47,8 @@ int hqp_has_slack(hqp_solver *s, int level) {
     }
     const double slack = sqrt(squares), rounding = s->settings.rounding * (slack + largest * s->x_norm);
     s->none[level] = largest * (PROVEN * (1.0 + slack) + ROUNDINGS * rounding);
-    s->rounded[level] = largest * ROUNDINGS * rounding;
-    if (!isfinite(s->none[level])) s->none[level] = s->rounded[level] = 0.0;
+    if (!isfinite(s->none[level])) s->none[level] = 0.0;
     return !(most <= s->none[level]);
-}
-
-/* What a proof may leave of the gradient of a level. Nothing leans on the last one. */
-static double most_left(const hqp_solver *s, int level) {
-    const int is_strict = s->is_strict && level + 1 < s->levels;
-    return is_strict ? fmin(s->none[level], LEFT * s->rounded[level]) : s->lenience * s->none[level];
 }
 
 /* g = -sum slack row over the rows of the level */
@@ -101,8 +91,7 @@ static int is_fulfilled(hqp_solver *s, int level) {
     hqp_gather(s, rest, g);
     for (int k = 0; k < s->rank_at[level]; k++) hqp_reflect_row(s, k, rest);
     for (int j = s->rank_at[level]; j < s->width; j++) sum += rest[j] * rest[j];
-    s->left[level] = sqrt(sum);
-    return s->left[level] <= most_left(s, level);
+    return sqrt(sum) <= s->none[level];
 }
 
 /* The row is left violated by more than counts as none: by less, it is a row at its bound. */
@@ -110,36 +99,19 @@ static int is_missed(const hqp_solver *s, int level, int id) {
     return fabs(s->lacking[id]) * s->norm[id] > s->lenience * s->none[level];
 }
 
-/* The smallest multiplier by which each level settles a row; 0 where it is not clear that it does. */
-static void find_least(hqp_solver *s) {
-    for (int p = 0; p < s->levels; p++) s->least[p] = INFINITY;
+/* The first level that settles the value of a row without being clear about its multiplier or violation. */
+static int first_doubtful(const hqp_solver *s) {
+    int first = s->levels;
     for (int p = 0; p < s->levels; p++) {
         for (int i = s->row0[p]; i < s->row0[p + 1]; i++) {
             const int at = s->frozen_at[i];
-            if (at < 0) continue;
-            if (at == p ? !is_missed(s, p, i) : !s->clear[i])
-                s->least[at] = 0.0;
-            else if (at != p)
-                s->least[at] = fmin(s->least[at], s->strength[i]);
+            if (at < 0 || at >= first) continue;
+            const int is_clear =
+                at == p ? is_missed(s, p, i) : s->clear[i] && s->strength[i] > SETTLED * s->none[at];
+            if (!is_clear) first = at;
         }
     }
-}
-
-/*
- * The first level that settles the value of a row without being clear about its multiplier or violation. What
- * a strict proof leaves of a gradient is so little that multipliers may be small, too. But rows settled by
- * small ones are nearly dependent, and the multipliers of the levels below only as certain as that.
- */
-static int first_doubtful(hqp_solver *s) {
-    double certain = CERTAIN;
-    find_least(s);
-    for (int p = 0; p < s->levels; p++) {
-        if (s->least[p] > SETTLED * s->none[p]) continue;
-        if (!s->is_strict || !s->slack[p]) return p;
-        if (!(s->least[p] > certain * fmax(s->left[p], s->rounded[p]))) return p;
-        certain = BELOW_SMALL;
-    }
-    return s->levels;
+    return first;
 }
 
 /*
@@ -148,21 +120,15 @@ static int first_doubtful(hqp_solver *s) {
  */
 int hqp_prove(hqp_solver *s, int count) {
     for (int p = 0; p < s->levels; p++) s->slack[p] = (signed char)hqp_has_slack(s, p);
-    int proven = 0;
-    for (; proven < count; proven++) {
-        const int p = proven;
-        s->left[p] = 0.0;
-        if (!s->slack[p]) continue;
-        if (p <= s->fixed_through || (s->rank_at[p] < s->width && !is_fulfilled(s, p))) break;
-    }
     const int doubtful = first_doubtful(s);
     s->is_doubtful = 0;
-    for (int p = doubtful + 1; p < count && p <= proven; p++) {
+    for (int p = 0; p < count; p++) {
         if (!s->slack[p]) continue;
-        s->is_doubtful = 1;
-        return p;
+        s->is_doubtful = p > doubtful;
+        if (p <= s->fixed_through || s->is_doubtful) return p;
+        if (s->rank_at[p] < s->width && !is_fulfilled(s, p)) return p;
     }
-    return proven;
+    return count;
 }
 
 /* What is left of the gradient of a level at x, 0 without a slack worth a proof; s->descent is a way down
@@ -175,19 +141,14 @@ static double left_of(hqp_solver *s, int level) {
 
 /*
  * The same by projection, in the order of the levels and with a factorisation of its own, which holds for
- * good only what is settled beyond doubt. Where it stops, a walk can go on. *nearly: how many it would be if
- * the proof need not be strict.
+ * good only what is settled beyond doubt. Where it stops, a walk can go on.
  */
-int hqp_prove_by_descent(hqp_solver *s, int count, int *nearly) {
-    int strictly = count;
+int hqp_prove_by_descent(hqp_solver *s, int count) {
     hqp_unfix(s);
     hqp_rewind(s, 0);
-    for (*nearly = 0; *nearly < count; ++*nearly) {
-        const int p = *nearly;
+    for (int p = 0; p < count; p++) {
         s->rank_at[p] = s->rank;
-        const double left = left_of(s, p);
-        if (!(left <= s->lenience * s->none[p])) break;
-        if (left > most_left(s, p) && strictly == count) strictly = p;
+        if (!(left_of(s, p) <= s->lenience * s->none[p])) return p;
         memset(s->side, 0, (size_t)s->row0[p]);
         hqp_seat_violated(s, p);
         for (int i = s->row0[p]; i < s->row0[p + 1]; i++) {
@@ -199,10 +160,8 @@ int hqp_prove_by_descent(hqp_solver *s, int count, int *nearly) {
         }
         hqp_close_level(s, p);
     }
-    if (*nearly == count) s->rank_at[count] = s->rank;
-    if (strictly >= *nearly) return *nearly;
-    hqp_rewind(s, strictly);
-    return strictly;
+    s->rank_at[count] = s->rank;
+    return count;
 }
 
 /* Whether no way down is left for the level at x; s->descent is one where there is. */
@@ -217,16 +176,13 @@ int hqp_is_minimal(hqp_solver *s, int level) {
  */
 int hqp_confirm(hqp_solver *s) {
     const double rank = s->settings.rank;
-    const int rank_at_end = s->rank_at[s->levels], is_strict = s->is_strict;
-    int proven;
+    const int rank_at_end = s->rank_at[s->levels];
     s->settings.rank = ONE_ROW;
     s->lenience = LENIENT;
-    s->is_strict = 0;
     s->resumable = 0;
-    hqp_prove_by_descent(s, s->levels, &proven);
+    const int proven = hqp_prove_by_descent(s, s->levels);
     s->settings.rank = rank;
     s->lenience = 1.0;
-    s->is_strict = is_strict;
     s->rank_at[s->levels] = rank_at_end;
     return proven == s->levels;
 }
