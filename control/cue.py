@@ -38,6 +38,8 @@ RHYTHMS = {
     STOPPED: Rhythm(25.0, 10, 1),
 }
 """Frequencies are apart by a factor of 1.4 or more, above a hand's tremor and a sensor's pass-band."""
+LEAST_RATE = 4.0 * max(rhythm.frequency for rhythm in RHYTHMS.values())
+"""Of ticks that can tell their cycles [Hz]."""
 GAP_S, PERIOD_S = 0.06, 1.0
 """Between two pulses; from one announcement to the next, as long as the cause stands."""
 FAINT = 0.5

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from ...control.cue import LEAST_RATE
 from ...devices.buttons import Buttons
 from ...devices.device import Device
 from ...devices.foot_paddle import FootPaddle
@@ -31,6 +32,9 @@ def check_operator(config: OperatorConfig, robot: Robot) -> Found:
         others |= {"head": HeadTracker, "paddle": FootPaddle, "body": RemoteBody}
     found = check_station("operator", config, own, config.simulation, robot, others)
     found += _presses(config)
+    if config.loop.rate < LEAST_RATE:
+        problem = f"at {config.loop.rate:g} Hz the operator's cues are not told apart"
+        found.append(("loop.rate", problem, f"give {LEAST_RATE:g} Hz or more"))
     if own.avatar is None:
         return found
     for side in SIDES:

@@ -35,3 +35,11 @@ def test_a_button_is_let_go_of_after_it_was_pressed(until: str) -> None:
     assert findings(text) == {}
     found = findings(text.replace('until = "4 s"', f'until = "{until}"'))
     assert found == {"simulation.buttons[1].until": f"{until} is not after 3 s"}
+
+
+def test_a_rate_at_which_cues_cannot_be_told_apart_is_refused() -> None:
+    text = read_text("operator.toml")
+    assert text.count('rate = "1 kHz"') == 1
+    assert findings(text.replace('rate = "1 kHz"', 'rate = "500 Hz"')) == {}
+    found = findings(text.replace('rate = "1 kHz"', 'rate = "250 Hz"'))
+    assert found["loop.rate"] == "at 250 Hz the operator's cues are not told apart"
