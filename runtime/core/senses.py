@@ -17,6 +17,8 @@ from .sections import Arming
 REST_SHARE, SWING_SHARE = 0.02, 0.04
 """Measured speed, as a share of the largest allowed one, below which a motor is at rest, and the link behind
 its spring: a hand that holds on pulls at the springs of motors that stand."""
+LEAST_REST, LEAST_SWING = 0.01, 0.02
+"""No less than that counts as motion [rad/s or m/s]: drives measure speeds to some 0.002."""
 REST_S = 0.1
 """For so long: a link that swings on its spring is slow where it turns round, and the slowest take 0.15 s
 from one end to the other."""
@@ -46,7 +48,8 @@ class Senses:
         self._calm = [False] * image.expected
         self._still, self._still_limit = 0, round(REST_S * rate)
         self._rest, self._swing = (
-            tuple(share * speed for speed in machine.thresholds.speed) for share in (REST_SHARE, SWING_SHARE)
+            tuple(max(least, share * speed) for speed in machine.thresholds.speed)
+            for share, least in ((REST_SHARE, LEAST_REST), (SWING_SHARE, LEAST_SWING))
         )
         self._silence = round(INTRUDER_SILENT_S * rate)
         self._intruded = -self._silence

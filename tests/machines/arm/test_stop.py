@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 from hapticd.machines.arm.init import init
@@ -66,3 +68,15 @@ def test_a_sensor_that_lies_is_not_believed_without_springs_either(pressed: Benc
     assert yields < 0.0123
     rendering = pressed.cycle.machine._rendering  # type: ignore[attr-defined]
     assert np.linalg.norm(rendering.wrench[:3]) < 1e-3
+
+
+def test_an_arm_whose_joints_are_slow_stands_although_its_drives_measure_speeds_with_noise() -> None:
+    found = init(planar(), "planar.urdf", None, "planar.toml", "planar.clean.urdf")
+    slow = re.sub(r'(?m)^velocity = "[\d.]+ rad/s"', 'velocity = "0.1 rad/s"', found.toml)
+    assert slow.count('velocity = "0.1 rad/s"') == 3
+    noisy = f'{slow}\n[simulation.sensors.motor_speed]\nnoise = "0.002 rad/s"\n'
+    for encoder in ("motor", "link"):
+        noisy += f'[simulation.sensors.{encoder}_encoder]\nnoise = "1e-5 rad"\n'
+    config = parse(noisy, "planar.toml")
+    bench = Bench(Loaded("arm", config, noisy, "planar.toml", found.urdf, "planar.clean.urdf"))
+    bench.until(Mode.ENGAGING)
