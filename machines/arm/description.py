@@ -318,6 +318,10 @@ def _gather(name: str, chain: Sequence[Joint], tree: _Tree, remarks: list[str]) 
             else:
                 kept[other.child] = tree.links[other.child]
                 frozen.append(_frozen(other))
+    standing = [chain[0].parent, *(joint.child for joint in chain[:first])]
+    aside = [other.name for link in standing for other in tree.below[link] if other.child not in on_chain]
+    if aside:
+        remarks.append(f"left out, for nothing that moves carries them: {', '.join(sorted(aside))}")
     if stuck:
         remarks.append(f"frozen where they stand, with what they carry: {', '.join(sorted(stuck))}")
     if dropped:

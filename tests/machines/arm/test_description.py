@@ -93,7 +93,9 @@ def test_an_arm_that_branches_before_anything_moves_needs_a_tip() -> None:
     both = other.replace("</robot>", left.replace('"base"', '"base"') + "</robot>")
     with pytest.raises(InitError, match=r"branches at 'base'.*--tip with one of l3, left3"):
         read_arm(both, "x.urdf", None)
-    assert list(read_arm(both, "x.urdf", "left3").joints) == ["p1", "p2", "p3"]
+    arm = read_arm(both, "x.urdf", "left3")
+    assert list(arm.joints) == ["p1", "p2", "p3"]
+    assert "left out, for nothing that moves carries them: q1" in arm.remarks
 
 
 def test_what_no_machine_may_have_is_mended_and_said() -> None:
