@@ -64,9 +64,9 @@ def test_what_is_added_is_said_and_can_be_refused() -> None:
     section = chain(with_random_chain(MACHINE, 1))
     mass, _ = added(section)
     assert mass > 1.0
-    assert f"{mass:.2g} kg" in remarks(section)[0]
+    assert f"{mass:.2g} kg" in remarks({"chain": section})[0]
     bare = msgspec.structs.replace(section, least_mass=0.0, least_inertia=0.0)
-    assert (added(bare), remarks(bare)) == ((0.0, 0.0), [])
+    assert (added(bare), remarks({"chain": bare})) == ((0.0, 0.0), [])
     rng = np.random.default_rng(1)
     assert lightest(bare, rng)[0] < 0.5 < 1.0 < lightest(section, rng)[0]
 

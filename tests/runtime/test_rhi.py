@@ -13,8 +13,8 @@ from hapticd.runtime.recording.summary import Report, table
 
 from .conftest import loaded
 
-DURATION = 13.0
-"""Free motion, a light touch, and a palpation that turns the posture."""
+DURATION = 14.0
+"""Free motion, a light touch, and a palpation that turns the posture, which turns back after a while."""
 LIMIT = np.array([3.0, 3.0, 1.0, 1.0])
 FIELDS = ("q", "torque", "position", "hand", "demand", "omega", "alpha", "reserve")
 
