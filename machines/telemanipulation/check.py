@@ -104,6 +104,11 @@ def check_station(
         chain: OwnChain = getattr(station.arms, side)
         sensor = config.devices[f"{side}_force_torque"]
         assert isinstance(sensor, ForceTorque)
+        for key, unit in (("force", "N"), ("torque", "N m")):
+            most, scale = getattr(station.stop, key), getattr(sensor, key)
+            if most > scale:
+                problem = f"{most:g} {unit} is more than the sensor '{side}_force_torque' measures"
+                found.append((f"{name}.stop.{key}", problem, f"give at most {scale:g} {unit}"))
         if (chain.tool is None) == (sensor.kept is None):
             problem = (
                 "says a second time what the calibration of the sensor does" if chain.tool else "is missing"

@@ -12,6 +12,9 @@ from .arm import SIDES
 from .check import check_chain
 from .sections import Chain, Leads
 
+HELD = 150.0, 20.0
+"""No hand holds more [N, N m]; it need not be given more of what an avatar feels."""
+
 
 def gateways(leads: Leads | None) -> dict[str, type[Device]]:
     """The devices that it needs for that."""
@@ -33,6 +36,10 @@ def check_leads(leads: Leads | None, machine: str, twin: Twin) -> Found:
         return [(at, "is no arm of an avatar", 'give kind = "chain", the urdf of the avatar, and arm')]
     whole = Robot.from_urdf(twin.kept.urdf, twin.urdf)
     found = [each for side in SIDES for each in check_chain(f"leads.{side}", getattr(leads, side), whole)]
+    for key, most, unit in (("force", HELD[0], "N"), ("torque", HELD[1], "N m")):
+        if (given := getattr(leads.most, key)) > most:
+            problem = f"no hand holds {given:g} {unit}"
+            found.append((f"leads.most.{key}", problem, f"give at most {most:g} {unit}"))
     return found or _same(at, f"leads.{leads.side}", twin, chain) or _within(at, twin, chain)
 
 

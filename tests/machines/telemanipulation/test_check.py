@@ -43,3 +43,12 @@ def test_a_rate_at_which_cues_cannot_be_told_apart_is_refused() -> None:
     assert findings(text.replace('rate = "1 kHz"', 'rate = "500 Hz"')) == {}
     found = findings(text.replace('rate = "1 kHz"', 'rate = "250 Hz"'))
     assert found["loop.rate"] == "at 250 Hz the operator's cues are not told apart"
+
+
+@pytest.mark.parametrize(("old", "new", "key"), [("60 N", "201 N", "force"), ("15 N m", "21 N m", "torque")])
+def test_an_arm_cannot_stop_itself_at_what_its_sensor_does_not_measure(old: str, new: str, key: str) -> None:
+    text = read_text("operator.toml")
+    at = text.index("[operator.stop]")
+    found = findings(text[:at] + text[at:].replace(f'"{old}"', f'"{new}"', 1))
+    sensors = "left_force_torque", "right_force_torque"
+    assert found == {f"operator.stop.{key}": f"{new} is more than the sensor '{sensors[1]}' measures"}

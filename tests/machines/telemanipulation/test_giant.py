@@ -242,6 +242,9 @@ def test_what_does_not_fit_is_refused() -> None:
     assert "is not that of leads.right" in found(
         'arm = { prefix = "avatar_right_", palm = "0.085', 'arm = { prefix = "avatar_right_", palm = "0.08'
     )
+    most = 'force = "60 N"\ntorque = "15 N m"'
+    assert "no hand holds 300 N" in found(most, most.replace("60", "300"))
+    assert "no hand holds 21 N m" in found(most, most.replace("15", "21"))
     assert "is not the home" in found('start = "0.275 rad"', 'start = "0.3 rad"')
     assert "faster than the arm's" in found('velocity = "2.1 rad/s"', 'velocity = "2.15 rad/s"')
     with pytest.raises(PairError, match="different models"):
