@@ -139,7 +139,7 @@ def legend(orders: Sequence[Order], single_keys: bool) -> str:
     """What can be typed, for people."""
     if not single_keys:
         rows = [(order.word, order.explained) for order in orders]
-        return "\n".join(["Type a word and Enter:", *(f"  {name:14}{text}" for name, text in rows)])
+        return "\n".join(["Type a word and Enter:", *(f"  {name:14} {text}" for name, text in rows)])
     rows = [(order.label, order.explained) for order in orders if order not in PUSHES]
     if any(order in PUSHES for order in orders):
         rows.append(("arrows", "push the simulated hand: left, right, forward, back, from above"))
