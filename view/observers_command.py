@@ -9,7 +9,7 @@ from ipaddress import ip_address
 from time import sleep
 from typing import Final
 
-from ..runtime.command_line.arguments import Commands, count, file, name
+from ..runtime.command_line.arguments import Commands, add_session, file, name
 from ..runtime.invocation import install, program
 from .errors import ViewError
 
@@ -40,9 +40,7 @@ def add_share(commands: Commands) -> None:
         metavar="ADDRESS:PORT",
         help=f"where observers reach it; default: {LISTEN}, so this host alone",
     )
-    share.add_argument(
-        "--session", type=count, metavar="PID", help="of the daemon, where several run; default: the newest"
-    )
+    add_session(share)
     share.set_defaults(handler=_share, json=False)
 
 

@@ -6,7 +6,7 @@ import argparse
 import sys
 from time import sleep
 
-from ..runtime.command_line.arguments import Commands, count
+from ..runtime.command_line.arguments import Commands, add_session
 
 LOOK_S = 0.2
 PATIENCE_S = 2.0
@@ -24,9 +24,7 @@ def add_top(commands: Commands) -> None:
         " that runs, from any other terminal, e.g. over ssh. Only looks; the session does not notice. Through"
         " a pipe it prints them once. Ctrl-C ends it.",
     )
-    top.add_argument(
-        "--session", type=count, metavar="PID", help="of the daemon, where several run; default: the newest"
-    )
+    add_session(top)
     top.add_argument("--json", action="store_true", help="print the newest frame as one JSON object, once")
     top.set_defaults(handler=run)
 

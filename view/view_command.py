@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING
 
-from ..runtime.command_line.arguments import Commands, count, file, name
+from ..runtime.command_line.arguments import Commands, add_session, file, name
 from ..runtime.invocation import install
 from .errors import ViewError
 
@@ -27,12 +27,7 @@ def add_view(commands: Commands) -> None:
         " be stopped from there. Whatever the view does, the session does not wait for it.",
     )
     view.add_argument("log", type=name, metavar="LOG", nargs="?", help="default: the session that runs")
-    view.add_argument(
-        "--session",
-        type=count,
-        metavar="PID",
-        help="of the daemon, where several sessions run; default: newest",
-    )
+    add_session(view)
     view.add_argument(
         "--port",
         type=port,

@@ -133,11 +133,8 @@ class StateLog:
         self._most = len(self._active) - len(control.active) + control.twin.limits.n
         names = state.dtype.names or ()
         self._held = state["held"][0] if "held" in names else None
-        self._named = (
-            [state["rendered"][name] for name in state["rendered"].dtype.names or ()]
-            if ("rendered" in names)
-            else []
-        )
+        rendered = state["rendered"] if "rendered" in names else None
+        self._named = [] if rendered is None else [rendered[name] for name in rendered.dtype.names or ()]
         self._status, self._iterations, self._solves, self._done = (
             state[name] for name in ("status", "iterations", "solves", "levels_done")
         )

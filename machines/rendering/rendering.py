@@ -89,9 +89,9 @@ class Rendering:
         """Motor-side gains of the joints: proportional and derivative, (m,) each; what the gate admits.
 
         ``heat`` says how much of that the motors may give now; ``fade``: time in which a twin's forces
-        fade in [s]; ``watched``: the twin is
-        damped where its handle is not passive. Motors are where ``estimator`` says, or where
-        their encoders do. The twin is moved by the wrench foretold by ``lead`` [s], or as measured.
+        fade in [s]; ``watched``: the twin is damped where its handle is not passive. Motors are where
+        ``estimator`` says, or where their encoders do. The twin is moved by the wrench foretold by
+        ``lead`` [s], or as measured.
         """
         self.control = control
         self.exchange = TwinExchange(control, fade, dt)
@@ -121,7 +121,7 @@ class Rendering:
         )
         self.fade = exp(-dt / STOP_FADE_S)
         self._mark = mark
-        self._estimator, self._told, self._acting = estimator, np.zeros(n), np.zeros(n)
+        self._estimator, self._acting = estimator, np.zeros(n)
         motor = (estimator.motor, estimator.motor_rate) if estimator else (joints.position, joints.velocity)
         self._tracking = Tracking(
             manipulator,
@@ -164,15 +164,15 @@ class Rendering:
             self.passivity.reset()
         if self.ahead:
             self.ahead.reset()
-        self._told[:] = self._acting[:] = 0.0
         if self._estimator:
+            self._tracking.torque[:] = self._acting[:] = 0.0
             self._estimator.reset()
 
     def _estimate(self) -> None:
         """Take the measurements of this tick, on which the torques of the last tick but one acted."""
         if self._estimator:
             self._estimator.update(self._acting)
-            self._acting[:] = self._told
+            self._acting[:] = self._tracking.torque
 
     def render(self, wrench: Array, gain: float, trust: float, base: Array) -> bool:
         """Motion of arm and twin under the operator's wrench (6,); whether the solver stands by its answer.
@@ -327,8 +327,7 @@ class Rendering:
 
     def torque(self, base: Array) -> list[float]:
         """Motor torques, (m,) [N m or N], on a base with an acceleration (2,) [m/s^2]."""
-        self._told[:] = self._tracking.update(base)
-        torque: list[float] = self._told.tolist()
+        torque: list[float] = self._tracking.update(base).tolist()
         return torque
 
     def advance(self) -> None:

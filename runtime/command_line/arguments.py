@@ -77,6 +77,13 @@ def add_twin(parser: argparse.ArgumentParser, more: str = "") -> None:
     )
 
 
+def add_session(parser: argparse.ArgumentParser) -> None:
+    """Add the option that names one of several sessions of this host."""
+    parser.add_argument(
+        "--session", type=count, metavar="PID", help="of the daemon, where several run; default: the newest"
+    )
+
+
 def chosen(options: argparse.Namespace) -> str:
     """What a configuration is loaded by, with the twin that was asked for."""
     return f"{options.config}{BETWEEN}{options.twin}" if options.twin else str(options.config)

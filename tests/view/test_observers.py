@@ -85,6 +85,20 @@ def program() -> Iterator[Callable[..., subprocess.Popen[str]]]:
         yield run
 
 
+@pytest.fixture
+def share(
+    session: tuple[Path, Publisher],
+    keys: Callable[[str], Credentials],
+    endpoint: str,
+    tmp_path: Path,
+    program: Callable[..., subprocess.Popen[str]],
+) -> subprocess.Popen[str]:
+    """`hapticd share`, which waits for observers."""
+    share = program(tmp_path, "share", str(keys("lab").folder), "--listen", endpoint)
+    assert share.stdout and f"shown at {endpoint}" in share.stdout.readline()
+    return share
+
+
 def frame(number: int) -> Frame:
     said = [Said(number, "note", f"event {number}")]
     return Frame(
@@ -180,6 +194,11 @@ def test_an_observer_shows_nothing_to_another(
 
     assert patiently(reached)
     assert followed.wrong == 0 and followed.wait(0.2)
+    alice = closed(observers._open(observers._observing(keys("alice"), f"tls/{endpoint}"), ""))
+    assert [reply.ok is not None for reply in alice.get("hapticd/lab/about", timeout=5.0)] == [True]
+    for name in ("robot", "lab"):  # their certificates are for those who wait
+        with pytest.raises(ViewError):
+            closed(observers._open(observers._observing(keys(name), f"tls/{endpoint}"), "refused"))
     shown._publisher.put(b"\xc1")  # a publisher of another version
     assert patiently(lambda: followed.wrong == 1)
 
@@ -187,6 +206,7 @@ def test_an_observer_shows_nothing_to_another(
 @pytest.mark.live
 def test_the_commands_show_a_session_on_another_host(
     session: tuple[Path, Publisher],
+    share: subprocess.Popen[str],
     keys: Callable[[str], Credentials],
     endpoint: str,
     tmp_path: Path,
@@ -195,8 +215,6 @@ def test_the_commands_show_a_session_on_another_host(
     _, publisher = session
     elsewhere = tmp_path / "elsewhere"
     elsewhere.mkdir()
-    share = program(tmp_path, "share", str(keys("lab").folder), "--listen", endpoint)
-    assert share.stdout and f"shown at {endpoint}" in share.stdout.readline()
     follow = program(elsewhere, "follow", str(keys("olga").folder), endpoint)
     assert follow.stdout and "following rhi (lab)" in follow.stdout.readline()
     top = program(elsewhere, "top", "--json")
@@ -205,7 +223,7 @@ def test_the_commands_show_a_session_on_another_host(
         sleep(0.02)
     assert top.stdout and json.loads(top.stdout.read())["tick"] == 80 and top.returncode == 0
     publisher.close()
-    assert share.wait(PATIENCE_S) == 0 and "the session is over" in share.stdout.read()
+    assert share.wait(PATIENCE_S) == 0 and share.stdout and "the session is over" in share.stdout.read()
     assert follow.wait(PATIENCE_S) == 0 and "nobody shows it any more" in follow.stdout.read()
 
 
@@ -227,14 +245,6 @@ def test_without_its_package_it_says_what_to_install(
 
 
 @pytest.mark.live
-def test_control_c_ends_it(
-    session: tuple[Path, Publisher],
-    keys: Callable[[str], Credentials],
-    endpoint: str,
-    tmp_path: Path,
-    program: Callable[..., subprocess.Popen[str]],
-) -> None:
-    share = program(tmp_path, "share", str(keys("lab").folder), "--listen", endpoint)
-    assert share.stdout and "shown at" in share.stdout.readline()
+def test_control_c_ends_it(share: subprocess.Popen[str]) -> None:
     share.send_signal(signal.SIGINT)
     assert share.wait(PATIENCE_S) == 130
