@@ -136,7 +136,8 @@ def session(
 
 def _variation(system: System[Any], name: str) -> Callable[..., Stance[Any]]:
     if name not in system.variations:
-        raise HandsError(f"there is no variation '{name}' of this machine; {meant(name, system.variations)}")
+        mend = meant(name, system.variations) if system.variations else "it has none; leave --vary out"
+        raise HandsError(f"there is no variation '{name}' of this machine; {mend}")
     return system.variations[name]
 
 

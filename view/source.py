@@ -347,7 +347,9 @@ def awaited(pid: int) -> Path:
         try:
             os.kill(pid, 0)
         except OSError as error:
-            raise SessionError(f"there is no session {pid}") from error
+            others = ", ".join(each.stem for each in running())
+            mend = f"running: {others}" if others else f"begin one: {program()} run {example()} --view"
+            raise SessionError(f"there is no session {pid}; {mend}") from error
         if monotonic() > until:
             raise SessionError(f"process {pid} shows no session that can be watched")
         sleep(0.1)

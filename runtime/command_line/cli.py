@@ -14,7 +14,7 @@ from functools import partial
 from importlib import import_module, metadata
 from io import TextIOWrapper
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import IO, TYPE_CHECKING
 
 from ...configs import plugins
 from ...configs.demonstrations import DEMONSTRATIONS
@@ -77,21 +77,31 @@ def main(arguments: list[str] | None = None) -> int:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")
-    _require_streams()
-    options = commands().parse_args(arguments)
+    closed = _require_streams()
+    parser = commands()
+    options = parser.parse_args(arguments)
+    if options.json and sys.stdout in closed:
+        parser.error("standard output is closed, and what --json prints goes there: give it a file or a pipe")
     from .execution import execute
 
     return execute(options)
 
 
-def _require_streams() -> None:
-    """Where a standard stream was closed, nothing else may take its place: a log would be written to."""
+def _require_streams() -> list[IO[str]]:
+    """Where a standard stream was closed, nothing else may take its place: a log would be written to.
+
+    Returns:
+        what stands for those that were closed.
+    """
+    closed: list[IO[str]] = []
     for fd, stream, mode in ((0, "stdin", "r"), (1, "stdout", "w"), (2, "stderr", "w")):
         try:
             os.fstat(fd)
         except OSError:
             os.open(os.devnull, os.O_RDWR)  # takes the lowest free number, which is fd
-            setattr(sys, stream, open(fd, mode, closefd=False))
+            closed.append(open(fd, mode, closefd=False))
+            setattr(sys, stream, closed[-1])
+    return closed
 
 
 def commands() -> argparse.ArgumentParser:

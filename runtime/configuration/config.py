@@ -24,7 +24,7 @@ from ..core.sections import Config
 from ..errors import ConfigError, Finding
 from ..invocation import program
 from .known import AND, BETWEEN, CONFIGS, TWINS, built_in, machine_folders, twins
-from .schema import advice, known_fields, steps, value_type
+from .schema import advice, bounds_advice, known_fields, name_type, steps, value_type
 from .system import ScriptError, find_system, system_names
 from .toml_lines import key_lines, line_of
 from .toml_reader import MAX_BYTES, read
@@ -398,16 +398,18 @@ def _read_quantity(kind: type, value: Any) -> Any:
     raise NotImplementedError(kind)
 
 
-_AT = re.compile(r" - at `(?:key in )?\$?(.*?)`$")
+_AT = re.compile(r" - at (`key` in )?`\$?(.*?)`$")
 
 
 def _locate(
     error: msgspec.ValidationError, tree: dict[str, Any], kind: type[Struct], at: str, lines: dict[str, int]
 ) -> Finding:
     message = str(error)
-    path = match[1].lstrip(".") if (match := _AT.search(message)) else ""
+    path = match[2].lstrip(".") if (match := _AT.search(message)) else ""
     message = _AT.sub("", message)
     path = _name_dict_keys(path, tree, kind)
+    if match and match[1]:
+        return _wrong_name(path, tree, kind, at, lines)
     key = ".".join(filter(None, (at, path)))
     if match := re.search(r"unknown field `(.*?)`", message):
         own = ".".join(filter(None, (key, match[1])))
@@ -423,6 +425,27 @@ def _locate(
     return Finding(line_of(key, lines), key, message, advice(path, kind, tree))
 
 
+def _wrong_name(
+    path: str, tree: dict[str, Any], kind: type[Struct], at: str, lines: dict[str, int]
+) -> Finding:
+    """A table of anything, at a path, in which something has a name that it cannot have."""
+    node: Any = tree
+    for step in steps(path):
+        node = node[step]
+    names = name_type(path, kind, tree)
+    wrong = next(name for name in node if not _fits(name, names))
+    own = ".".join(filter(None, (at, path, wrong)))
+    return Finding(line_of(own, lines), own, f"'{shown(wrong)}' cannot be a name here", bounds_advice(names))
+
+
+def _fits(value: Any, kind: Any) -> bool:
+    try:
+        msgspec.convert(value, kind, dec_hook=_read_quantity)
+    except msgspec.ValidationError:
+        return False
+    return True
+
+
 def _name_dict_keys(path: str, tree: dict[str, Any], root: type[Struct]) -> str:
     """Msgspec writes ``[...]`` for a key of a table of anything, and of one in it; find which one fails."""
     if "[...]" not in path:
@@ -433,8 +456,6 @@ def _name_dict_keys(path: str, tree: dict[str, Any], root: type[Struct]) -> str:
         node = node[step]
     kind = value_type(head, root, tree)
     for key, value in node.items():
-        try:
-            msgspec.convert(value, kind, dec_hook=_read_quantity)
-        except msgspec.ValidationError:
+        if not _fits(value, kind):
             return _name_dict_keys(f"{head}.{key}{tail}", tree, root)
     return head

@@ -9,6 +9,14 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 import msgspec
 from msgspec import Struct
 
+PLAIN = {
+    bool: "write true or false",
+    int: "write a whole number",
+    float: "write a number",
+    str: 'write words in quotes, "like these"',
+}
+"""What to write where a type is all that is asked."""
+
 
 def steps(path: str) -> list[int | str]:
     """Keys of tables and places in lists on the way to a path: ``sums[0].weights`` takes three."""
@@ -40,7 +48,17 @@ def advice(path: str, root: type[Struct], tree: dict[str, Any]) -> str:
         return f"known: {', '.join(str(tag.tag) for tag in tags)}"
     if words := _words(kind):
         return f"known: {', '.join(words)}"
+    return bounds_advice(kind) or PLAIN.get(_unwrapped(kind), "")
+
+
+def bounds_advice(kind: Any) -> str:
+    """What an annotation advises to write; "" where it does not."""
     return next((meta.description for meta in _bounds(kind) if meta.description), "")
+
+
+def name_type(path: str, root: type[Struct], tree: dict[str, Any]) -> Any:
+    """What the keys of the table of anything at a path may be."""
+    return get_args(_unwrapped(_type_at(path, root, tree)))[0]
 
 
 def value_type(path: str, root: type[Struct], tree: dict[str, Any]) -> Any:

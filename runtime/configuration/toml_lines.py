@@ -15,7 +15,7 @@ def key_lines(text: str) -> dict[str, int]:
     table = ""
     for number, line in enumerate(text.splitlines(), 1):
         if match := _TABLE.match(line):
-            table = match[2].replace('"', "").replace(" ", "")
+            table = re.sub(r"\s*\.\s*", ".", match[2].replace('"', ""))
             if match[1] == "[[":
                 index = counts.get(table, 0)
                 counts[table] = index + 1

@@ -147,6 +147,11 @@ class Config(Strict, frozen=True, kw_only=True, tag_field="system"):
     simulation: Simulation | None = None
 
     @property
+    def plant_time(self) -> bool:
+        """Whether a stalled host makes a session longer, as its simulated plant stands still meanwhile."""
+        return isinstance(self.bus, SimulatedBus) and self.loop.on_overrun == "record"
+
+    @property
     def twin_names(self) -> tuple[str, ...]:
         """Names of the digital twins that a session may render, the one that it begins with first."""
         return ()

@@ -81,8 +81,7 @@ class Daemon:
         self._duration = duration
         seconds = None if endless else duration or loaded.config.loop.duration
         self._duration_ticks = round(seconds * self._rate) if seconds is not None else None
-        simulated = isinstance(loaded.config.bus, SimulatedBus)
-        self._plant_time = simulated and loaded.config.loop.on_overrun == "record"
+        self._plant_time = loaded.config.plant_time
         self._shown = (Shown.KEYS if typed_at() else Shown.LIVE) if live else Shown.PLAIN
         self._stderr = Outlet(STDERR)
         self._inputs, self._received = Inputs(), Frames()

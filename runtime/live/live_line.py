@@ -41,7 +41,8 @@ class LiveLine:
         if last is None:
             return ["waiting for the first tick"]
         mode = Mode(int(last["mode"]))
-        elapsed = int(last["tick"]) / self._summary.rate
+        ticks = self._summary.ticks if self._config.plant_time else int(last["tick"])
+        elapsed = ticks / self._summary.rate
         end = f"/{self._duration:g}" if self._duration and not endless else ""
         words = [f"{elapsed:5.1f}{end} s {mode.name}"]
         if self._summary.measured:

@@ -255,6 +255,11 @@ def test_a_machine_without_a_simulation_is_an_error_that_says_so(capsys: pytest.
         list(sessions(bare, [1], 1.0, TEMPER, 1))
 
 
+def test_a_machine_without_variations_says_what_to_leave_out() -> None:
+    with pytest.raises(Exception, match="no variation 'frog' of this machine; it has none; leave --vary out"):
+        list(sessions(load("giant"), [1], 1.0, TEMPER, 1, vary="frog"))
+
+
 @pytest.mark.parametrize(
     ("option", "value"), [("--seed", "-1"), ("--workers", "0"), ("--workers", "1000"), ("--force", "0")]
 )

@@ -159,6 +159,8 @@ def test_closed_streams_full_disks_and_readers_that_leave_end_without_a_tracebac
     assert run("| true", "check", "giant")[1] == ""
     assert run(">&- <&-", "check", "giant") == (0, "")
     assert run("2>&-", "check", "nope") == (2, "")
+    status, said = run(">&-", "check", "giant", "--json")
+    assert status == 2 and "standard output is closed" in said
     assert run(">&- 2>&- <&-", "run", "rhi", "--lockstep", "--duration", "0.3", "--log", "x.mcap")[0] == 0
     assert (
         sum(1 for _ in open_log(str(tmp_path / "x.mcap")).records()) == 301

@@ -142,7 +142,9 @@ def test_zeros_of_drives_have_either_sign_and_move_no_joint() -> None:
         ("[giant.twin]", "[giant.twn]", "unknown key", 'did you mean "twin"?'),
         ('angles = "0 60 0 deg"', 'angels = "0 60 0 deg"', "unknown key", 'did you mean "angles"?'),
         ("seed = 1", "seed = 1\nseed = 2", "not TOML", ""),
-        ('model = "giant.urdf"', "model = 3", "Expected `str`", ""),
+        ('model = "giant.urdf"', "model = 3", "Expected `str`", "write words in quotes"),
+        ('detection = "gauss"', 'detection = "gauss"\npassivity = 1', "Expected `bool`", "true or false"),
+        ("[giant.twin]", "[giant.twins.Big]\n[giant.twin]", "'Big' cannot be a name", "a to z"),
         (
             'system = "giant"',
             'system = "dwarf"',

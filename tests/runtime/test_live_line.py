@@ -94,6 +94,16 @@ def test_where_nobody_can_type_no_key_is_named() -> None:
     assert "next: arm, press the dead-man" in watched.text and "0.1 s READY" in watched.text
 
 
+def test_the_time_of_a_plant_that_stood_still_does_not_pass_the_end_of_the_session(machine: str) -> None:
+    watched = Watched(machine)
+    watched.run(100)
+    assert watched.summary.last is not None
+    late = watched.summary.last.copy()
+    late["tick"] += 40_000  # periods of the host that the plant had no part in
+    watched.summary.add(late)
+    assert watched.text.startswith("  0.1/30 s ")
+
+
 @pytest.fixture(scope="module", params=MACHINES)
 def active(request: pytest.FixtureRequest) -> Watched:
     """A session that is rendered since 0.5 s; nothing here changes it."""
