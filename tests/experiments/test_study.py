@@ -3,6 +3,7 @@
 import json
 import os
 import pty
+import select
 import signal
 import threading
 from collections.abc import Callable
@@ -272,7 +273,8 @@ def test_single_keys_answer_and_the_terminal_is_left_as_it_was() -> None:
     master, slave = pty.openpty()
     before = termios.tcgetattr(slave)
     wrong: list[str] = []
-    os.write(master, b"1")  # before the question
+    os.write(master, b"1\n")  # before the question
+    select.select([slave], [], [])  # what is written to a terminal arrives when a kernel thread has the time
     answered = threading.Event()
 
     def press() -> None:
