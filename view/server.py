@@ -50,6 +50,7 @@ BATCH = 200
 LONGEST_MESSAGE = 256
 """Of a page [bytes]."""
 SOCKET = "/session"
+OVER = json.dumps({"type": "over"}).encode()
 POLICY = (
     "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; connect-src 'self'; "
     "img-src data:; frame-ancestors 'none'; base-uri 'none'; form-action 'none'"
@@ -210,6 +211,8 @@ class Dashboard:
             for visit in self._visits:
                 visit.put(frames)
             if not frames and self._source.over:
+                for visit in self._visits:
+                    visit.put([OVER])
                 if not self._follow:
                     await asyncio.Event().wait()
                 await self._next()
@@ -217,9 +220,6 @@ class Dashboard:
 
     async def _next(self) -> None:
         """Wait for another session, and show it."""
-        over = json.dumps({"type": "over"}).encode()
-        for visit in self._visits:
-            visit.put([over])
         while (path := newest()) is None:
             await asyncio.sleep(SEARCH_S)
         with suppress(HapticdError):

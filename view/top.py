@@ -14,6 +14,8 @@ from ..runtime.recording.frames import Frame, Said
 
 BAR = 24
 """Columns of a limit's bar."""
+SILENT_S = 1.0
+"""A session that shows nothing for so long is not as its last frame: fifty are due in that time."""
 
 
 class Watched(Protocol):
@@ -34,7 +36,9 @@ class Watched(Protocol):
         """Of its machine."""
 
 
-def rows(frame: Frame, session: Watched, said: Sequence[Said], size: tuple[int, int]) -> list[str]:
+def rows(
+    frame: Frame, session: Watched, said: Sequence[Said], size: tuple[int, int], age_s: float = 0.0
+) -> list[str]:
     """The screen, row by row.
 
     Args:
@@ -42,11 +46,14 @@ def rows(frame: Frame, session: Watched, said: Sequence[Said], size: tuple[int, 
         session: what it is of.
         said: events so far, the newest last.
         size: columns and rows of the screen.
+        age_s: of the frame; a session that is silent may do anything [s].
     """
     columns, high = size
     rate, channels = session.rate, session.channels
     stop = [f"({frame.stop})"] if frame.stop else []
-    found = packed([session.name, f"{frame.tick / rate:.1f} s", frame.mode, *stop], columns)
+    old = f"NOTHING HAS COME FOR {age_s:.0f} s: what stands here is old"
+    found = packed([old], columns) if age_s > SILENT_S else []
+    found += packed([session.name, f"{frame.tick / rate:.1f} s", frame.mode, *stop], columns)
     if frame.pressed is not None:
         found += packed(_switches(frame, session), columns)
     if frame.mean:

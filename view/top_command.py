@@ -4,9 +4,13 @@ from __future__ import annotations
 
 import argparse
 import sys
-from time import sleep
+from time import monotonic_ns, sleep
+from typing import TYPE_CHECKING
 
 from ..runtime.command_line.arguments import Commands, add_session
+
+if TYPE_CHECKING:
+    from ..runtime.recording.frames import Frame
 
 LOOK_S = 0.2
 PATIENCE_S = 2.0
@@ -52,12 +56,16 @@ def run(options: argparse.Namespace) -> int:
         raise SessionError("the session has published nothing yet")
     live = steerable(1) and steerable(STDERR) and not options.json
     if options.json:
-        print(msgspec.json.encode(watch.newest).decode())
+        print(
+            msgspec.json.encode(
+                {**msgspec.structs.asdict(watch.newest), "age_s": _age_s(watch.newest)}
+            ).decode()
+        )
         return 0
     while True:
         columns, high = terminal_size(1)
         size = (columns, high) if live else (PIPED, 1000)
-        lines = rows(watch.newest, watch, watch.said, size)
+        lines = rows(watch.newest, watch, watch.said, size, _age_s(watch.newest))
         if not live:
             print("\n".join(lines))
             return 0
@@ -67,3 +75,8 @@ def run(options: argparse.Namespace) -> int:
         if not watch.look() and watch.over:
             print("the session is over")
             return 0
+
+
+def _age_s(frame: Frame) -> float:
+    """Since it was published on this host [s]."""
+    return (monotonic_ns() - frame.published_ns) / 1e9

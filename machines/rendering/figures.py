@@ -34,9 +34,12 @@ class RenderingFigures:
         return [float(state["iterations"]), float(state["solves"]), *apart]
 
     def live(self, mode: Mode, state: np.void) -> list[str]:
-        """The operator's force, what yields, and where a chain's joints are; only while they are moved."""
+        """The operator's force, what yields, and where a chain's joints are, while they are moved.
+
+        Which of several twins it is, always: at rest it can be exchanged, too.
+        """
         if mode not in (Mode.ENGAGING, Mode.ACTIVE):
-            return []
+            return [f"twin {name}" for name in _chosen(state)]
         force = f"force {hypot(*state['wrench'][:3].tolist()):.0f} N"
         spent = [f"joint {i + 1} at its {_limit(state, i)}" for i in np.flatnonzero(state["spent"])[:1]]
         own = (*_led(state), *_damped(state), *_pushed(state))
@@ -71,10 +74,16 @@ def _limit(state: np.void, i: int) -> str:
 
 def _rendered(state: np.void) -> Iterator[str]:
     """Which of several twins it is, and how far it has faded in."""
-    if "rendered" in (state.dtype.names or ()):
-        share, flags = float(state["twin_share"]), state["rendered"]
-        name = next(name for name, flag in zip(flags.dtype.names, flags.item(), strict=True) if flag)
+    for name in _chosen(state):
+        share = float(state["twin_share"])
         yield f"twin {name}" + (f" at {100.0 * share:.0f} %" if share < 1.0 else "")
+
+
+def _chosen(state: np.void) -> Iterator[str]:
+    """Of several twins, the one that is rendered, or would be if the machine moved."""
+    if "rendered" in (state.dtype.names or ()):
+        flags = state["rendered"]
+        yield from (name for name, flag in zip(flags.dtype.names, flags.item(), strict=True) if flag)
 
 
 def _chain(state: np.void) -> Iterator[str]:

@@ -30,7 +30,7 @@ from ..errors import HapticdError
 from ..recording.frames import FrameMaker, Stored
 from ..recording.log import LogWriter
 from ..recording.log_file import LogFile, cut_short
-from ..recording.published import SUFFIX, About, Publisher, SessionError, run_folder
+from ..recording.published import SUFFIX, About, Publisher, SessionError, run_folder, sweep
 from ..recording.record import layout
 from ..recording.ring import Ring
 from ..recording.summary import Report, Summary, as_json
@@ -232,6 +232,7 @@ def _publisher(session: Session, log: str, screen: Screen) -> Publisher | None:
     rate = float(session.config.loop.rate)
     about = About(os.path.abspath(log), loaded.name, *texts, rate, os.getppid(), words)
     try:
+        sweep()
         return Publisher(run_folder() / f"{about.pid}{SUFFIX}", about)
     except (OSError, SessionError) as error:
         screen.message(f"hapticd: nobody can watch this session: {error}")

@@ -12,10 +12,12 @@ from __future__ import annotations
 import fcntl
 import mmap
 import os
+import socket
 import stat
 import struct
 import tempfile
 import zlib
+from contextlib import suppress
 from pathlib import Path
 
 import msgspec
@@ -216,3 +218,48 @@ def running() -> list[Path]:
             found.append(path)
         subscriber.close()
     return found
+
+
+def sweep() -> None:
+    """Remove what sessions of this user left behind that were killed; those that run keep what is theirs.
+
+    Raises:
+        SessionError: see ``run_folder``.
+    """
+    for path in run_folder().iterdir():
+        left = {SUFFIX: _unwritten, ORDERS: _unheard}.get(path.suffix)
+        if left and not _runs(path.stem) and left(path):
+            with suppress(OSError):  # somebody else was quicker, or it is none of ours
+                path.unlink()
+
+
+def _runs(pid: str) -> bool:
+    """Whether there is a process of a number, of any user."""
+    return not pid.isdecimal() or Path("/proc", pid).exists()
+
+
+def _unwritten(path: Path) -> bool:
+    """Whether nobody holds the lock of a file of frames: a session in another namespace of processes may."""
+    try:
+        fd = os.open(path, os.O_RDONLY | os.O_CLOEXEC | os.O_NOFOLLOW)
+    except OSError:
+        return False
+    try:
+        fcntl.flock(fd, fcntl.LOCK_SH | fcntl.LOCK_NB)
+    except OSError:
+        return False
+    finally:
+        os.close(fd)
+    return True
+
+
+def _unheard(path: Path) -> bool:
+    """Whether nobody hears the words that are sent to a socket."""
+    with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM | socket.SOCK_NONBLOCK) as word:
+        try:
+            word.connect(os.fspath(path))
+        except ConnectionRefusedError:
+            return True
+        except OSError:
+            return False
+    return False

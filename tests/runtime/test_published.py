@@ -1,6 +1,9 @@
 """Frames in shared memory: what a reader gets, what it misses, and that the writer never notices."""
 
 import os
+import socket
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -15,6 +18,7 @@ from hapticd.runtime.recording.published import (
     Subscriber,
     run_folder,
     running,
+    sweep,
 )
 
 ABOUT = About("a.mcap", "giant", "t" * 20_000, "giant.toml", "<m/>", "giant.urdf", 1000.0, 7, ["stop"])
@@ -102,3 +106,22 @@ def test_without_a_runtime_folder_of_the_user_there_is_one_among_the_temporary_f
     monkeypatch.setattr(published.tempfile, "gettempdir", lambda: str(tmp_path))
     assert run_folder() == tmp_path / f"hapticd-{os.getuid()}"
     assert run_folder().stat().st_mode & 0o777 == 0o700
+
+
+def test_what_a_killed_session_left_is_swept_and_what_runs_is_not(path: Path) -> None:
+    with subprocess.Popen([sys.executable, "-c", ""]) as process:
+        pass
+    dead, folder = str(process.pid), run_folder()
+    for name in (f"{dead}.frames", f"{dead}.orders", f"{os.getpid()}.frames", "notes.frames"):
+        (folder / name).touch()
+    sweep()
+    kept = [f"{os.getpid()}.frames", "notes.frames"]
+    assert sorted(each.name for each in folder.iterdir()) == sorted(kept)
+    written = Publisher(folder / f"{dead}.frames", ABOUT)  # as of a process that has a number of its own here
+    with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as heard:
+        heard.bind(os.fspath(folder / f"{dead}.orders"))
+        sweep()
+        assert len(list(folder.iterdir())) == 4
+    sweep()  # nobody hears it any more
+    assert not (folder / f"{dead}.orders").exists() and running() == [folder / f"{dead}.frames"]
+    written.close()

@@ -9,6 +9,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from threading import Timer
 from typing import Any
 
 import pytest
@@ -49,14 +50,19 @@ def running(*arguments: str) -> Iterator[tuple[subprocess.Popen[str], str]]:
 
 
 def address(child: subprocess.Popen[str]) -> str:
-    """The next one that a command prints."""
+    """The next one that a command prints, which ends where there is none in time."""
     assert child.stdout
     said = []
-    for line in child.stdout:
-        if found := re.search(r"view: (http\S+)", line):
-            return found[1]
-        said.append(line)
-    pytest.fail(f"it ended without an address: {''.join(said)}")
+    patience = Timer(PATIENCE_S, child.terminate)
+    patience.start()
+    try:
+        for line in child.stdout:
+            if found := re.search(r"view: (http\S+)", line):
+                return found[1]
+            said.append(line)
+    finally:
+        patience.cancel()
+    pytest.fail(f"no address within {PATIENCE_S:g} s: {''.join(said)}")
 
 
 @contextmanager
@@ -171,6 +177,9 @@ def test_a_person_plays_and_the_session_replays(chromium: Any, tmp_path: Path) -
     with running("demo", "panda", "--log", str(log)) as (child, url):
         with opened(chromium, url) as page:
             until(page, "now.mode === 'ACTIVE'")
+            # what nobody renews is not shown as if it were now
+            assert page.evaluate("(heard -= 5e3, showMode(), $('mode').textContent)").startswith("silent for")
+            until(page, "$('mode').textContent === now.mode")
             before = page.evaluate("now.grips")
             page.evaluate("lead([now.grips[0] + .04, now.grips[1] + .08, now.grips[2]])")
             until(page, f"Math.hypot(...V.sub(now.grips, {before})) > .01 && Math.hypot(...now.wrench) > 1")
@@ -278,6 +287,7 @@ LATCHED = (
         pytest.param("door", (0, 40), LATCHED, id="door"),
         ("excavator", (30, -30), "true"),
         ("palpation", (30, -30), "true"),
+        ("panda_rhi", (30, -30), "true"),
     ],
 )
 def test_every_machine_moves_is_led_and_is_stopped_from_its_page(
@@ -294,6 +304,35 @@ def test_every_machine_moves_is_led_and_is_stopped_from_its_page(
             assert page.evaluate(PICTURE) != before
             let_go(page)
             strike(page)
+        child.terminate()
+        child.communicate(timeout=60)
+    replays(log)
+
+
+def until_rendered(page: Any, twin: str, mode: str) -> None:
+    """Wait until the page shows another twin: its button, its joints among the limits, and no other's."""
+    rendered = "[...document.querySelectorAll('#orders [aria-pressed=true]')].map(b => b.textContent).join()"
+    valued = "(now.mean[k] !== null) === c.name.startsWith(twin + ' ')"
+    joints = f"hello.channels.every((c, k) => !/^twin (door|excavator) /.test(c.name) || {valued})"
+    until(page, f"(twin => {rendered} === twin && {joints})('twin {twin}') && now.mode === '{mode}'")
+    assert f"twin {twin}" in page.locator("#doing").text_content()
+
+
+def test_twins_are_exchanged_from_the_page_while_it_moves_and_at_rest(chromium: Any, tmp_path: Path) -> None:
+    log = tmp_path / "exchanged.mcap"
+    with running("demo", "giant", "--twin", "mass,door,excavator", "--log", str(log)) as (child, url):
+        with sparing(chromium, url) as page:
+            until_rendered(page, "mass", "ACTIVE")
+            press(page)
+            page.get_by_role("button", name="twin door").click()
+            until_rendered(page, "door", "ACTIVE")
+            assert page.evaluate("frames.every(f => !f.stop)")
+            let_go(page)
+            until(page, "now.mode === 'STOPPED'")
+            page.get_by_role("button", name="reset").click()
+            until(page, "now.mode === 'READY'")
+            page.get_by_role("button", name="twin excavator").click()
+            until_rendered(page, "excavator", "READY")
         child.terminate()
         child.communicate(timeout=60)
     replays(log)

@@ -105,6 +105,9 @@ def test_a_terminal_shows_the_essentials() -> None:
     elbow, slide = (row for row in shown if row.startswith(("elbow", "slide")))
     assert elbow.endswith("at its upper end") and "at its" not in slide
     assert slide.index("|") - slide.index("[") - 1 == BAR // 2
+    assert rows(frame, giant, [], (80, 40), 0.9)[0] == shown[0]
+    silent = rows(frame, giant, [Said(2400, "stop", "the stop")], (80, 40), 3.2)
+    assert silent == ["NOTHING HAS COME FOR 3 s: what stands here is old", *shown]
     few = rows(frame, giant, [], (80, 9))
     assert any(row == "and 2 more" for row in few)
     drawn = screen(shown, 30, 5)

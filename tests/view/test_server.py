@@ -115,6 +115,8 @@ async def test_its_own_page_sees_frames_and_says_words(dashboard: Dashboard) -> 
         assert json.loads(await page_end.recv()) == {"type": "unsaid", "word": "dance"}
         await page_end.send("ping 12.5")
         assert json.loads(await page_end.recv()) == {"type": "pong", "of": "12.5"}
+        said.over = True
+        assert json.loads(await page_end.recv())["frames"] == [{"type": "over"}]
     assert said.words == ["stop", "dance"]
 
 

@@ -1,9 +1,10 @@
 "use strict";
 const $ = id => document.getElementById(id);
 const LAMPS = {BRINGUP: "--soft", READY: "--c5", ENABLING: "--c1", ENGAGING: "--c1", ACTIVE: "--good", STOPPING: "--bad", HOLDING: "--c2", STOPPED: "--bad", FAILED: "--bad"};
-const SPAN_S = 20, HOLD_MS = 30, KEPT = 3000;
+const SPAN_S = 20, HOLD_MS = 30, KEPT = 3000, SILENT_MS = 1000;
 let hello = null, frames = [], now = null, scene = new Scene($("scene")), plots = [], socket, open = false, held = false, way = 0, age = 0, dropped = 0;
 let virtual = false; // time: of a session in lockstep
+let over = false, heard = 0; // the session has ended; when a frame came last
 let at = 0, playing = false, playedAt = 0, changed = false, last = {lateness: [], compute: []}, limitRows = [], events = [];
 const can = word => hello && hello.words.includes(word);
 const say = word => { if (open) socket.send("say " + word); };
@@ -23,7 +24,7 @@ function connect() {
 }
 function hear(said) {
   if (said.type === "hello") begin(said);
-  else if (said.type === "frames") { age = said.age_ms; dropped = said.dropped; said.frames.forEach(take); }
+  else if (said.type === "frames") { age = said.age_ms; dropped = said.dropped; heard = performance.now() - age; said.frames.forEach(take); }
   else if (said.type === "whole") {
     at = 0; playing = false;
     virtual = frames.every(frame => !(frame.high[place("compute")] > 0));
@@ -35,7 +36,7 @@ function hear(said) {
   else if (said.type === "unsaid") $("hint").textContent = `the session does not take "${said.word}"`;
 }
 function begin(said) {
-  hello = said; frames = []; now = null; at = 0; events = []; last = {lateness: [], compute: []};
+  hello = said; over = false; heard = performance.now(); frames = []; now = null; at = 0; events = []; last = {lateness: [], compute: []};
   document.title = `${hello.name} – hapticd`; $("name").textContent = hello.name;
   scene.begin(hello); $("events").replaceChildren(); $("stop").textContent = $("intervention").textContent = "none";
   $("controls").hidden = !hello.live; $("player").hidden = hello.live;
@@ -43,12 +44,14 @@ function begin(said) {
   scene.onlead = can("lead") ? lead : null;
   $("hint").textContent = !hello.live ? "" : can("lead") ? `drag ${hello.grips.length > 1 ? "a blue ball to lead the hands" : "the blue ball to lead the hand"}; drag elsewhere to turn, wheel to zoom` : "this machine is real: from here it can only be stopped";
   $("orders").replaceChildren(...hello.words.filter(w => !["hold", "lead", "press", "release", "e-stop", "pull out"].includes(w) && !w.startsWith("push")).map(word => {
-    const button = document.createElement("button"); button.textContent = word; button.onclick = () => say(word); return button;
+    const button = document.createElement("button"); button.textContent = word; button.onclick = () => say(word);
+    if (word.startsWith("twin ")) button.setAttribute("aria-pressed", "false");
+    return button;
   }));
   buildLimits(); buildSolver(); buildPlots(); changed = true;
 }
 function take(frame) {
-  if (frame.type === "over") { lamp("session over", "--soft"); letGo(); return; }
+  if (frame.type === "over") { over = true; showMode(); letGo(); return; }
   if (frame.lateness.length) last = frame;
   frame.events.forEach(([tick, severity, text]) => {
     events.push({tick, severity, text});
@@ -65,12 +68,14 @@ function tell({tick, severity, text}) {
   if (severity === "stop") $("stop").textContent = text;
   if (["stop", "refusal", "warning", "failure"].includes(severity)) $("intervention").textContent = text;
 }
+const lost = () => !hello?.live ? "" : !open ? "not connected" : over ? "session over" : performance.now() - heard > SILENT_MS ? `silent for ${((performance.now() - heard) / 1000).toFixed(0)} s` : "";
+const showMode = () => { const why = lost(); if (why || now) lamp(why || now.mode, why ? (over ? "--soft" : "--bad") : LAMPS[now.mode]); };
 const lamp = (text, color) => { $("mode").textContent = text; $("lamp").style.setProperty("--lamp", `var(${color})`); };
 
 function show() {
   if (!now) return;
   scene.show(now); scene.draw();
-  lamp(now.mode, LAMPS[now.mode]);
+  showMode();
   $("time").textContent = (now.tick / hello.rate).toFixed(1) + " s";
   $("next").textContent = hello.live ? nextStep() : "";
   const forces = threes(now.wrench).filter((_, i) => i % 2 === 0).map(V.size);
@@ -81,6 +86,8 @@ function show() {
   $("estop").classList.toggle("on", now.e_stop_closed === false);
   $("estop").textContent = now.e_stop_closed === false ? "pull e-stop out" : "e-stop";
   $("doing").textContent = now.doing.join(", ") || "nothing is rendered";
+  for (const button of $("orders").querySelectorAll("[aria-pressed]")) // of several twins, the one that is rendered
+    button.setAttribute("aria-pressed", now.doing.some(word => word === button.textContent || word.startsWith(button.textContent + " at ")));
   showDeadMan();
   const pressed = now.pressed === null ? "" : now.pressed ? "pressed" : "open";
   $("hold").classList.toggle("on", now.pressed === true);
@@ -248,7 +255,7 @@ setInterval(() => { // what need not be drawn at every frame
   if (open) socket.send("ping " + performance.now().toFixed(1));
   if (hello.live) $("latency").textContent = `view ${(age + way).toFixed(0)} ms behind, ${dropped} frames dropped`;
   else $("latency").textContent = virtual ? "a recording of virtual time: it has neither lateness nor cost" : "a recording";
-  showCounts(); showSolver();
+  showMode(); showCounts(); showSolver();
   histogram($("late"), last.lateness, hello.bars, "--c1");
   histogram($("took"), last.compute, hello.bars, "--c3");
 }, 500);

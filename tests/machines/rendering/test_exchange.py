@@ -149,6 +149,7 @@ def test_what_cannot_be_is_refused_and_a_stop_ends_a_fade(live: tuple[Bench, np.
     assert told(DOOR) == "twin door: the machine comes to rest for it"
     assert told(EXCAVATOR) == "twin excavator: not exchanged: the exchange for door is under way"
     assert line() == ["twin mass at 100 %"]
+    assert figures.live(Mode.READY, state) == ["twin mass"]
     bench.run(100)
     bench.last_drive.tamper = faults.drop(6)  # holds: a drive is silent for six ticks
     bench.events.clear()
