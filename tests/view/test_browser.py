@@ -69,15 +69,17 @@ def address(child: subprocess.Popen[str]) -> str:
 def opened(chromium: Any, url: str, **options: Any) -> Iterator[Any]:
     """A page of the dashboard that has its first frames, and of which no script fails."""
     context = chromium.new_context(**{"viewport": {"width": 700, "height": 600}, **options})
-    page = context.new_page()
-    page.set_default_timeout(1e3 * PATIENCE_S)
-    failures: list[str] = []
-    page.on("pageerror", lambda error: failures.append(str(error)))
-    page.goto(url)
-    until(page, "frames.length > 3 && !!now")
-    yield page
-    assert failures == []
-    context.close()
+    try:
+        page = context.new_page()
+        page.set_default_timeout(1e3 * PATIENCE_S)
+        failures: list[str] = []
+        page.on("pageerror", lambda error: failures.append(str(error)))
+        page.goto(url)
+        until(page, "frames.length > 3 && !!now")
+        yield page
+        assert failures == []
+    finally:
+        context.close()  # a page that is left open draws on, and takes what the next one needs
 
 
 def until(page: Any, condition: str) -> None:
