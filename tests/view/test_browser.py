@@ -174,11 +174,21 @@ def test_a_recording_is_scrubbed_and_fits_phone_and_screen(
                     until(page, "$('hint').textContent.startsWith('the dashboard has ended')")
 
 
+PICTURE = "(Scene.prototype.draw.call(scene), $('scene').toDataURL())"
+"""Drawn and read in one turn: the browser keeps no picture of it."""
+SPARING = """(scene.draw = () => {}, plots = [], (all => {
+    let last = -Infinity;
+    show = () => { if (performance.now() > last + 300) { last = performance.now(); all(); } };
+})(show), 0)"""
+"""From now on a page writes seldom and draws only pictures: else it takes what the machine needs."""
+
+
 def test_a_person_plays_and_the_session_replays(chromium: Any, tmp_path: Path) -> None:
     log = tmp_path / "played.mcap"
     with running("demo", "panda", "--log", str(log)) as (child, url):
         with opened(chromium, url) as page:
             until(page, "now.mode === 'ACTIVE'")
+            page.evaluate(SPARING)  # from here on: it has drawn all it has by now
             # what nobody renews is not shown as if it were now
             assert page.evaluate("(heard -= 5e3, showMode(), $('mode').textContent)").startswith("silent for")
             until(page, "$('mode').textContent === now.mode")
@@ -203,15 +213,6 @@ def test_a_person_plays_and_the_session_replays(chromium: Any, tmp_path: Path) -
         child.terminate()
         child.communicate(timeout=60)
     replays(log)
-
-
-PICTURE = "(Scene.prototype.draw.call(scene), $('scene').toDataURL())"
-"""Drawn and read in one turn: the browser keeps no picture of it."""
-SPARING = """(scene.draw = () => {}, plots = [], (all => {
-    let last = -Infinity;
-    show = () => { if (performance.now() > last + 300) { last = performance.now(); all(); } };
-})(show), 0)"""
-"""From now on a page writes seldom and draws only pictures: else it takes what the machine needs."""
 
 
 @contextmanager
