@@ -91,7 +91,8 @@ control = partial(
 hqp = partial(
     module, "hapticd.hqp._hqp", ["hqp.h"], [path.name for path in sorted(HERE.glob("hqp*.c"))], "-O3"
 )
-link = partial(module, "hapticd.link._inbox", ["link.h"], ["link.c"])
+LINK = ("link_age", "link_seal", "link")
+link = partial(module, "hapticd.link._inbox", [f"{part}.h" for part in LINK], [f"{part}.c" for part in LINK])
 runtime = partial(module, "hapticd.runtime._rt", ["rt.h", "ring.h"], ["rt.c", "ring.c"])
 CHECKS = ("balance", "springs", "heat", "plausibility")
 safety = partial(

@@ -6,11 +6,12 @@
 #include <sys/socket.h>
 #include <sys/uio.h>
 
-enum { FIRST = 2, BATCH = 8 };
+enum { FIRST = 2, BATCH = 8, OVERHEAD = LINK_HEADER + LINK_STAMPS + LINK_TAG };
 
 static_assert(sizeof(((link_inbox *)0)->counter) == LINK_KEEP * sizeof(uint64_t),
               "room for all that is kept");
 static_assert(sizeof(((link_inbox *)0)->datagram) == LINK_KEEP * LINK_LARGEST, "room for all that is kept");
+static_assert(sizeof(((link_inbox *)0)->payload) == LINK_LARGEST - OVERHEAD, "room for the payload");
 static_assert(LINK_WINDOW == 8 * sizeof(((link_window *)0)->seen), "a bit for each counter of the window");
 static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "the wire is little endian, and so is this host");
 
@@ -28,6 +29,14 @@ static header read_header(const uint8_t *at) {
     memcpy(&h.session, at + 4, sizeof(h.session));
     memcpy(&h.counter, at + 12, sizeof(h.counter));
     return h;
+}
+
+static void write_header(uint8_t *at, const header *h) {
+    memcpy(at, &h->magic, sizeof(h->magic));
+    at[2] = h->version;
+    at[3] = h->direction;
+    memcpy(at + 4, &h->session, sizeof(h->session));
+    memcpy(at + 12, &h->counter, sizeof(h->counter));
 }
 
 int32_t link_look(const link_window *window, uint64_t counter) {
@@ -131,4 +140,101 @@ int32_t link_receive(int32_t fd, link_inbox *inbox) {
         if (got < room) break;
     }
     return inbox->count;
+}
+
+/* Notes that an authentic datagram has come. Returns whether it is newer than all before. */
+static int accept_datagram(link_inbox *inbox, uint64_t counter) {
+    const int32_t what = link_mark(&inbox->window, counter);
+    if (what == LINK_SEEN) {
+        inbox->duplicate++; /* twice in one batch: the first one was not marked when this one was kept */
+    } else {
+        inbox->received++;
+        inbox->reordered += what == LINK_LATE;
+    }
+    return what == LINK_NEWEST;
+}
+
+/* The key that a counter belongs to; NULL where it is forgotten or too far away. */
+static const link_sealing *key_of(const link_inbox *inbox, uint64_t counter) {
+    const uint64_t epoch = counter >> LINK_EPOCH_BITS;
+    if (epoch == inbox->epoch) return inbox->now;
+    if (epoch == inbox->epoch + 1) return inbox->next;
+    return epoch + 1 == inbox->epoch ? inbox->before : NULL;
+}
+
+/* The likely age of the newest datagram, or -1, counted, where it is to move nothing. */
+static int64_t fresh(link_inbox *inbox, int64_t now) {
+    inbox->heard = now;
+    link_age age;
+    if (!link_judge(&inbox->ages, now, inbox->sent, inbox->echo, inbox->held, &age)) {
+        inbox->unproven++;
+    } else if (age.unheard > inbox->deaf) {
+        inbox->deafened++;
+    } else if (age.likely > inbox->oldest || age.most > 2 * inbox->oldest) {
+        inbox->stale++;
+    } else {
+        return age.likely;
+    }
+    return -1;
+}
+
+int64_t link_open(link_inbox *inbox, int64_t now) {
+    const int32_t size = inbox->size - LINK_HEADER - LINK_TAG;
+    uint8_t content[LINK_LARGEST];
+    int newer = 0;
+    for (int slot = 0; slot < inbox->count; slot++) {
+        const uint8_t *const datagram = inbox->datagram[slot];
+        const link_sealing *const with = key_of(inbox, inbox->counter[slot]);
+        if (!with || !with->open(with->key, datagram, datagram + LINK_HEADER, size, content)) {
+            inbox->forged++;
+            continue;
+        }
+        if (!accept_datagram(inbox, inbox->counter[slot])) continue;
+        newer = 1;
+        memcpy(&inbox->sent, content, sizeof(inbox->sent));
+        memcpy(&inbox->echo, content + 8, sizeof(inbox->echo));
+        memcpy(&inbox->held, content + 16, sizeof(inbox->held));
+        memcpy(inbox->payload, content + LINK_STAMPS, (size_t)(size - LINK_STAMPS));
+    }
+    inbox->count = 0;
+    return newer ? fresh(inbox, now) : -1;
+}
+
+/* What is sealed: stamps and payload. */
+static void write_content(uint8_t *at, const link_inbox *inbox, int64_t now, const uint8_t *payload,
+                          int32_t size) {
+    const int64_t ago = now - inbox->heard;
+    const uint32_t held = inbox->sent && ago >= 0 && ago < UINT32_MAX ? (uint32_t)ago : UINT32_MAX;
+    memcpy(at, &now, sizeof(now));
+    memcpy(at + 8, &inbox->sent, sizeof(inbox->sent));
+    memcpy(at + 16, &held, sizeof(held));
+    memcpy(at + LINK_STAMPS, payload, (size_t)size);
+}
+
+void link_send(int32_t fd, link_outbox *outbox, const link_inbox *inbox, uint64_t counter, int64_t now,
+               const uint8_t *payload) {
+    const header h = {.magic = LINK_MAGIC,
+                      .version = LINK_VERSION,
+                      .direction = (uint8_t)outbox->direction,
+                      .session = outbox->session,
+                      .counter = counter};
+    uint8_t content[LINK_LARGEST];
+    uint8_t datagram[LINK_LARGEST];
+    const int32_t size = LINK_STAMPS + outbox->size;
+    const link_sealing *const with = outbox->now;
+    write_header(datagram, &h);
+    write_content(content, inbox, now, payload, outbox->size);
+    if (!with->seal(with->key, datagram, content, size, datagram + LINK_HEADER)) {
+        outbox->unsent++;
+        return;
+    }
+    const size_t whole = LINK_HEADER + (size_t)size + LINK_TAG;
+    ssize_t done = send(fd, datagram, whole, MSG_DONTWAIT | MSG_NOSIGNAL);
+    if (done < 0 && errno == ECONNREFUSED) { /* of an earlier packet; this one was not tried */
+        outbox->unreachable++;
+        done = send(fd, datagram, whole, MSG_DONTWAIT | MSG_NOSIGNAL);
+        outbox->unreachable += done < 0 && errno == ECONNREFUSED;
+    }
+    outbox->sent += done >= 0;
+    outbox->unsent += done < 0;
 }

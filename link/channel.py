@@ -2,39 +2,37 @@
 
 from __future__ import annotations
 
-import errno
 import socket
 import struct
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, Final, NamedTuple
 
-from cryptography.exceptions import InvalidTag
-
 from ._inbox import ffi, lib
-from .age import Age, Ages
 from .port import Received
 from .ratchet import Ratchet
+from .sealing import Sealing
 from .terms import OVERHEAD, Terms
 
 HEADER: Final = struct.Struct("<HBBQQ")
 """In the clear, and authenticated: magic, version, direction, session, counter."""
 STAMPS: Final = struct.Struct("<QQI")
 """Sealed before the payload: sender's clock, newest stamp of the other side that it has heard, how long ago
-that was [ns]."""
+that was [ns]; csrc/link.c writes and reads all of these."""
 TO_AVATAR, TO_OPERATOR = 0, 1
 """Directions."""
 LAST: Final = 1 << 48
 """Counter at which a session ends; at 1 kHz after 8900 years."""
 ALARM: Final = 100
 """Packets dropped within a second that nobody explains by a network alone."""
-FOREVER: Final = (1 << 32) - 1
-EPOCH: Final = (1 << lib.LINK_EPOCH_BITS) - 1
-NUMBER: Final = slice(HEADER.size - 8, HEADER.size)
-"""The counter in a header: with the salt of its epoch, the nonce."""
+EPOCH_BITS: Final = lib.LINK_EPOCH_BITS
+EPOCH: Final = (1 << EPOCH_BITS) - 1
 SECOND: Final = 1_000_000_000
-COUNTED_IN_C: Final = ("ahead", "replayed", "reflected", "foreign", "truncated", "oversize", "shed")
+COUNTED_IN_C: Final = (
+    *("received", "reordered", "stale", "unproven", "forged"),
+    *("ahead", "duplicate", "replayed", "reflected", "foreign", "truncated", "oversize", "shed"),
+)
 
 Clock = Callable[[], int]
 
@@ -105,20 +103,6 @@ class Counts:
         return wrong + self.foreign + self.truncated + self.oversize
 
 
-class Slot(NamedTuple):
-    """Where C leaves a datagram: its parts."""
-
-    header: memoryview
-    number: memoryview
-    sealed: memoryview
-
-    @classmethod
-    def of(cls, datagram: Any, size: int) -> Slot:
-        """The parts of a datagram of so many bytes."""
-        whole = memoryview(ffi.buffer(datagram, size))
-        return cls(whole[: HEADER.size], whole[NUMBER], whole[HEADER.size :])
-
-
 class Channel:
     """A session between this station and the other one over a connected datagram socket.
 
@@ -142,21 +126,20 @@ class Channel:
         self.session: Final = keys.session
         roots = (keys.to_avatar, keys.to_operator)
         self._seals, self._opens = Ratchet(roots[sends]), Ratchet(roots[1 - sends])
-        self._direction, self._counter = sends, 0
+        self._counter = 0
         self._inbox = inbox = ffi.new("link_inbox *")
         inbox.session, inbox.direction, inbox.size = keys.session, 1 - sends, terms.receives + OVERHEAD
         inbox.window.seen = 2**64 - 1
-        self._window = ffi.addressof(inbox, "window")
-        self._slots = [Slot.of(inbox.datagram[slot], inbox.size) for slot in range(lib.LINK_KEEP)]
-        self._fd = sock.fileno()
-        self._lease, self._oldest, self._deaf = (
+        self._lease, inbox.oldest, inbox.deaf = (
             round(seconds * SECOND) for seconds in (terms.lease, terms.oldest, terms.deaf)
         )
-        self._ages = Ages()
-        self._echo = self._heard = 0
+        self._payload = memoryview(ffi.buffer(inbox.payload))[: terms.receives]
+        self._outbox = outbox = ffi.new("link_outbox *")
+        outbox.session, outbox.direction, outbox.size = keys.session, sends, terms.sends
+        self._give_keys(0)
+        self._fd = sock.fileno()
         self._good = self._since = clock()
         self._refused_before = 0
-        self._counts = Counts()
         self.over = False
         """The lease is over, or the channel closed; nothing is sent or received any more."""
         self.alarm = False
@@ -171,6 +154,7 @@ class Channel:
         self.over, self._fd = True, -1
         self._socket.close()
         self._seals = self._opens = Ratchet(bytes(32))
+        self._give_keys(0)
 
     @property
     def silent(self) -> float:
@@ -194,108 +178,61 @@ class Channel:
         now, counter = self._clock(), self._counter + 1
         self.over = self.over or now - self._good > self._lease or counter >= LAST
         if self.over:
-            self._counts.unsent += 1
+            self._outbox.unsent += 1
             return
         self._counter = counter  # before it is used: none is ever used twice
         if not counter & EPOCH:
-            self._seals.reached(counter >> lib.LINK_EPOCH_BITS)
-        cipher, salt = self._seals.now
-        held = now - self._heard
-        if not (self._echo and 0 <= held < FOREVER):
-            held = FOREVER
-        header = HEADER.pack(lib.LINK_MAGIC, lib.LINK_VERSION, self._direction, self.session, counter)
-        stamped = STAMPS.pack(now, self._echo, held) + payload
-        packet = header + cipher.encrypt(salt + header[NUMBER], stamped, header)
-        for _ in range(2):
-            try:
-                self._socket.send(packet)
-            except OSError as error:
-                if error.errno == errno.ECONNREFUSED:  # of an earlier packet; this one was not tried
-                    self._counts.unreachable += 1
-                    continue
-                break
-            self._counts.sent += 1
-            return
-        self._counts.unsent += 1
+            self._seals.reached(counter >> EPOCH_BITS)
+            self._give_keys(self._inbox.epoch)
+        lib.link_send(self._fd, self._outbox, self._inbox, counter, now, payload)
 
     def receive(self) -> Received | None:
         """The newest authentic packet since the last call, if it is fresh enough to move something."""
         if self.over:
             return None
-        inbox, counts = self._inbox, self._counts
-        kept = lib.link_receive(self._fd, inbox)
+        inbox = self._inbox
+        lib.link_receive(self._fd, inbox)
         now = self._clock()
         if now - self._good > self._lease:
             self.over = True
             return None
         if now - self._since >= SECOND:
             self._watch(now)
-        newest = b""
-        for slot in range(kept):
-            counter = inbox.counter[slot]
-            opened = self._open(self._slots[slot], counter >> lib.LINK_EPOCH_BITS)
-            if not opened:
-                counts.forged += 1
-                continue
-            what = lib.link_mark(self._window, counter)
-            if what == lib.LINK_SEEN:
-                counts.duplicate += 1
-                continue
-            counts.received += 1
-            if what == lib.LINK_NEWEST:
-                newest = opened
-            else:
-                counts.reordered += 1
-        if not newest:
-            return None
-        self._echo, echo, held = STAMPS.unpack_from(newest)
-        self._heard = now
-        age = self._ages.judge(now, self._echo, echo, held)
-        if age is None or not self._fresh(age):
-            counts.unproven += age is None
+        age = lib.link_open(inbox, now)
+        epoch = inbox.window.newest >> EPOCH_BITS
+        if epoch != inbox.epoch:
+            self._opens.reached(epoch)
+            self._give_keys(epoch)
+        if age < 0:
             return None
         self._good = now
-        return Received(newest[STAMPS.size :], age.likely / SECOND)
+        return Received(self._payload.tobytes(), age / SECOND)
 
     def counts(self) -> Counts:
         """What has become of all packets so far."""
-        here, inbox = self._counts, self._inbox
-        return replace(
-            here,
+        inbox, outbox = self._inbox, self._outbox
+        return Counts(
+            sent=outbox.sent,
+            unsent=outbox.unsent,
+            deaf=inbox.deafened,
             lost=inbox.window.lost,
-            duplicate=here.duplicate + inbox.duplicate,
-            unreachable=here.unreachable + inbox.failures,
+            unreachable=outbox.unreachable + inbox.failures,
             **{name: getattr(inbox, name) for name in COUNTED_IN_C},
         )
 
-    def _open(self, slot: Slot, epoch: int) -> bytes:
-        """What a kept datagram holds; b"" where it is not authentic."""
-        sealing = self._opens.at(epoch)
-        if sealing is None:
-            return b""
-        try:
-            opened = sealing.cipher.decrypt(sealing.salt + slot.number, slot.sealed, slot.header)
-        except InvalidTag:
-            return b""
-        self._opens.reached(epoch)
-        return opened
-
-    def _fresh(self, age: Age) -> bool:
-        """Whether a packet of such an age may move something; counted where not.
-
-        Its likely age is within the declared delay. Its greatest possible age is within twice that, so that
-        no network, be it an attacker's, has anything moved by a packet that is older.
-        """
-        if age.unheard > self._deaf:
-            self._counts.deaf += 1
-        elif age.likely > self._oldest or age.most > 2 * self._oldest:
-            self._counts.stale += 1
-        else:
-            return True
-        return False
+    def _give_keys(self, epoch: int) -> None:
+        """C seals with the key that the ratchet has, opens with that epoch's and its neighbours'."""
+        inbox, opens = self._inbox, self._opens
+        inbox.epoch = epoch
+        inbox.before, inbox.now, inbox.next = map(_pointer, map(opens.at, (epoch - 1, epoch, epoch + 1)))
+        self._outbox.now = _pointer(self._seals.now)
 
     def _watch(self, now: int) -> None:
         """Once a second: whether too many packets are dropped."""
         refused = self.counts().refused
         self.alarm = (refused - self._refused_before) * SECOND > ALARM * (now - self._since)
         self._refused_before, self._since = refused, now
+
+
+def _pointer(sealing: Sealing | None) -> Any:
+    return sealing.at if sealing else ffi.NULL

@@ -2,21 +2,13 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
-from cryptography.hazmat.primitives.ciphers.aead import AESGCM
 from cryptography.hazmat.primitives.hashes import SHA256
 from cryptography.hazmat.primitives.kdf.hkdf import HKDF, HKDFExpand
 
+from .sealing import Sealing, sealing
+
 KEY, SALT, CHAIN = 32, 4, 32
 """Lengths of a key of AES-256-GCM, of the constant part of its nonce, of what the next key is made of."""
-
-
-class Sealing(NamedTuple):
-    """What seals and opens the packets of an epoch; the nonce is the salt and the packet's counter."""
-
-    cipher: AESGCM
-    salt: bytes
 
 
 def roots(secrets: bytes, session: bytes, names: bytes) -> tuple[bytes, bytes]:
@@ -62,4 +54,4 @@ class Ratchet:
 
 def _step(chain: bytes) -> tuple[Sealing, bytes]:
     made = HKDFExpand(SHA256(), KEY + SALT + CHAIN, b"hapticd link 1 epoch").derive(chain)
-    return Sealing(AESGCM(made[:KEY]), made[KEY : KEY + SALT]), made[KEY + SALT :]
+    return sealing(made[:KEY], made[KEY : KEY + SALT]), made[KEY + SALT :]

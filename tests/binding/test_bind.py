@@ -203,9 +203,12 @@ NO_ARRAYS = {
         "task_arm.chain",
         "task_arm.palm",
     ),
+    *(f"link_inbox.{part}" for part in ("now", "before", "next")),
+    "link_outbox.now",
+    *(f"link_sealing.{part}" for part in ("key", "seal", "open")),
     *(f"avatar_model.{part}" for part in ("arm", "wish", "chain", "palm", "limits")),
 }
-"""Pointers to one struct that somebody else bound."""
+"""Pointers to one struct that somebody else bound or owns, or to functions."""
 
 
 def test_every_pointer_of_a_struct_says_what_array_it_is() -> None:

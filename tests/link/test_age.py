@@ -1,11 +1,36 @@
 """How old packets are, with clocks that nobody shares."""
 
 import random
+from typing import NamedTuple
 
 import pytest
-from hapticd.link.age import DRIFT, Ages
+from hapticd.link._inbox import ffi, lib
 
 MS = 1_000_000
+DRIFT = 1 / lib.LINK_DRIFT
+
+
+class Age(NamedTuple):
+    """A `link_age`."""
+
+    likely: int
+    most: int
+    unheard: int
+
+
+class Ages:
+    """A `link_ages`."""
+
+    def __init__(self) -> None:
+        self.c = ffi.new("link_ages *")
+
+    @property
+    def jumps(self) -> int:
+        return int(self.c.jumps)
+
+    def judge(self, *stamps: int) -> Age | None:
+        age = ffi.new("link_age *")
+        return Age(age.likely, age.most, age.unheard) if lib.link_judge(self.c, *stamps, age) else None
 
 
 class Walk:
@@ -83,3 +108,19 @@ def test_what_no_honest_station_stamps_has_no_age() -> None:
     assert ages.judge(10**9, 5, 10**9 - 5, 6) is None  # before we sent it
     assert ages.judge(10**9, 2**64 - 1, 1, 2**32 - 1) is None
     assert ages.judge(10**10, 2**64 - 1, 1, 2**32 - 1) is not None
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_whatever_is_stamped_no_age_is_negative_or_above_the_round_trip(seed: int) -> None:
+    """Also where clocks are about to begin anew, and where nothing of it is true."""
+    chance = random.Random(seed)
+    ages, now = Ages(), 10**12
+    edges = [0, 2**63, 2**64 - 1, now]
+    for _ in range(3000):
+        now += chance.randrange(1, 10 * MS)
+        echo, held = now - chance.randrange(1000 * MS), chance.randrange(100 * MS)
+        sent = (chance.choice(edges) + chance.randrange(-1000 * MS, 1000 * MS)) % 2**64
+        age = ages.judge(now, sent, echo, held)
+        assert (age is None) == (now - echo < held)
+        assert age is None or (0 <= age.likely <= age.most == now - echo - held and age.unheard == held)
+    assert ages.jumps > 1000

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import errno
 import socket
 import time
+from dataclasses import replace
 
 import pytest
-from cryptography.hazmat.primitives.ciphers.aead import AESGCM
 from hapticd.link import ratchet
-from hapticd.link._inbox import lib
+from hapticd.link._inbox import ffi, lib
 from hapticd.link.channel import HEADER, LAST, STAMPS, TO_AVATAR, TO_OPERATOR, Channel, clock
+from hapticd.link.sealing import SIGNATURE, Sealing, in_python, sealing
 from hapticd.link.terms import OVERHEAD, Terms, difference
 
 from .conftest import AVATAR, KEYS, OPERATOR, Pair
@@ -229,16 +229,19 @@ def test_a_nonce_is_used_once_with_each_key_also_where_keys_change(
 ) -> None:
     used: list[tuple[bytes, bytes]] = []
 
-    class Spy:
-        def __init__(self, key: bytes) -> None:
-            self.key, self.cipher = key, AESGCM(key)
-            self.decrypt = self.cipher.decrypt
+    def spied(key: bytes, salt: bytes) -> Sealing:
+        real = sealing(key, salt)
 
-        def encrypt(self, nonce: bytes, *rest: bytes) -> bytes:
-            used.append((self.key, nonce))
-            return self.cipher.encrypt(nonce, *rest)
+        @ffi.callback(SIGNATURE)
+        def seal(at: object, header: object, content: object, size: int, sealed: object) -> int:
+            used.append((key, salt + bytes(ffi.buffer(header, 20))[12:]))
+            return int(real.at.seal(at, header, content, size, sealed))
 
-    monkeypatch.setattr(ratchet, "AESGCM", Spy)
+        return Sealing(
+            ffi.new("link_sealing *", {"key": real.at.key, "seal": seal, "open": real.at.open}), (real, seal)
+        )
+
+    monkeypatch.setattr(ratchet, "sealing", spied)
     left, right = socket.socketpair(socket.AF_UNIX, socket.SOCK_DGRAM)
     ends = [Channel(left, KEYS, 0, OPERATOR, pair.time), Channel(right, KEYS, 1, AVATAR, pair.time)]
     both = Pair(ends[0], ends[1], pair.time)
@@ -303,7 +306,7 @@ def test_a_step_of_the_time_of_day_does_nothing(monkeypatch: pytest.MonkeyPatch)
             ages.append(received.age if received else None)
     assert ages[0] is None and all(age is not None and 0.0 <= age < 1.0 for age in ages[1:])
     assert not both[0].expired
-    assert both[1]._ages.jumps == 0
+    assert both[1]._inbox.ages.jumps == 0
     for each in both:
         each.close()
 
@@ -358,16 +361,43 @@ def test_what_the_kernel_does_not_take_is_counted(pair: Pair, monkeypatch: pytes
         pair.operator.send(bytes(40))
     assert pair.operator.counts().sent > 3
 
-    class Small:
-        def send(self, _: bytes) -> int:
-            raise OSError(errno.EMSGSIZE, "too long")
-
-    before = pair.operator.counts().unsent
-    real = pair.operator._socket
-    monkeypatch.setattr(pair.operator, "_socket", Small())
+    before = pair.operator.counts()
+    monkeypatch.setattr(pair.operator, "_fd", -1)
     pair.operator.send(bytes(40))
-    assert pair.operator.counts().unsent == before + 1
-    monkeypatch.setattr(pair.operator, "_socket", real)
+    assert pair.operator.counts() == replace(before, unsent=before.unsent + 1)
+
+
+def test_a_packet_that_cannot_be_sealed_is_not_sent(pair: Pair) -> None:
+    @ffi.callback(SIGNATURE)
+    def fails(*_: object) -> int:
+        return 0
+
+    before = pair.operator.counts()
+    pair.operator._seals.now.at.seal = fails
+    pair.operator.send(bytes(40))
+    assert pair.operator.counts() == replace(before, unsent=before.unsent + 1)
+    assert pair.avatar.receive() is None and pair.avatar.counts().refused == 0
+
+
+def test_an_end_that_seals_in_python_speaks_with_one_that_does_in_c(
+    pair: Pair, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    left, right = socket.socketpair(socket.AF_UNIX, socket.SOCK_DGRAM)
+    other = Channel(right, KEYS, TO_OPERATOR, AVATAR, pair.time)
+    monkeypatch.setattr(ratchet, "sealing", in_python)
+    both = Pair(Channel(left, KEYS, TO_AVATAR, OPERATOR, pair.time), other, pair.time)
+    both.operator._counter = (1 << lib.LINK_EPOCH_BITS) - 5  # keys change, too
+    both.exchange(10)
+    forged = bytearray(packet(both))
+    forged[-1] ^= 1
+    left.send(forged)
+    left.send(bytes(40 + OVERHEAD))
+    assert other.receive() is None
+    for end in both[:2]:
+        counts = end.counts()
+        assert counts.received == 10 and counts.unsent == 0
+        end.close()
+    assert other.counts().forged == other.counts().foreign == 1
 
 
 def test_an_alarm_tells_of_more_than_a_hundred_wrong_packets_a_second(pair: Pair) -> None:

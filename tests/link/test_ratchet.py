@@ -1,13 +1,16 @@
 """Keys of a direction."""
 
-from hapticd.link.ratchet import Ratchet, Sealing, roots
+from hapticd.link.ratchet import Ratchet, roots
+from hapticd.link.sealing import Sealing
+
+from .test_sealing import sealed
 
 SECRETS = bytes(range(64))
 
 
 def seal(keys: Sealing | None) -> bytes:
     assert keys is not None
-    return keys.salt + keys.cipher.encrypt(bytes(12), b"word", b"")
+    return sealed(keys, bytes(20), b"word")
 
 
 def test_both_ends_have_the_same_keys_and_each_epoch_has_its_own() -> None:
