@@ -10,6 +10,8 @@ static const double FALLING = 3.0;
 /* Part of the trace of J M^-1 J^T below which a direction of the hand begins to count as one that motors
  * cannot move. */
 static const double HELD_STILL = 0.01;
+/* Cosine of the angle between two pulls from which on they count as opposed. */
+static const double ACROSS = 0.25;
 /* Weight of what leads out of dead ends [N m]. */
 static const double AVOID = 1.0;
 
@@ -173,6 +175,21 @@ static double calm(const nullspace *s, const double *H, double *scale) {
     return 2.0 * s->ratio * sqrt(*scale * square);
 }
 
+/* Share of the gradient that pulls. Where it pulls away from known postures (`pull` towards them, n), that is
+ * no more than the cap: a local optimum of v holds the posture no further from them than the cap is worth. */
+static double yielding(const nullspace *s, const double *M, const double *S, const double *pull) {
+    const int n = s->n;
+    double steep[JOINTS], known[JOINTS];
+    if (!(s->stiffness > 0.0)) return 1.0;
+    for (int i = 0; i < n; i++) steep[i] = s->beta * s->gradient[i], known[i] = pull[i];
+    project(s, M, S, steep);
+    project(s, M, S, known);
+    const double size = norm(n, steep);
+    if (!(size > s->cap)) return 1.0;
+    const double against = -dot(n, steep, known) / (size * fmax(norm(n, known), s->cap));
+    return 1.0 - (1.0 - s->cap / size) * fmin(fmax(against / ACROSS, 0.0), 1.0);
+}
+
 /* How much of the cap the way out of a dead end takes: all of it where its projection asks for that much. */
 static double retreating(const nullspace *s, const double *M, const double *S, const double *retreat) {
     double projected[JOINTS];
@@ -206,8 +223,10 @@ int nullspace_secondary(nullspace *s, double omega) {
     guard_update(s->guard);
     for (int i = 0; i < n; i++) {
         const double target = omega * s->free[i] + (1.0 - omega) * s->stiff[i];
-        pull[i] = s->beta * s->gradient[i] + s->stiffness * (s->q[i] - target);
+        pull[i] = s->stiffness * (s->q[i] - target);
     }
+    const double share = yielding(s, M, S, pull);
+    for (int i = 0; i < n; i++) pull[i] = share * s->beta * s->gradient[i] + pull[i];
     memcpy(projected, pull, sizeof(double) * (size_t)n);
     project(s, M, S, projected);
     s->drive = norm(n, projected);

@@ -22,6 +22,8 @@ TRIED = 4000
 """Random postures whose hands are brought to the surface."""
 GLIDE_S = 0.1
 """Time constant with which targets move to those of the next place: a jump would be one of torque."""
+FASTEST = 5.0
+"""And the most that they move with [rad/s]."""
 ARRIVED = 1e-6
 """Distance to the targets that is none [rad]."""
 NEARER = 0.8
@@ -104,6 +106,7 @@ class Places:
             assert refused is not None
             raise refused
         self._points, self._goals, self._blend = np.array(points), goals, min(1.0, dt / GLIDE_S)
+        self._step = FASTEST * dt
         self._at, self._wanted = 0, self._favourite()
         for goal, wanted in zip(self._goals, self._wanted, strict=True):
             goal[:] = wanted
@@ -136,7 +139,7 @@ class Places:
             left = 0.0
             for goal, wanted in zip(self._goals, self._wanted, strict=True):
                 way = wanted - goal
-                goal += self._blend * way
+                goal += np.clip(self._blend * way, -self._step, self._step)
                 left = max(left, float(np.abs(way).max()))
             self._gliding = left > ARRIVED
 

@@ -143,6 +143,23 @@ def test_the_gradient_torque_is_capped_and_the_damping_is_not(arm: RedundantArm)
     )
 
 
+def test_a_gradient_holds_no_posture_further_from_its_target_than_the_cap_is_worth(arm: RedundantArm) -> None:
+    """However steep v is there: a target that is further away always pulls nearer."""
+    cap, stiffness, rng = 2.0, 10.0, np.random.default_rng(6)
+    space = NullSpace(arm, LIMIT, home_shape(arm), Gains(20.0, 0.0, cap, stiffness), U)
+    held = 0
+    for _ in range(300):
+        space.free[:] = rng.uniform(-1.0, 1.0, arm.n)
+        if np.linalg.cond(arm.at(rng.uniform(-1.5, 1.5, arm.n)).J) > 20.0 or not space.secondary(1.0):
+            continue
+        N = null_projection(arm.J, arm.M)
+        spring, steep = N @ (stiffness * (space.free - arm.q)), N @ (-20.0 * space.gradient)
+        if np.linalg.norm(spring) > 1.01 * cap:
+            assert space.null @ spring > 0.0
+            held += (spring + steep) @ spring < 0.0
+    assert held > 10  # the gradient alone would have led away from them
+
+
 def test_composition_keeps_every_limit_the_direction_of_the_force_and_prefers_it(arm: RedundantArm) -> None:
     rng = np.random.default_rng(5)
     space = NullSpace(arm, LIMIT, home_shape(arm), GAINS, U)

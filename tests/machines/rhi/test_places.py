@@ -8,6 +8,7 @@ from hapticd.machines.rhi.bodies import environment
 from hapticd.machines.rhi.config import RhiConfig
 from hapticd.machines.rhi.guard import Span
 from hapticd.machines.rhi.machine import contact_aware, contact_places
+from hapticd.machines.rhi.places import FASTEST
 from hapticd.models import Robot
 from hapticd.runtime.configuration import config
 from hapticd.runtime.errors import ConfigError
@@ -97,7 +98,8 @@ def test_targets_follow_the_hand_along_a_surface_without_a_jump(bodies: config.L
         places.follow(x, q)
         steps.append(np.abs(stiff - before).max())
     assert np.abs(stiff - first).max() > 0.05
-    assert max(steps) < 0.05
+    assert max(steps) <= 1e-3 * FASTEST * (1.0 + 1e-9)
+    assert max(steps) > 0.5e-3 * FASTEST  # a place of other targets: this test has something to find
     # in the end they are those of the place next to the hand
     assert min(np.abs(t.reachable(q)[1] - stiff).max() for t in places.targets) < 1e-5
 
