@@ -195,7 +195,7 @@ class ContactAware:
             held = self.headroom.update(space.drive, self.transition.turning)
             solved = self.resolution.resolve(held, gain)
         self.alpha = part * self.resolution.alpha if solved else 0.0
-        self.tank.render([self.alpha * f for f in force])
+        self.tank.render([self.alpha * f for f in force], self.alpha)
         np.add(self.resolution.torque, arm.weight, out=self.torque)
         np.minimum(self.torque, space.limit, out=self.torque)  # where the weight takes more than is left
         np.maximum(self.torque, self._below, out=self.torque)

@@ -191,7 +191,7 @@ def test_contacts_add_up_and_the_tank_keeps_them_passive() -> None:
         both += sum(part.depth > 0.0 for part in environment.parts) > 1
         share = tank.update(x.tolist(), environment.energy) * rng.uniform(0.2, 1.0)
         force = share * demand
-        tank.render(force.tolist())
+        tank.render(force.tolist(), share)
         if environment.energy == 0.0:
             least, work = min(least, work), 0.0
     assert both > 1000
@@ -229,8 +229,9 @@ def test_a_field_that_assists_moves_the_hand_and_stops_giving_when_it_is_spent()
         got += force * (x - before)
         demand = field.force([x])
         # rendered better on the way in than on the way out: without a tank that pumps energy into the hand
-        force = tank.update([x], field.energy) * demand[0] * (1.0 if x < before else 0.3)
-        tank.render([force])
+        share = tank.update([x], field.energy) * (1.0 if x < before else 0.3)
+        force = share * demand[0]
+        tank.render([force], share)
         assert got <= granted + 1.1 * SPARE
     assert got > 0.9 * granted
 
