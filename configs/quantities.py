@@ -55,10 +55,12 @@ class StopMargin(Angle):
 
 
 class StopMarginLength(Length):
+    strict = True
     range = Range(1e-4, 0.2, "m", "what encoders and springs do at rest; a limit that keeps nothing")
 
 
 class Clearance(Length):
+    strict = True
     range = Range(1e-3, 0.2, "m", "what models are wrong by; an arm's length that nobody can use")
 
 

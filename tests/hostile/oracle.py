@@ -261,7 +261,9 @@ TRUTHS = {"pressed", "best_effort", "passivity", "operator.body"} | {
 }
 OPTIONAL = re.compile(
     r"loop\.(duration|on_overrun|best_effort|sync|spin|cpu)|arming\.scanner|rhi\.(task\.follow|saturation\.(linger|urgency))"
+    r"|rhi\.bodies\.(\w+\.damping|ball\..*)"  # one of two
     r"|simulation\.touches\..*"  # a promise less is a configuration, too
+    r"|simulation\.hand\.dead_man"  # an empty list: nobody presses
     r"|simulation\.(hand\.dead_man|hand\.away|supervisor|buttons|walls|things|fingers|pushes)\.\w+"
     r"|simulation\.(plant|sensors)\..*|simulation\.rhi\.masses|simulation\.arms\.tool_mass|[\w.]+\.stiffness_tolerance"
     r"|operator\.(assist|feedback|scale|body)|simulation\.(head|paddle)\..*|(operator|avatar)\.link\.\w+|arm\.(sums|boxes)\..*"

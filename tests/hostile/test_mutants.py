@@ -121,6 +121,7 @@ def test_the_oracle_finds_nothing_wrong_with_files_that_are_right(machine: str) 
     ("machine", "old", "new", "wrong"),
     [
         ("panda", "joint_2 = 1.0", "joint_2 = 1e4", "out of range"),
+        ("full giant", 'margin = "20 mm"', 'margin = "0 mm"', "nothing"),
         ("panda", 'd_gain = "72 N m s/rad"', 'd_gain = "0 N m s/rad"', "nothing"),
         ("panda", 'turned = "0 0 0 rad"\n', "", "lacks ['turned']"),
         ("panda", 'upper = "inf inf inf m"\n', "", "arm.boxes[1] lacks ['upper']"),

@@ -84,6 +84,7 @@ def test_zeros_of_drives_have_either_sign_and_move_no_joint() -> None:
         ),
         ('fade = "3 s"', 'fade = "1 s"', "too sudden", "3 s"),
         ("node = 3", "node = 300", "<= 127", ""),
+        ('ppu_margin = "60 mm"', 'ppu_margin = "0 mm"', "out of range", "> 0"),
         ("node = 3", "node = 2", "node 2 is taken", ""),
         ('rated_torque = "110 N m"', 'rated_torque = "110 N"', "not a unit of torque", "N m"),
         (

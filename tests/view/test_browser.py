@@ -160,6 +160,7 @@ def test_a_recording_is_scrubbed_and_fits_phone_and_screen(
                 # a hand that is grabbed leads the middle between the hands, and does not become it
                 drag = """(scene.onlead = place => { window.led = place; },
                     scene.grips = [[0, 0, 0], [0, 1, 0]], scene.wrenches = Array(4).fill([0, 0, 0]),
+                    scene.draw(),  // as large as the canvas is with other plots beside it
                     [...Array(2).keys()].map(i => {
                         const [x, y] = scene.seen(scene.grips[i]), box = scene.canvas.getBoundingClientRect();
                         for (const [type, dx] of [["down", 0], ["move", 1], ["up", 1]])
