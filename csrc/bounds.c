@@ -34,37 +34,55 @@ static double least_for_viability(double gap, double v, double a_max, double dt)
     return fmin(stop, (-b - sqrt(discriminant)) / (2.0 * a));
 }
 
-static bounds_interval position_and_velocity(const bounds_limits *limits, double q, double qd, double a_max,
-                                             double dt) {
-    double lower = (-limits->velocity - qd) / dt;
-    double upper = (limits->velocity - qd) / dt;
-    if (isfinite(limits->lower)) lower = fmax(lower, least_for_position(q - limits->lower, qd, a_max, dt));
-    if (isfinite(limits->upper)) upper = fmin(upper, -least_for_position(limits->upper - q, -qd, a_max, dt));
-    return (bounds_interval){lower, upper};
+static bounds_interval velocity_within(const bounds_limits *limits, double qd, double dt) {
+    return (bounds_interval){(-limits->velocity - qd) / dt, (limits->velocity - qd) / dt};
 }
 
 bounds_interval bounds_a(const bounds_limits *limits, double q, double qd, double dt) {
     /* close to the limit a joint must not be thrown back faster than it came */
     const double rebound = 2.0 * fabs(qd) / dt;
-    const bounds_interval a =
-        position_and_velocity(limits, clamp(q, limits->lower, limits->upper), qd, rebound, dt);
+    bounds_interval a = velocity_within(limits, qd, dt);
+    q = clamp(q, limits->lower, limits->upper);
+    if (isfinite(limits->lower))
+        a.lower = fmax(a.lower, least_for_position(q - limits->lower, qd, rebound, dt));
+    if (isfinite(limits->upper))
+        a.upper = fmin(a.upper, -least_for_position(limits->upper - q, -qd, rebound, dt));
     return closed(a.lower, a.upper);
 }
 
-bounds_interval bounds_b(const bounds_limits *limits, double q, double qd, double dt) {
+/* The brakes that a joint has in front of a limit `gap` away when it moves towards it at v: those within
+ * reach, or what is needed by now. */
+static double brakes(double within, double rated, double gap, double v) {
+    return fmin(rated, v > 0.0 ? fmax(within, v * v / (2.0 * gap)) : within);
+}
+
+bounds_interval bounds_b_within(const bounds_limits *limits, double down, double up, double q, double qd,
+                                double dt) {
     const double a_max = limits->acceleration;
     q = clamp(q, limits->lower, limits->upper);
+    down = brakes(down, a_max, limits->upper - q, qd);
+    up = brakes(up, a_max, q - limits->lower, -qd);
     /* speeds from which the joint can still brake in front of its limits (Del Prete, (10)) */
-    const double fastest_down = fmin(limits->velocity, sqrt(2.0 * a_max * (q - limits->lower)));
-    const double fastest_up = fmin(limits->velocity, sqrt(2.0 * a_max * (limits->upper - q)));
+    const double fastest_down = fmin(limits->velocity, sqrt(2.0 * up * (q - limits->lower)));
+    const double fastest_up = fmin(limits->velocity, sqrt(2.0 * down * (limits->upper - q)));
     qd = clamp(qd, -fastest_down, fastest_up);
 
-    bounds_interval b = position_and_velocity(limits, q, qd, a_max, dt);
-    if (isfinite(limits->lower))
-        b.lower = fmax(b.lower, least_for_viability(q - limits->lower, qd, a_max, dt));
-    if (isfinite(limits->upper))
-        b.upper = fmin(b.upper, -least_for_viability(limits->upper - q, -qd, a_max, dt));
+    bounds_interval b = velocity_within(limits, qd, dt);
+    if (isfinite(limits->lower)) {
+        const double gap = q - limits->lower;
+        b.lower = fmax(b.lower, least_for_position(gap, qd, up, dt));
+        b.lower = fmax(b.lower, least_for_viability(gap, qd, up, dt));
+    }
+    if (isfinite(limits->upper)) {
+        const double gap = limits->upper - q;
+        b.upper = fmin(b.upper, -least_for_position(gap, -qd, down, dt));
+        b.upper = fmin(b.upper, -least_for_viability(gap, -qd, down, dt));
+    }
     return closed(fmax(b.lower, -a_max), fmin(b.upper, a_max));
+}
+
+bounds_interval bounds_b(const bounds_limits *limits, double q, double qd, double dt) {
+    return bounds_b_within(limits, limits->acceleration, limits->acceleration, q, qd, dt);
 }
 
 bounds_interval bounds_c(double lower, double upper, double q, double qd, double horizon) {

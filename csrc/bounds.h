@@ -22,6 +22,11 @@ bounds_interval bounds_a(const bounds_limits *limits, double q, double qd, doubl
 /* Set B of (7): position, velocity and acceleration hold for ever (viability). */
 bounds_interval bounds_b(const bounds_limits *limits, double q, double qd, double dt);
 
+/* The same where brakes reach no more than `down` and `up`, > 0, the accelerations in either direction: what
+ * is too fast for that brakes as hard as is needed by now, and rated. */
+bounds_interval bounds_b_within(const bounds_limits *limits, double down, double up, double q, double qd,
+                                double dt);
+
 /* How gently limits are met: springs between motors and links ring where accelerations step. */
 typedef struct {
     double ease;   /* looks so far ahead [s] */

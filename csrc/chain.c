@@ -147,6 +147,7 @@ typedef struct {
     double up[CHAIN_MAX_JOINTS], down[CHAIN_MAX_JOINTS];           /* of a joint by its own motor */
     double room_up[CHAIN_MAX_JOINTS], room_down[CHAIN_MAX_JOINTS]; /* torques that are left */
     double L[CHAIN_MAX_JOINTS * CHAIN_MAX_JOINTS];                 /* of the inertia */
+    double twin_up[CHAIN_MAX_DOF], twin_down[CHAIN_MAX_DOF];       /* of a joint of the twin by all motors */
 } reach;
 
 /* Shares of what is within reach that the viable sets count on: joints brake together and the feedback of
@@ -161,6 +162,52 @@ static bounds_pace pace(const chain *c) {
 
 static double between(double x, double lower, double upper) {
     return x < lower ? lower : x > upper ? upper : x;
+}
+
+static int ends(const bounds_limits *limits) {
+    return isfinite(limits->lower) || isfinite(limits->upper);
+}
+
+/* How often a motion that takes `x` fits into what is left in its direction. */
+static double with(double x, double up, double down) {
+    return (x > 0.0 ? up : down) / fabs(x);
+}
+
+/* How fast the manipulator can make the twin's joints move one by one, its handle on their end: what joint i
+ * of the twin does takes the torques J_m^T (J_m M^-1 J_m^T)^-1 J_a e_i. A singular posture reaches the least.
+ */
+static void find_twin_reach(const chain *c, reach *r) {
+    const int m = c->m, n = c->n, rows = c->rows;
+    double Y[CHAIN_MAX_JOINTS * 6], mobility[36];
+    for (int j = 0; j < m; j++)
+        for (int k = 0; k < rows; k++) Y[rows * j + k] = c->J[m * c->direction[k] + j];
+    solve_inertia(m, r->L, Y, rows, rows);
+    for (int k = 0; k < rows; k++)
+        for (int l = 0; l < rows; l++) {
+            double sum = 0.0;
+            for (int j = 0; j < m; j++) sum += c->J[m * c->direction[k] + j] * Y[rows * j + l];
+            mobility[rows * k + l] = sum;
+        }
+    const int regular = factor(rows, mobility) == 0;
+    for (int i = 0; i < n; i++) {
+        const double rated = c->twin[i].acceleration, least = LEAST_SHARE * rated;
+        double force[6], up = INFINITY, down = INFINITY;
+        for (int k = 0; k < rows; k++) force[k] = c->J_a[n * c->direction[k] + i];
+        if (regular) solve_inertia(rows, mobility, force, 1, 1);
+        for (int j = 0; j < m; j++) {
+            double torque = 0.0, moves = 0.0;
+            for (int k = 0; k < rows; k++) {
+                torque += c->J[m * c->direction[k] + j] * force[k];
+                moves += Y[rows * j + k] * force[k];
+            }
+            up = fmin(up,
+                      fmin(with(torque, r->room_up[j], r->room_down[j]), with(moves, r->up[j], r->down[j])));
+            down = fmin(
+                down, fmin(with(torque, r->room_down[j], r->room_up[j]), with(moves, r->down[j], r->up[j])));
+        }
+        r->twin_up[i] = regular ? between(POINT_SHARE * up, least, rated) : least;
+        r->twin_down[i] = regular ? between(POINT_SHARE * down, least, rated) : least;
+    }
 }
 
 /* Without an inertia the joints reach what they are rated for. Returns 0, or -1 where it is not positive
@@ -178,7 +225,13 @@ static int find_reach(const chain *c, reach *r) {
         r->down[i] = between(JOINT_SHARE * r->room_down[i] / M, LEAST_SHARE * rated, rated);
     }
     memcpy(r->L, c->inertia, (size_t)(m * m) * sizeof *r->L);
-    return factor(m, r->L);
+    if (factor(m, r->L) < 0) return -1;
+    for (int i = 0; i < c->n; i++)
+        if (ends(&c->twin[i])) {
+            find_twin_reach(c, r);
+            break;
+        }
+    return 0;
 }
 
 /* (8) of what moves along `row` of the joints. */
@@ -237,7 +290,11 @@ static void joint_limits(const chain *c, const reach *r) {
     }
     for (int i = 0; i < c->n; i++) {
         const bounds_interval a = bounds_a(&c->twin[i], c->q_a[i], c->qd_a[i], c->dt);
-        const bounds_interval b = bounds_b(&c->twin[i], c->q_a[i], c->qd_a[i], c->viability_horizon);
+        /* the twin's stops are met as the machine can stop its handle; what never ends is as it is rated */
+        const bounds_interval b = c->inertia && ends(&c->twin[i])
+                                      ? bounds_b_within(&c->twin[i], r->twin_down[i], r->twin_up[i],
+                                                        c->q_a[i], c->qd_a[i], c->viability_horizon)
+                                      : bounds_b(&c->twin[i], c->q_a[i], c->qd_a[i], c->viability_horizon);
         const bounds_interval position = held(c, i, a), ever = held(c, i, b);
         c->lb6[i] = position.lower, c->ub6[i] = position.upper;
         c->lb8[i] = ever.lower, c->ub8[i] = ever.upper;

@@ -8,7 +8,6 @@ from typing import Any
 import msgspec
 import numpy as np
 
-from ..configs.quantities import LeadTime
 from ..machines.giant.config import GiantConfig
 from ..models import Array
 from ..runtime.configuration import config
@@ -35,8 +34,6 @@ STRENGTH = 300.0
 """Of the hand that wanders [N]."""
 SHAKES = 10.0
 """Above this frequency no hand moves on purpose [Hz]."""
-LEAD = 2.5e-3
-"""By so long the hand's wrench is foretold to the twin in one more case [s]."""
 SHARES = {"none": 0.0, "as identified": 1.0, "0.7 times": 0.7, "1.3 times": 1.3}
 """How much of what was identified is fed forward."""
 
@@ -88,11 +85,11 @@ def scaled(loaded: Loaded, share: float) -> Loaded:
     return with_friction(loaded, {key: [share * x for x in values] for key, values in now.items()})
 
 
-def foretold(loaded: Loaded) -> list[Felt]:
-    """What a shaken handle feels along each axis where the twin is moved ahead of what is measured."""
+def unled(loaded: Loaded) -> list[Felt]:
+    """What a shaken handle feels along each axis where the twin is moved by the wrench as it is measured."""
     whole = loaded.config
     assert isinstance(whole, GiantConfig)
-    control = msgspec.structs.replace(whole.giant.force_control, lead=LeadTime(LEAD))
+    control = msgspec.structs.replace(whole.giant.force_control, lead=None)
     giant = msgspec.structs.replace(whole.giant, force_control=control)
     varied = DOUBT.vary(msgspec.structs.replace(whole, giant=giant), FIRST)
     assert isinstance(varied, GiantConfig)
@@ -128,16 +125,16 @@ def run(progress: Progress) -> Outcome:
     progress("identifying")
     known = told(loaded)
     found = {name: measure(scaled(known, share), progress) for name, share in SHARES.items()}
-    ahead = foretold(known)
+    late = unled(known)
     rows = [row for name, each in found.items() for row in _rows(name, each)]
-    rows.append(_true(f"as identified, and the wrench foretold by {1e3 * LEAD:g} ms", ahead))
+    rows.append(_true("as identified, but the twin moved by the wrench as it is measured", late))
     figures = {
         name: {
             **{"strayed": each.strayed.tolist(), "force": each.force, "added": each.added},
             **{"shakes": each.shakes, "resistance": _least(each.along), "stops": each.stops},
         }
         for name, each in found.items()
-    } | {"foretold": {"resistance": _least(ahead)}}
+    } | {"unled": {"resistance": _least(late)}}
 
     def draw(figure: Any) -> None:
         plot = figure.subplots()

@@ -100,19 +100,24 @@ class Watch:
         self._active: list[bytes] = []
         self._rows: list[tuple[Array, Array, Array, NDArray[np.uint8]]] = []
         self._times: list[float] = []
-        advance = control.advance
+        self._moving = np.zeros(6)
+        prepare, advance = control.prepare, control.advance
+
+        def pulled(wrench: Array) -> None:
+            self._moving[:] = wrench  # not what is measured: foretold, and damped
+            prepare(wrench)
 
         def watched() -> None:
             if session.cycle.mode in MOVED:
                 self._look()
             advance()
 
-        control.advance = watched  # type: ignore[method-assign]
+        control.prepare, control.advance = pulled, watched  # type: ignore[method-assign]
 
     def _look(self) -> None:
         control, felt = self._control, self._machine.felt
         twin = control.twin
-        self.judgements.append(self._judge.judge(felt))
+        self.judgements.append(self._judge.judge(self._moving))
         self._active.append(control.active.tobytes())
         held = np.zeros(len(twin.q), np.uint8) if twin.held is None else twin.held.copy()
         self._rows.append((twin.q.copy(), twin.qd.copy(), felt @ twin.J, held))

@@ -95,6 +95,40 @@ def test_set_b_brakes_a_state_that_is_no_longer_viable_as_hard_as_it_may() -> No
     assert low <= high
 
 
+def within(q: float, qd: float, down: float, up: float) -> tuple[float, float]:
+    interval = lib.bounds_b_within(limits(*LIMITS), down, up, q, qd, 5 * DT)
+    return interval.lower, interval.upper
+
+
+@pytest.mark.parametrize(("down", "up"), [(40.0, 40.0), (6.0, 20.0), (20.0, 3.0)])
+def test_where_brakes_reach_less_a_joint_counts_on_no_more_but_starts_as_it_is_rated(
+    down: float, up: float
+) -> None:
+    lower, upper, velocity, acceleration = LIMITS
+    q, qd, hardest, fastest = 0.3, 0.0, np.zeros(2), 0.0
+    for k in range(6000):
+        low, high = within(q, qd, down, up)
+        assert -acceleration - 1e-9 <= low <= high <= acceleration + 1e-9
+        rising = k % 3000 < 1500
+        qdd = high if rising else low
+        hardest = np.maximum(hardest, [-qdd if qd > 0.0 and rising else 0.0, 0.0 if rising else qdd])
+        fastest = max(fastest, abs(qdd) if qd == 0.0 else 0.0)
+        q, qd = q + qd * DT + 0.5 * qdd * DT**2, qd + qdd * DT
+        assert lower - 1e-6 <= q <= upper + 1e-6
+        assert abs(qd) <= velocity + 1e-9
+    np.testing.assert_allclose(hardest, [down, up], rtol=0.02)
+    assert fastest == acceleration
+
+
+def test_what_is_too_fast_for_its_brakes_brakes_as_hard_as_is_needed_and_rated() -> None:
+    gap, v = 0.05, 1.5
+    needed = v * v / (2.0 * gap)
+    assert 10.0 < needed < LIMITS[3]
+    assert within(LIMITS[1] - gap, v, 10.0, 10.0)[1] == pytest.approx(-needed)
+    assert within(LIMITS[0] + gap, -v, 10.0, 10.0)[0] == pytest.approx(needed)
+    assert within(LIMITS[1] - gap, 2.9, 10.0, 10.0)[1] == pytest.approx(-LIMITS[3])
+
+
 def test_crossed_ends_close_to_a_point() -> None:
     rng = np.random.default_rng(6)
     for _ in range(20_000):

@@ -9,6 +9,7 @@ import quadprog
 from hapticd import hqp
 from hapticd.configs import read_text
 from hapticd.control._kernels import ffi, lib
+from hapticd.control.ability import Ability
 from hapticd.control.chain import (
     CAUGHT,
     FREE,
@@ -220,6 +221,51 @@ def test_under_gauss_the_twin_moves_as_the_constrained_multibody_system(
     bounds = np.concatenate([in_order(chain)[0].b, -most, -most])
     best = quadprog.solve_qp(weight, goal, rows.T, bounds, len(in_order(chain)[0].b))[0]
     np.testing.assert_allclose(solution.x[m:], best[m:], atol=1e-5)
+
+
+@pytest.mark.parametrize("n", [2, 6])
+@pytest.mark.parametrize("seed", [1, 2])
+def test_the_twins_stops_count_on_what_motors_and_joints_of_the_machine_reach(n: int, seed: int) -> None:
+    """Half of the acceleration at which the first of them gives all that is left."""
+    inputs, rng = random_inputs(n, seed), np.random.default_rng(seed)
+    inputs["J_a"] *= 0.2
+    inputs["q_a"][:] = np.where(rng.random(n) < 0.5, 0.95, -0.95) * np.arange(1.0, n + 1)
+    inputs["qd_a"][:] = np.sign(inputs["q_a"]) * rng.uniform(0.5, 2.5, n)
+    ability, root = Ability(6), rng.standard_normal((6, 6))
+    ability.inertia[:] = root @ root.T + np.eye(6)
+    ability.load[:], ability.most[:] = rng.uniform(-60.0, 60.0, 6), rng.uniform(100.0, 300.0, 6)
+    ability.least[:] = -ability.most
+    six, twin = tuple(range(6)), twin_limits(n)
+    chain = ChainLevels(
+        *(inputs, MANIPULATOR, twin, [], [], GAINS, HORIZONS, DT, "gauss", six), ability=ability
+    )
+    assert chain.assemble()
+    braking = chain.levels[chain.coupling_level + 2]
+    up, down = ability.most - ability.load, ability.load - ability.least
+    own = np.diag(ability.inertia)
+    joint_up, joint_down = (
+        np.clip(0.7 * room / own, 0.1 * MANIPULATOR.acceleration, MANIPULATOR.acceleration)
+        for room in (up, down)
+    )
+    limited = 0
+    for i in range(n):
+        moves = np.linalg.solve(inputs["J"], inputs["J_a"][:, i])
+        takes = ability.inertia @ moves
+
+        def most(sign: float, moves: np.ndarray = moves, takes: np.ndarray = takes) -> float:
+            torques = np.where(sign * takes > 0.0, up, down) / np.abs(takes)
+            joints = np.where(sign * moves > 0.0, joint_up, joint_down) / np.abs(moves)
+            return float(np.clip(0.5 * min(torques.min(), joints.min()), 6.0, 60.0))
+
+        limited += 6.0 < most(-1.0) < 60.0
+        row = {"lower": twin.lower[i], "upper": twin.upper[i], "velocity": twin.velocity[i]}
+        expected = lib.bounds_b_within(
+            ffi.new("bounds_limits *", row | {"acceleration": twin.acceleration[i]}),
+            *(most(-1.0), most(1.0), inputs["q_a"][i], inputs["qd_a"][i], HORIZONS.viability),
+        )
+        assert braking.lb[i] == pytest.approx(expected.lower)
+        assert braking.ub[i] == pytest.approx(expected.upper)
+    assert limited
 
 
 def test_the_posture_decides_only_what_the_coupling_leaves_free() -> None:

@@ -1,5 +1,6 @@
 """Machines that render a twin, watch the passivity of the handle, and foretell the hand's wrench."""
 
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -14,10 +15,11 @@ from hapticd.runtime.recording.log import open_log
 
 
 def watching(name: str, key: str = "passivity = true") -> config.Loaded:
-    """A built-in machine that watches its handle, or does something else for it."""
+    """A built-in machine with one key of its force control, and without `lead` unless that is it."""
     loaded = config.load(name)
     table, found, rest = loaded.text.partition(".force_control]\n")
     assert found
+    rest = re.sub(r"(?m)^lead = .*\n", "", rest, count=1)
     text = f"{table}{found}{key}\n{rest}"
     return replace(loaded, text=text, config=parse(text, loaded.source))
 
