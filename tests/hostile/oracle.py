@@ -261,7 +261,7 @@ TRUTHS = {"pressed", "best_effort", "passivity", "operator.body"} | {
 }
 OPTIONAL = re.compile(
     r"loop\.(duration|on_overrun|best_effort|sync|spin|cpu)|arming\.scanner|rhi\.(task\.follow|saturation\.(linger|urgency))"
-    r"|rhi\.bodies\.(\w+\.damping|ball\..*)"  # one of two
+    r"|rhi\.bodies\.(\w+\.damping|sphere\..*)"  # one of two
     r"|simulation\.touches\..*"  # a promise less is a configuration, too
     r"|simulation\.hand\.dead_man"  # an empty list: nobody presses
     r"|simulation\.(hand\.dead_man|hand\.away|supervisor|buttons|walls|things|fingers|pushes)\.\w+"
@@ -326,10 +326,13 @@ def _rows(leaves: dict[str, Any]) -> dict[tuple[str, str], set[str]]:
 
 
 def _renamed(tree: dict[str, Any]) -> dict[str, Any]:
-    """The redundant interface's drives may have any names; their order is what counts."""
-    devices = tree.get("devices")
+    """The redundant interface's drives and bodies may have any names; order and kind are what counts."""
+    devices, rhi = tree.get("devices"), tree.get("rhi")
     if tree.get("system") != "rhi" or not isinstance(devices, dict):
         return tree
+    if isinstance(rhi, dict) and isinstance(rhi.get("bodies"), dict):
+        bodies = {body.get("kind", name): body for name, body in rhi["bodies"].items()}
+        tree = tree | {"rhi": rhi | {"bodies": bodies}}
     drives = [name for name, device in devices.items() if device.get("type") == "joint_drive"]
     names = {name: f"drive {i}" for i, name in enumerate(drives)}
     return tree | {"devices": {names.get(name, name): device for name, device in devices.items()}}
