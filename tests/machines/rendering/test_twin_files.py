@@ -202,6 +202,7 @@ def test_more_twins_than_a_command_can_name_are_refused() -> None:
 
 WRONG = [
     ('"0 0.3 m"', '"0.3 0 m"', "twin.joints.drawer.range: 0.3 is not below 0"),
+    ('"0 0.3 m"', '"inf 0.3 m"', "twin.joints.drawer.range: inf is not below 0.3"),
     ('start = "0 m"', 'start = "-1 m"', "twin.joints.drawer.start: -1 is outside 0 to 0.3"),
     ('key = "knob"', 'key = "nob"', "twin.joints.drawer.lock.key: no other joint 'nob'; known: knob"),
     ('key = "knob"', 'key = "drawer"', "no other joint 'drawer'"),
