@@ -51,7 +51,8 @@ def add_follow(commands: Commands) -> None:
         help="look at a session of another host",
         description="Follow a session that another host shows with `hapticd share`. As long as this runs,"
         " `hapticd top` and `hapticd view` show it here like a session of this host; nothing can be pressed."
-        " Goes on until the session is over, or until Ctrl-C.",
+        " A link that is lost is tried again, with longer and longer pauses. Goes on until the session is"
+        " over, or until Ctrl-C.",
     )
     follow.add_argument(
         "keys", type=file, metavar="KEYS", help="folder of an observer; `hapticd link keygen` makes it"
@@ -99,11 +100,12 @@ def _share(options: argparse.Namespace) -> int:
     """
     with _extra():
         from ..link.credentials import load
-        from .observers import Shown
+        from .observers import Shown, publishes
     from .source import awaited, require_newest
 
+    credentials = publishes(load(options.keys))  # before anybody waits for a session
     path = awaited(options.session) if options.session else require_newest()
-    shown = Shown(load(options.keys), options.listen, path)
+    shown = Shown(credentials, options.listen, path)
     follow = f"{program()} follow KEYS {options.listen}"
     print(f"shown at {options.listen}; observers type: {follow}", flush=True)
     try:
@@ -127,15 +129,24 @@ def _follow(options: argparse.Namespace) -> int:
     """
     with _extra():
         from ..link.credentials import load
-        from .observers import Followed
+        from .observers import Followed, Seen
 
     followed = Followed(load(options.keys), options.where, options.name)
-    print(f"following {followed.about.config}; `{program()} top` and `{program()} view` show it", flush=True)
+    seen, about = Seen.LOST, None
     try:
-        while followed.wait(1.0):
-            pass
+        while followed.seen is not Seen.OVER:
+            if followed.seen is not seen or followed.about is not about:
+                seen, about = followed.seen, followed.about
+                print(_now(about.config, seen is Seen.SHOWN), flush=True)
+            followed.wait(1.0)
     finally:
         followed.close()
     wrong = f", {followed.wrong} messages were none" if followed.wrong else ""
-    print(f"nobody shows it any more; {followed.count} frames came{wrong}")
+    print(f"the session is over; {followed.count} frames came{wrong}")
     return 0
+
+
+def _now(session: str, shown: bool) -> str:
+    if shown:
+        return f"following {session}; `{program()} top` and `{program()} view` show it"
+    return f"{session} is shown no more, or the link is lost; trying again until Ctrl-C"

@@ -14,6 +14,7 @@ from pathlib import Path
 from time import monotonic, sleep
 from typing import Any, TypeAlias
 
+import msgspec
 import pytest
 from hapticd.link.credentials import Credentials, load
 from hapticd.link.keygen import keygen
@@ -24,7 +25,7 @@ from hapticd.runtime.recording.frames import Frame, Said
 from hapticd.runtime.recording.published import SUFFIX, About, Publisher, SessionError, Subscriber, run_folder
 from hapticd.view import observers
 from hapticd.view.errors import ViewError
-from hapticd.view.observers import Followed, Shown
+from hapticd.view.observers import Followed, Seen, Shown
 
 PATIENCE_S = 20.0
 Closed: TypeAlias = Callable[[Any], Any]
@@ -140,14 +141,43 @@ def test_an_observer_sees_the_frames_and_can_order_nothing(
     for each in found:
         each.published_ns = 7
     assert found == [frame(number) for number in range(2, 30)]
-    assert followed.wait(0.01)
+    assert followed.wait(0.01) is Seen.SHOWN
     publisher.close()
     assert shown.over
     shown.close()
-    assert patiently(lambda: not followed.wait(0.01))
+    assert patiently(lambda: followed.wait(0.01) is Seen.OVER)
     followed.close()
     assert here.over and followed.wrong == 0
     here.close()
+
+
+def test_a_link_that_is_lost_is_tried_again_and_another_session_is_told_from_the_same(
+    session: tuple[Path, Publisher], keys: Callable[[str], Credentials], endpoint: str, closed: Closed
+) -> None:
+    path, publisher = session
+    first = closed(Shown(keys("lab"), endpoint, path))
+    followed = closed(Followed(keys("olga"), endpoint))
+    mine = run_folder() / f"{os.getpid()}{SUFFIX}"
+    here = Subscriber(mine)
+
+    def comes(publisher: Publisher, shown: Shown, number: int) -> bool:
+        publisher.publish(frame(number))
+        shown.pass_on()
+        return followed.wait(0.01) is Seen.SHOWN and any(each.tick == 20 * number for each in here.take())
+
+    assert patiently(lambda: comes(publisher, first, 1))
+    first.close()  # the session goes on
+    assert patiently(lambda: followed.wait(0.01) is Seen.LOST) and not here.over
+    again = closed(Shown(keys("lab"), endpoint, path))
+    assert patiently(lambda: comes(publisher, again, 2)) and not here.over
+    again.close()
+    assert patiently(lambda: followed.wait(0.01) is Seen.LOST)
+    other = closed(Publisher(path.with_stem("2"), msgspec.structs.replace(here.about, pid=2)))
+    third = closed(Shown(keys("lab"), endpoint, path.with_stem("2")))
+    assert patiently(lambda: followed.wait(0.01) is Seen.SHOWN) and here.over
+    here.close()
+    here = closed(Subscriber(mine))
+    assert patiently(lambda: comes(other, third, 3))
 
 
 @pytest.mark.parametrize("name", ["robot", "alice", "olga"])
@@ -193,7 +223,7 @@ def test_an_observer_shows_nothing_to_another(
         return followed.count > 5
 
     assert patiently(reached)
-    assert followed.wrong == 0 and followed.wait(0.2)
+    assert followed.wrong == 0 and followed.wait(0.2) is Seen.SHOWN
     alice = closed(observers._open(observers._observing(keys("alice"), f"tls/{endpoint}"), ""))
     assert [reply.ok is not None for reply in alice.get("hapticd/lab/about", timeout=5.0)] == [True]
     for name in ("robot", "lab"):  # their certificates are for those who wait
@@ -224,7 +254,7 @@ def test_the_commands_show_a_session_on_another_host(
     assert top.stdout and json.loads(top.stdout.read())["tick"] == 80 and top.returncode == 0
     publisher.close()
     assert share.wait(PATIENCE_S) == 0 and share.stdout and "the session is over" in share.stdout.read()
-    assert follow.wait(PATIENCE_S) == 0 and "nobody shows it any more" in follow.stdout.read()
+    assert follow.wait(PATIENCE_S) == 0 and "the session is over" in follow.stdout.read()
 
 
 @pytest.mark.parametrize("where", ["localhost:7447", "127.0.0.1", "127.0.0.1:0", "::1:x", "[::1]:70000", ""])
@@ -244,7 +274,32 @@ def test_without_its_package_it_says_what_to_install(
     assert "needs eclipse-zenoh; type:" in capsys.readouterr().err
 
 
+def test_keys_are_judged_before_anybody_waits_for_a_session(
+    keys: Callable[[str], Credentials],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))  # where no session runs
+    for folder, said in ((keys("olga").folder, "shown by a publisher"), (tmp_path, "No such file")):
+        assert main(["share", str(folder)]) == 2
+        assert said in capsys.readouterr().err
+
+
 @pytest.mark.live
 def test_control_c_ends_it(share: subprocess.Popen[str]) -> None:
     share.send_signal(signal.SIGINT)
     assert share.wait(PATIENCE_S) == 130
+
+
+@pytest.mark.live
+def test_control_c_ends_it_also_where_nobody_answers(
+    keys: Callable[[str], Credentials], tmp_path: Path, program: Callable[..., subprocess.Popen[str]]
+) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as silent:
+        silent.settimeout(PATIENCE_S)
+        follow = program(tmp_path, "follow", str(keys("olga").folder), f"127.0.0.1:{silent.getsockname()[1]}")
+        caller, _ = silent.accept()
+        with caller:
+            follow.send_signal(signal.SIGINT)
+            assert follow.wait(3.0) == 130  # zenoh would wait 10 s for an answer
