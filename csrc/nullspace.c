@@ -293,12 +293,12 @@ static double fitting(const nullspace *s, const double *torque, const double *mo
     return share;
 }
 
-double nullspace_bearable(const nullspace *s, double part, double gain) {
+double nullspace_bearable(const nullspace *s, double part) {
     const int n = s->n, m = s->m;
     double torque[JOINTS] = {0.0};
     for (int a = 0; a < m; a++) {
         const double *force = s->inverse + n * a;
-        const double felt = gain * s->coupling[a] + dot(n, force, s->guard->stop);
+        const double felt = s->coupling[a] + dot(n, force, s->guard->stop);
         for (int i = 0; i < n; i++) torque[i] += s->J[n * a + i] * felt;
     }
     return beside(s, torque, nullspace_within(s, part));
@@ -306,16 +306,16 @@ double nullspace_bearable(const nullspace *s, double part, double gain) {
 
 void nullspace_compose(nullspace *s, double part, double gain) {
     const int n = s->n;
-    double share = gain, posture[JOINTS] = {0.0}, kept[JOINTS];
+    double share = 1.0, posture[JOINTS], kept[JOINTS];
     s->alpha = nullspace_within(s, part);
     for (int i = 0; i < n; i++) {
-        posture[i] = s->null[i];
+        posture[i] = gain * s->null[i];
         for (int a = 0; a < s->m; a++) posture[i] += s->J[n * a + i] * s->coupling[a];
         const double used = s->alpha * s->wanted[i];
         const double room = s->room[i] - (posture[i] < 0.0 ? -used : used);
         if (fabs(posture[i]) * share > room) share = fmax(room, 0.0) / fabs(posture[i]);
     }
-    share = fmin(fmin(fmax(share, s->share - FALLING * s->slew), s->share + s->slew), gain);
+    share = fmin(fmin(fmax(share, s->share - FALLING * s->slew), s->share + s->slew), 1.0);
     for (int i = 0; i < n; i++) posture[i] *= share;
     guard_hold(s->guard, posture, kept);
     for (int i = 0; i < n; i++) posture[i] += s->guard->stop[i];
@@ -351,7 +351,7 @@ void nullspace_levels(const nullspace *s, double gain, double *force, double *fo
     double wish[JOINTS], felt[JOINTS]; /* the end stop as a whole: what the hand feels is another level's */
     for (int i = 0; i < n; i++) {
         wish[i] = felt[i] = s->guard->stop[i] + gain * s->null[i];
-        for (int a = 0; a < s->m; a++) felt[i] += s->J[n * a + i] * gain * s->coupling[a];
+        for (int a = 0; a < s->m; a++) felt[i] += s->J[n * a + i] * s->coupling[a];
     }
     soften(s, wish);
     for (int a = 0; a < s->m; a++) {

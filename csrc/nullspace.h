@@ -68,17 +68,17 @@ double nullspace_reserve(const nullspace *s, const double *J, const double *forc
 /* Largest share <= 1 of J^T F that keeps this part (0 to 1) of the limits. */
 double nullspace_within(const nullspace *s, double part);
 
-/* The same, beside what else the hand is to feel: gain f and the end stop. A hierarchy that renders more has
+/* The same, beside what else the hand is to feel: f and the end stop. A hierarchy that renders more has
  * to drive the posture into the corners of the torque box for it. */
-double nullspace_bearable(const nullspace *s, double part, double gain);
+double nullspace_bearable(const nullspace *s, double part);
 
-/* alpha J^T F + share (tau_N + J^T f) with the largest alpha <= 1 that keeps this part (0 to 1) of the
- * limits, then the largest share <= gain (0 to 1) that keeps the limits. What the joint limits need besides
- * comes before both, and share changes by no more than slew: alpha yields to them. */
+/* alpha J^T F + share (gain tau_N + J^T f) with the largest alpha <= 1 that keeps this part (0 to 1) of the
+ * limits, then the largest share <= 1 that keeps the limits. What the joint limits need besides comes before
+ * both, and share changes by no more than slew: alpha yields to them. */
 void nullspace_compose(nullspace *s, double part, double gain);
 
 /* Rows of a hierarchy over (tau, alpha), each n + 1 wide, with their right-hand sides:
- * force (m):    J#^T (tau - alpha J^T F) = J#^T (stop + gain (J^T f + tau_N))
+ * force (m):    J#^T (tau - alpha J^T F) = J#^T (stop + J^T f + gain tau_N)
  * limits (n):   floor <= rows tau <= ceiling, of the guard, whose bounds give way to what guard_hold leaves
  * posture (n):  L^-1 tau = L^-1 (N stop + gain tau_N) */
 void nullspace_levels(const nullspace *s, double gain, double *force, double *force_b, double *limits,

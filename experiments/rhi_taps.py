@@ -116,7 +116,7 @@ def run(progress: Progress) -> Outcome:
     force = np.linalg.norm(trace.force[::EVERY], axis=1)
     peak, mean = float(force.max() / np.nanmax(bound)), float(np.nanmean(force / bound))
     step = float((np.abs(np.diff(trace.torque, axis=0)) / device.limit).max())
-    note = "what the hand got back at the corner is missing on the second side"
+    note = "what the hand got back is missing until it presses again"
     rows += [
         Row("slide round a corner: peak over what is reachable", "-", f"{peak:.3f}"),
         Row("slide round a corner: mean over what is reachable", "-", f"{mean:.3f}", note),

@@ -68,7 +68,7 @@ class Hierarchy:
         space, n = self._space, self._n
         self._most[:] = space.room
         np.negative(self._most, out=self._least)
-        self._box.ub[n] = space.bearable(part, gain)
+        self._box.ub[n] = space.bearable(part)
         space.level_rows(self._rows, gain)
         solution = self._solver.solve(self._levels)
         self.iterations = solution.iterations

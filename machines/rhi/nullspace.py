@@ -201,15 +201,16 @@ class NullSpace:
         """Largest share of J^T F, at most 1, that keeps this part (0 to 1) of the limits."""
         return float(lib.nullspace_within(self._core, part))
 
-    def bearable(self, part: float, gain: float) -> float:
-        """The same beside the coupling force, of which so much is rendered (0 to 1), and the end stop."""
-        return float(lib.nullspace_bearable(self._core, part, gain))
+    def bearable(self, part: float) -> float:
+        """The same beside the coupling force and the end stop."""
+        return float(lib.nullspace_bearable(self._core, part))
 
     def compose(self, part: float, gain: float = 1.0) -> None:
         """Write ``torque``: alpha J^T F within this part of the limits, then tau_N with its coupling.
 
         Args:
             part: of the limits that the force may use, 0 to 1.
-            gain: largest share of tau_N and coupling, 0 to 1; less where there is no room.
+            gain: of tau_N, 0 to 1. The posture's motion is there, whatever set it going: its coupling is
+                cancelled as a whole. Less of both where there is no room.
         """
         lib.nullspace_compose(self._core, part, gain)

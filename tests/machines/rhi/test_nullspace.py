@@ -210,10 +210,10 @@ def test_what_motors_bear_leaves_the_coupling_force_its_torque(arm: RedundantArm
         at_random(arm, rng)
         assert space.secondary(0.0)
         space.want(rng.standard_normal(2) * 40.0)
-        coupling = 0.7 * arm.J.T @ space.coupling
+        coupling = arm.J.T @ space.coupling
         if (np.abs(coupling) > LIMIT).any():
             continue
-        alpha = space.bearable(1.0, 0.7)
+        alpha = space.bearable(1.0)
         assert alpha <= space.within(1.0)
         used = np.abs(alpha * space.wanted + coupling) / LIMIT
         assert used.max() <= 1.0 + 1e-12
@@ -221,6 +221,29 @@ def test_what_motors_bear_leaves_the_coupling_force_its_torque(arm: RedundantArm
             assert used.max() == pytest.approx(1.0)
             less += 1
     assert less > 10
+
+
+def test_the_posture_fades_in_and_what_its_motion_does_to_the_hand_is_cancelled_as_a_whole(
+    arm: RedundantArm,
+) -> None:
+    rng = np.random.default_rng(8)
+    space = NullSpace(arm, 100.0 * LIMIT, home_shape(arm), Gains(20.0, 0.1, 0.3), U)
+    force_b, others = np.zeros(2), [np.zeros((2, 5)), np.zeros((4, 5)), np.zeros((4, 5)), np.zeros(4)]
+    rows = [others[0], force_b, *others[1:]]
+    tried = 0
+    for _ in range(100):
+        at_random(arm, rng)
+        assert space.secondary(0.0)
+        space.want([0.0, 0.0])
+        space.compose(1.0, 0.25)
+        space.level_rows(rows, 0.25)
+        np.testing.assert_allclose(force_b, space.coupling, atol=1e-9)
+        if space.share < 1.0:
+            continue
+        np.testing.assert_allclose(space.inverse @ space.torque, space.coupling, atol=1e-9)
+        np.testing.assert_allclose(space.torque - arm.J.T @ space.coupling, 0.25 * space.null, atol=1e-9)
+        tried += bool(np.linalg.norm(space.coupling) > 0.05)
+    assert tried > 10
 
 
 def test_a_singular_posture_is_said_to_be_one(arm: RedundantArm) -> None:
