@@ -99,13 +99,11 @@ static void lay_out_reals(hqp_solver *s, char *arena, size_t *used) {
         {&s->cone.ub, rows},
         {&s->cone.x, ld},
         {&s->cone.target, ld},
-        {&s->cone.rest, ld},
         {&s->bundle.triangle, (size_t)s->bundle.most * (size_t)s->bundle.most},
         {&s->bundle.multiplier, (size_t)s->bundle.most},
         {&s->bundle.gap, (size_t)s->bundle.most},
         {&s->bundle.pull, (size_t)s->bundle.most},
         {&s->none, levels},
-        {&s->rounded, levels},
         {&s->kept, ld},
         {&s->path, ld * (levels + 1)},
     };

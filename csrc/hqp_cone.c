@@ -43,7 +43,7 @@ static void form(hqp_solver *s, int level) {
 /* Length of what the held rows, with multipliers >= 0, leave of the target. */
 static double left_over(hqp_solver *s) {
     const int free = s->width - s->rank;
-    double *rest = s->cone.rest;
+    double *rest = s->reduced;
     memcpy(rest, s->cone.target, (size_t)s->ld * sizeof(double));
     for (int k = 0; k < s->held.count; k++) {
         if (!(s->held.multiplier[k] > 0.0)) continue;
@@ -53,10 +53,10 @@ static double left_over(hqp_solver *s) {
 }
 
 /*
- * In the cone: project s->trial, of length 1, to s->x, as far as more is left than rounding leaves. Returns
+ * In the cone: project s->trial, of length 1, to s->x, as far as something worth mentioning is left. Returns
  * the length of that; infinite where rounding or the bound on steps does not let it be known.
  */
-static double project(hqp_solver *s, int level, double rounded, double none) {
+static double project(hqp_solver *s, int level, double none) {
     const double feasibility = s->settings.feasibility;
     const int limit = s->iteration_limit, iterations = s->iterations;
     double left = 1.0;
@@ -65,8 +65,7 @@ static double project(hqp_solver *s, int level, double rounded, double none) {
     s->settings.feasibility = DIRECTION;
     s->held.count = 0;
     memcpy(s->x, s->trial, (size_t)s->ld * sizeof(double));
-    memcpy(s->cone.rest, s->cone.target, (size_t)s->ld * sizeof(double));
-    while (left > rounded && (broken = hqp_most_broken(s, level)) >= 0) {
+    while (left > none && (broken = hqp_most_broken(s, level)) >= 0) {
         if (hqp_out_of_iterations(s) || hqp_hold_broken(s, level, broken) != HQP_DONE) break;
         left = left_over(s);
     }
@@ -93,8 +92,6 @@ double hqp_descent(hqp_solver *s, int level) {
         squares += target[j] * target[j];
     }
     const double length = sqrt(squares);
-    s->cone.length = length;
-    s->held.count = 0;
     memset(s->side, 0, (size_t)s->row0[level]);
     if (!(length > s->none[level])) return length;
     memset(s->trial, 0, (size_t)width * sizeof(double));
@@ -104,10 +101,9 @@ double hqp_descent(hqp_solver *s, int level) {
     }
     form(s, level);
     cross(s);
-    const double left = project(s, level, s->rounded[level] / length, s->none[level] / length);
+    const double left = project(s, level, s->none[level] / length);
     cross(s);
     s->x_norm = x_norm;
     for (int i = 0; i < width; i++) s->descent[i] = length * s->cone.x[i];
-    for (int j = 0; j < free; j++) s->cone.rest[j] *= length;
     return length * left;
 }

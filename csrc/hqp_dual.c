@@ -106,8 +106,12 @@ static void in_directions(const hqp_solver *s, int id, double *row) {
     for (int j = 0; j < freedom(s); j++) row[j] = hqp_value(s, id, hqp_row(s, s->direction, j));
 }
 
-/* fit_rows = the fitted rows of the level along the free directions */
-static void fit_along_directions(hqp_solver *s, int level) {
+/* trial = x*, the minimiser of the fitted rows that minds no hard row. Returns 0 where it is not unique. */
+static int free_minimiser(hqp_solver *s, int level) {
+    hqp_free_directions(s);
+    memcpy(s->trial, s->x, (size_t)s->ld * sizeof(double));
+    s->metric = level < s->levels && freedom(s) > 0;
+    if (!s->metric) return 1;
     s->fit_count = 0;
     for (int i = s->row0[level]; i < s->row0[level + 1]; i++) {
         if (!s->side[i]) continue;
@@ -117,61 +121,9 @@ static void fit_along_directions(hqp_solver *s, int level) {
         s->rhs[s->fit_count] = hqp_bound(s, i, s->side[i]) - hqp_value(s, i, s->x);
         s->fit[s->fit_count++] = i;
     }
-}
-
-/* trial = x*, the minimiser of the fitted rows that minds no hard row. Returns 0 where it is not unique. */
-static int free_minimiser(hqp_solver *s, int level) {
-    hqp_free_directions(s);
-    memcpy(s->trial, s->x, (size_t)s->ld * sizeof(double));
-    s->metric = level < s->levels && freedom(s) > 0;
-    if (!s->metric) return 1;
-    fit_along_directions(s, level);
     if (!triangularise(s)) return 0;
     measure_by_level(s);
     return 1;
-}
-
-/* What would be left of the gradient without held row number k, if the others were of any sign: its
- * multiplier times its distance from their span, which is 1 over the length of column k of the inverse of the
- * triangle. */
-double hqp_worth_of_held(hqp_solver *s, int k) {
-    double *column = s->reduced, squares = 0.0;
-    for (int i = k; i < s->held.count; i++) {
-        const double *triangle = line(s, s->held.triangle, i);
-        column[i] = ((i == k) - hqp_inner(triangle + k, column + k, i - k)) / triangle[i];
-        squares += column[i] * column[i];
-    }
-    return s->held.multiplier[k] / sqrt(squares);
-}
-
-/*
- * |y| for the smallest y with fit^T y = rest, over the seated rows of the level and along the free
- * directions: by so much their slacks would have to change for nothing to be left of the gradient. Infinite
- * where there is no y, or where a range would be missed on its other side.
- */
-double hqp_least_change(hqp_solver *s, int level, const double *rest) {
-    const int m = freedom(s);
-    double *q = s->broken_row, *step = s->trial, squares = 0.0;
-    fit_along_directions(s, level);
-    if (s->fit_count < m || !triangularise(s)) return INFINITY;
-    for (int j = 0; j < m; j++) {
-        double sum = rest[j];
-        for (int i = 0; i < j; i++) sum -= hqp_row(s, s->fit_rows, i)[j] * q[i];
-        q[j] = sum / hqp_row(s, s->fit_rows, j)[j];
-        squares += q[j] * q[j];
-    }
-    memset(step, 0, (size_t)s->ld * sizeof(double));
-    for (int j = m - 1; j >= 0; j--) {
-        const double *row = hqp_row(s, s->fit_rows, j);
-        for (int k = j + 1; k < m; k++) q[j] -= row[k] * q[k];
-        q[j] /= row[j];
-        hqp_axpy(step, q[j], hqp_row(s, s->direction, j), 0, (int)s->ld);
-    }
-    for (int i = s->row0[level]; i < s->row0[level + 1]; i++) {
-        const int is_range = s->kind[i] == HQP_RANGE && s->side[i];
-        if (is_range && s->side[i] * (s->lacking[i] - hqp_value(s, i, step)) > 0.0) return INFINITY;
-    }
-    return sqrt(squares);
 }
 
 /* The hard row that x breaks most, by distance; -1: none. */

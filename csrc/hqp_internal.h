@@ -91,8 +91,6 @@ struct hqp_solver {
     double *descent;                    /* [ld] a way down for the level at hand */
     struct {
         double *lb, *ub, *x, *target; /* of the rows at their bound, moved there, while -g is projected */
-        double *rest;                 /* [ld] what the rows held leave of -g, along the free directions */
-        double length;                /* of -g */
         signed char *kind;
         int entered;
     } cone;
@@ -101,7 +99,6 @@ struct hqp_solver {
         double *triangle, *multiplier, *gap, *pull; /* [most][most], [most] .. */
     } bundle;                                       /* of hqp_guess.c */
     double *none;                                   /* [levels] length of a gradient that counts as none */
-    double *rounded;                                /* [levels] and of one that rounding leaves */
     signed char *weighted;                          /* [levels] its rows have weights of their own */
     signed char *slack;                             /* [levels] there is a slack to be proven minimal */
     int is_doubtful; /* the last proof failed on rows that were settled by too small a multiplier */
@@ -285,8 +282,6 @@ enum { HQP_DONE = -1, HQP_NOT_LAST = -2, HQP_LOST = -3 };
 int hqp_finish(hqp_solver *s, int level);
 void hqp_free_directions(hqp_solver *s);
 int hqp_most_broken(hqp_solver *s, int level);
-double hqp_worth_of_held(hqp_solver *s, int k);
-double hqp_least_change(hqp_solver *s, int level, const double *rest);
 int hqp_hold_broken(hqp_solver *s, int level, int id);
 int hqp_give_way(hqp_solver *s, int level, int id, int side, const double *pull);
 

@@ -17,12 +17,6 @@
 static const double PROVEN = 1e-9, ROUNDINGS = 1.0;
 /* times that: a smaller multiplier settles no row, or lower levels could lean on it a million times over */
 static const double SETTLED = 1e3;
-/* Times rounding: what may be left of the gradient of a level that others lean on. Times what counts as none:
- * a multiplier that is smaller, and more than the former, may settle its row or not. */
-static const double ROUNDED = 30.0, UNCERTAIN = 10.0;
-/* Of a level whose norm can be smaller by next to nothing, times (1 + slack), so much may be left, times what
- * counts as none. */
-static const double GAP = 1e-7, NEARLY = 1e4;
 /* To confirm a proof: times what may be left of a gradient otherwise; rows at a smaller angle are one row. */
 static const double LENIENT = 200.0, ONE_ROW = 1e-7;
 /* times (1 + |bound|), plus that many times rounding of row . x: a row this close is at its bound */
@@ -53,8 +47,7 @@ int hqp_has_slack(hqp_solver *s, int level) {
     }
     const double slack = sqrt(squares), rounding = s->settings.rounding * (slack + largest * s->x_norm);
     s->none[level] = largest * (PROVEN * (1.0 + slack) + ROUNDINGS * rounding);
-    s->rounded[level] = fmin(ROUNDED * largest * rounding, s->none[level]);
-    if (!isfinite(s->none[level])) s->none[level] = s->rounded[level] = 0.0;
+    if (!isfinite(s->none[level])) s->none[level] = 0.0;
     return !(most <= s->none[level]);
 }
 
@@ -147,46 +140,15 @@ static double left_of(hqp_solver *s, int level) {
 }
 
 /*
- * Whether the norm of the level's slack could be smaller by next to nothing. With s the slacks of its seated
- * rows and rest = what the cone leaves of the gradient, y of least length with fit^T y = rest makes s - y
- * multipliers of the dual problem, whose value is |y|^2 / 2 below that of s: the norm cannot go below the
- * root of |s|^2 - |y|^2.
- */
-static int is_near(hqp_solver *s, int level) {
-    double squares = 0.0;
-    for (int i = s->row0[level]; i < s->row0[level + 1]; i++) squares += s->lacking[i] * s->lacking[i];
-    hqp_seat_violated(s, level);
-    const double change = hqp_least_change(s, level, s->cone.rest), slack = sqrt(squares);
-    if (!(change < slack)) return 0;
-    return change * change / (slack + sqrt(squares - change * change)) <= GAP * (1.0 + slack);
-}
-
-/* Whether the last projection, with so much left, leaves no doubt about which rows the level holds: those
- * below may lean on their multipliers. */
-static int is_strict(hqp_solver *s, int level, double left) {
-    if (left == 0.0) return 1;
-    for (int k = 0; k < s->held.count; k++) {
-        const double worth = s->cone.length * hqp_worth_of_held(s, k);
-        if (worth > s->rounded[level] && worth <= UNCERTAIN * s->none[level]) return 0;
-    }
-    return left <= s->rounded[level];
-}
-
-/*
  * The same by projection, in the order of the levels and with a factorisation of its own, which holds for
- * good only what is settled beyond doubt. Where it stops, a walk can go on. Where rows are held by next to
- * nothing, what is left of the gradients below is the rounding of the levels above, over their multipliers:
- * then a bound on the norm decides, if the levels above leave no doubt about what they hold.
+ * good only what is settled beyond doubt. Where it stops, a walk can go on.
  */
 int hqp_prove_by_descent(hqp_solver *s, int count) {
     hqp_unfix(s);
     hqp_rewind(s, 0);
-    for (int p = 0, strict = 1; p < count; p++) {
+    for (int p = 0; p < count; p++) {
         s->rank_at[p] = s->rank;
-        const double left = left_of(s, p);
-        if (!(left <= s->lenience * s->none[p]) && !(strict && left <= NEARLY * s->none[p] && is_near(s, p)))
-            return p;
-        strict &= is_strict(s, p, left);
+        if (!(left_of(s, p) <= s->lenience * s->none[p])) return p;
         memset(s->side, 0, (size_t)s->row0[p]);
         hqp_seat_violated(s, p);
         for (int i = s->row0[p]; i < s->row0[p + 1]; i++) {
