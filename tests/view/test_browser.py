@@ -149,6 +149,11 @@ def test_a_recording_is_scrubbed_and_fits_phone_and_screen(
                 # time of lockstep is virtual, and no plot shows what it lacks
                 assert not page.locator("#late").is_visible()
                 assert "lateness" not in page.evaluate(NAMES)
+                # of a phone whose page is scrolled, head and switches are both seen
+                page.evaluate("($('controls').hidden = false, $('limits').scrollIntoView())")
+                edge = "(id => $(id).closest('header, section').getBoundingClientRect())"
+                assert width > 900 or page.evaluate(f"{edge}('lamp').bottom <= {edge}('hold').top + .5")
+                page.evaluate("($('controls').hidden = true, scrollTo(0, 0))")
                 foot = "$('scene').getBoundingClientRect().bottom"
                 assert page.evaluate(f"{foot} <= $('player').getBoundingClientRect().top")
                 # of two hands, as a station has them, each has its plot

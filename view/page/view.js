@@ -85,7 +85,8 @@ function show() {
   if (now.stop) $("stop").textContent = events.findLast(e => e.severity === "stop" && e.tick <= now.tick)?.text ?? now.stop;
   $("estop").classList.toggle("on", now.e_stop_closed === false);
   $("estop").textContent = now.e_stop_closed === false ? "pull e-stop out" : "e-stop";
-  $("doing").textContent = now.doing.join(", ") || "nothing is rendered";
+  $("doing").textContent = now.doing.map(word => word.replace(/(\d) (?=\S)/g, "$1\u00a0")).join(", ") || // no unit alone in a line
+    "nothing is rendered";
   for (const button of $("orders").querySelectorAll("[aria-pressed]")) // of several twins, the one that is rendered
     button.setAttribute("aria-pressed", now.doing.some(word => word === button.textContent || word.startsWith(button.textContent + " at ")));
   showDeadMan();
@@ -106,14 +107,15 @@ function buildLimits() {
     const [name, track, value] = ["span", "div", "span"].map(tag => document.createElement(tag)), mark = document.createElement("i");
     name.className = "name"; name.textContent = spec.name; value.className = "value"; track.className = "track"; track.append(mark);
     if (spec.lower === null || spec.upper === null) track.classList.add("none");
-    limitRows.push({spec, k, track, mark, value}); return [name, track, value];
+    limitRows.push({spec, k, cells: [name, track, value], track, mark, value}); return [name, track, value];
   }));
 }
 function showLimits() {
   const touched = [];
-  for (const {spec, k, track, mark, value} of limitRows) {
+  for (const {spec, k, cells, track, mark, value} of limitRows) {
     const v = now.mean[k]; mark.hidden = v == null || spec.lower === null || spec.upper === null;
-    if (v == null) { value.textContent = ""; track.classList.remove("at"); continue; } // of a twin that is not rendered
+    for (const cell of cells) cell.hidden = v == null && !!now.mean.length; // of a twin that is not rendered
+    if (v == null) { value.textContent = ""; track.classList.remove("at"); continue; }
     const near = spec.lower !== null && now.low[k] <= spec.lower + spec.near ? "lower" : spec.upper !== null && now.high[k] >= spec.upper - spec.near ? "upper" : "";
     if (near) touched.push(`${spec.name} (${near})`);
     track.classList.toggle("at", !!near); value.classList.toggle("at", !!near);
@@ -259,6 +261,9 @@ setInterval(() => { // what need not be drawn at every frame
   histogram($("late"), last.lateness, hello.bars, "--c1");
   histogram($("took"), last.compute, hello.bars, "--c3");
 }, 500);
+new ResizeObserver(() => { // on a phone the switches stay below the head
+  document.documentElement.style.setProperty("--head", `${$("lamp").parentElement.offsetHeight}px`);
+}).observe($("lamp").parentElement);
 addEventListener("resize", () => { scene.framed && scene.fit(); changed = true; });
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { changed = true; });
 connect(); requestAnimationFrame(turn);
