@@ -332,8 +332,13 @@ def require_newest() -> Path:
     """
     path = newest()
     if path is None:
-        raise SessionError(f"no session runs; begin one: {program()} run {example()} --view")
+        raise SessionError(f"no session runs; {_begin()}")
     return path
+
+
+def _begin() -> str:
+    """How there will be a session, for people."""
+    return f"begin one: {program()} run {example()} --view"
 
 
 def awaited(pid: int) -> Path:
@@ -348,7 +353,7 @@ def awaited(pid: int) -> Path:
             os.kill(pid, 0)
         except OSError as error:
             others = ", ".join(each.stem for each in running())
-            mend = f"running: {others}" if others else f"begin one: {program()} run {example()} --view"
+            mend = f"running: {others}" if others else _begin()
             raise SessionError(f"there is no session {pid}; {mend}") from error
         if monotonic() > until:
             raise SessionError(f"process {pid} shows no session that can be watched")

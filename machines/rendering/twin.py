@@ -114,7 +114,8 @@ def added(section: s.ChainTwin) -> tuple[float, float]:
     """
     robot = _links(section)
     lower, upper, *_ = limits_of(section, robot)
-    lower, upper = np.clip(lower, -np.pi, np.pi), np.clip(upper, -np.pi, np.pi)  # also of what is refused yet
+    # what is infinite at the wrong end is refused later, and sampled before
+    lower, upper = np.clip(lower, -np.pi, np.pi), np.clip(upper, -np.pi, np.pi)
     frame, own = robot.frame(end_of(section)), [joint.inertia or 0.0 for joint in section.joints.values()]
     postures = np.random.default_rng(0).uniform(lower, np.maximum(lower, upper), (POSTURES, robot.nv))
     postures[0] = [joint.start for joint in section.joints.values()]

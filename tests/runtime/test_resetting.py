@@ -103,8 +103,8 @@ def test_without_a_recorder_the_machine_goes_on_and_is_not_armed_again(engaging:
     assert engaging.mode is Mode.ENGAGING
     engaging.press(False)
     engaging.until(Mode.STOPPED)
-    engaging.run(1, Command.RESET)
-    engaging.until(Mode.READY)
+    engaging.run(100)  # the arm settles
+    engaging.run(50, Command.RESET)
     engaging.press(True)
     engaging.run(5)
     assert engaging.mode is Mode.READY
