@@ -23,6 +23,7 @@ from ..runtime.errors import HapticdError
 from ..runtime.live.lockstep import Lockstep, unswept
 from ..safety import Reaction
 from ..sim.plant import SimPlant
+from .ideal_twin import Covered
 from .own_plant import Doubt
 from .random_hand import stranger
 from .random_twin import with_random_chain
@@ -60,6 +61,7 @@ class Session:
         excess: how far beyond each limit, or beyond where it began outside, the machine went; negative
             inside.
         returned: energy that the hand got back beyond what it had put in until then [J].
+        covered: share of an ideal twin's way that the handle went; None where there is none.
     """
 
     seed: int
@@ -69,6 +71,7 @@ class Session:
     seconds: float
     excess: dict[str, float] = field(default_factory=dict)
     returned: float = 0.0
+    covered: float | None = None
 
 
 def sessions(
@@ -142,7 +145,8 @@ def _variation(system: System[Any], name: str) -> Callable[..., Stance[Any]]:
 
 
 def _session(lockstep: Lockstep, seed: int, seconds: float, watch: Callable[[Lockstep], None]) -> Session:
-    limits, work, rate = Kept(lockstep), Work(lockstep), lockstep.session.config.loop.rate
+    limits, work, covered = Kept(lockstep), Work(lockstep), Covered(lockstep)
+    rate = lockstep.session.config.loop.rate
     cycle, ticks = lockstep.session.cycle, round(seconds * rate)
     moved, said = False, "nobody pressed the dead-man switch"
 
@@ -154,6 +158,7 @@ def _session(lockstep: Lockstep, seed: int, seconds: float, watch: Callable[[Loc
             said = str(lockstep.outputs.events[-1])
         limits.add()
         work.add()
+        covered.add()
         watch(lockstep)
 
     while lockstep.inputs.tick + 1 < ticks and not (cycle.stops.last or cycle.mode is Mode.FAILED):
@@ -161,16 +166,17 @@ def _session(lockstep: Lockstep, seed: int, seconds: float, watch: Callable[[Loc
     at = (lockstep.inputs.tick + 1) / rate
     if cycle.stops.last is None:
         step(Command.END)
-    last = lockstep.inputs.tick + STOP_S * rate
-    while cycle.mode is Mode.STOPPING and lockstep.inputs.tick < last:
+    until = lockstep.inputs.tick + STOP_S * rate
+    while cycle.mode is Mode.STOPPING and lockstep.inputs.tick < until:
         step()
-    excess = limits.excess
-    if cycle.stops.last:
-        stop = cycle.stops.last.verdict
-        return Session(seed, stop.reason, stop.detail, int(stop.reaction), at, excess, work.returned)
-    if not moved:
-        return Session(seed, NOT_STARTED, said, int(Reaction.RAMP), at, excess)
-    return Session(seed, "", "", 0, at, excess, work.returned)
+    if last := cycle.stops.last:
+        stop, detail, reaction = last.verdict.reason, last.verdict.detail, int(last.verdict.reaction)
+    elif not moved:
+        stop, detail, reaction = NOT_STARTED, said, int(Reaction.RAMP)
+    else:
+        stop, detail, reaction = "", "", 0
+    share = covered.share(seconds, bool(stop))
+    return Session(seed, stop, detail, reaction, at, limits.excess, work.returned, share)
 
 
 class Kept:
@@ -252,6 +258,7 @@ class Tally:
         stops: by reason; details: one example each.
         worst_excess: of each limit, over all sessions.
         returned: most energy that a hand got back beyond what it had put in [J].
+        shares: of an ideal twin's way, of the sessions that have them.
         worst: of all sessions: the strongest stop, of these the earliest, or else the largest excess.
     """
 
@@ -261,7 +268,13 @@ class Tally:
     examples: dict[str, Session] = field(default_factory=dict)
     worst_excess: dict[str, float] = field(default_factory=dict)
     returned: float = 0.0
+    shares: list[float] = field(default_factory=list)
     worst: Session | None = None
+
+    @property
+    def covered(self) -> float | None:
+        """Mean of ``shares``; None without any."""
+        return sum(self.shares) / len(self.shares) if self.shares else None
 
     def add(self, session: Session) -> None:
         """Take one."""
@@ -271,6 +284,8 @@ class Tally:
             self.stops[session.stop] += 1
             self.examples.setdefault(session.stop, session)
         self.returned = max(self.returned, session.returned)
+        if session.covered is not None:
+            self.shares.append(session.covered)
         for name, excess in session.excess.items():
             self.worst_excess[name] = max(excess, self.worst_excess.get(name, excess))
         if self.worst is None or _badness(session) > _badness(self.worst):

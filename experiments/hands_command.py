@@ -36,8 +36,9 @@ def add_hands(commands: Commands) -> None:
         "hands",
         help="random hands on a simulated machine",
         description="Run a simulated machine in lockstep under random hands: path, speed, strength, stiffness"
-        " and the posture in which it engages. Prints causes of stops, how far limits were passed, and the"
-        " command that repeats the worst session. Exit status 1 where a session stopped.",
+        " and the posture in which it engages. Prints causes of stops, how far limits were passed, how far"
+        " the hand was followed, and the command that repeats the worst session. Exit status 1 where a"
+        " session stopped.",
     )
     known = ", ".join(built_in())
     hands.add_argument("config", type=name, metavar="CONFIG", help=f"a TOML file, or built in: {known}")
@@ -87,7 +88,8 @@ def add_hands(commands: Commands) -> None:
     hands.add_argument(
         "--json",
         action="store_true",
-        help="print {sessions, finished, stops, worst_excess, worst, returned} as JSON",
+        help="print {sessions, finished, stops, worst_excess, worst, returned, covered} as JSON; covered"
+        " where the twin is a free mass",
     )
     hands.set_defaults(handler=run)
 
@@ -163,13 +165,15 @@ def repeat(options: argparse.Namespace, tally: Tally) -> str:
 
 
 def as_json(tally: Tally, worst: str) -> str:
-    """The tally as one JSON object; excesses in rad, m or N m, what hands got back in J."""
+    """The tally as one JSON object; excesses in rad, m or N m, what hands got back in J, covered 0 to 1."""
     import msgspec
 
     found = {
         **{"sessions": tally.sessions, "finished": tally.finished, "stops": dict(tally.stops)},
         **{"worst_excess": tally.worst_excess, "worst": worst, "returned": tally.returned},
     }
+    if tally.covered is not None:
+        found["covered"] = tally.covered
     return msgspec.json.encode(found).decode()
 
 
@@ -184,5 +188,8 @@ def table(tally: Tally, worst: str) -> list[str]:
         lines.append("worst excess of each limit, in thousandths of its unit (negative: not reached):")
     lines += [f"  {name:20}{1e3 * excess:10.2f}" for name, excess in tally.worst_excess.items()]
     lines.append(f"most energy that a hand got back beyond what it had put in: {tally.returned:.3f} J")
+    if tally.covered is not None:
+        mean, least = 1e2 * tally.covered, 1e2 * min(tally.shares)
+        lines.append(f"of the way that an ideal twin goes the handle went {mean:.1f} % (least {least:.1f} %)")
     lines.append(f"the worst again: {worst}")
     return lines
