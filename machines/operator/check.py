@@ -32,9 +32,10 @@ def check_operator(config: OperatorConfig, robot: Robot) -> Found:
         others |= {"head": HeadTracker, "paddle": FootPaddle, "body": RemoteBody}
     found = check_station("operator", config, own, config.simulation, robot, others)
     found += _presses(config)
-    if config.loop.rate < LEAST_RATE:
+    if own.cue.force and config.loop.rate < LEAST_RATE:
         problem = f"at {config.loop.rate:g} Hz the operator's cues are not told apart"
-        found.append(("loop.rate", problem, f"give {LEAST_RATE:g} Hz or more"))
+        fix = f'give {LEAST_RATE:g} Hz or more, or no cues: operator.cue.force = "0 N"'
+        found.append(("loop.rate", problem, fix))
     if own.avatar is None:
         return found
     for side in SIDES:

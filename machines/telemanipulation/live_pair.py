@@ -11,8 +11,9 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from ...runtime.configuration import config
+from ...runtime.configuration.session import build
 from ...runtime.live.children import tied
-from ...runtime.live.interrupts import heard, interrupt
+from ...runtime.live.interrupts import exit_status, heard, interrupt
 from .pair import PairError, declared
 
 NAMES = ("operator", "avatar")
@@ -20,6 +21,8 @@ HOST = "127.0.0.1"
 HAPTICD = (sys.executable, "-m", "hapticd.runtime")
 DELAY_S = 0.05
 """Longest delay that is no fault between two plants that share the processors of one host [s]."""
+LOOK_S = 0.1
+"""Between two looks whether a station has ended."""
 
 
 def live_pair(
@@ -31,6 +34,9 @@ def live_pair(
     command: Sequence[str] = ("run",),
 ) -> int:
     """Run both, each a session of its own with keys made for it; the worse exit status.
+
+    A station that does not begin, which leaves no log, or that is killed ends the other one, and its exit
+    status counts.
 
     Args:
         operator: configuration of the one station.
@@ -59,12 +65,15 @@ def live_pair(
         from ...link.stations import Role, named
     except ImportError as error:
         raise PairError('the link needs the package cryptography: pip install "hapticd[link]"') from error
+    stations = [config.load(each) for each in (operator, avatar)]
+    for loaded in stations:
+        build(loaded)  # what is refused is refused before the other one begins, by its own file and line
     with TemporaryDirectory(prefix="hapticd-") as name, heard(pass_on):
         folder = Path(name)
         keygen(folder, [named("operator", Role.OPERATOR), named("avatar", Role.AVATAR)], days=1)
         port = _free_port()
-        for station, source, log in zip(NAMES, (operator, avatar), logs, strict=True):
-            arguments = [*command, str(_written(folder, station, source, port)), "--log", str(log)]
+        for station, loaded, log in zip(NAMES, stations, logs, strict=True):
+            arguments = [*command, str(_written(folder, station, loaded, port)), "--log", str(log)]
             arguments += ["--json"] if as_json else []
             arguments += ["--duration", f"{duration:g}"] if duration is not None else []
             running.append(
@@ -77,17 +86,41 @@ def live_pair(
                     process_group=0,
                 )
             )
-        said = [process.communicate()[0] for process in running]
+        said, status = _ended(running, logs)
     for station, text in zip(NAMES, said, strict=True):
         print(text.rstrip() if as_json else f"--- {station}\n{text.rstrip()}")
-    return max(process.returncode for process in running)
+    return status
 
 
-def _written(folder: Path, station: str, source: str, port: int) -> Path:
+def _ended(running: Sequence[subprocess.Popen[str]], logs: Sequence[Path]) -> tuple[list[str], int]:
+    """What each station printed, once both have ended, and the exit status of both together."""
+    said: dict[int, str] = {}
+    alone = 0
+    while len(said) < len(running):
+        for i, (process, log) in enumerate(zip(running, logs, strict=True)):
+            if i in said:
+                continue
+            try:
+                said[i] = process.communicate(timeout=LOOK_S)[0]
+            except subprocess.TimeoutExpired:
+                continue
+            if process.returncode < 0 or not log.exists():
+                alone = alone or _status(process)
+                for other in running:
+                    other.terminate()
+    return [said[i] for i in range(len(running))], alone or max(map(_status, running))
+
+
+def _status(process: subprocess.Popen[str]) -> int:
+    """As a shell has it."""
+    return exit_status(-process.returncode) if process.returncode < 0 else process.returncode
+
+
+def _written(folder: Path, station: str, source: config.Loaded, port: int) -> Path:
     """The configuration of a station whose link leads to the other one, with its model beside it."""
     keys = folder / station
     link = (f'address = "{HOST}"', f"port = {port}", f'keys = "{keys}"')
-    loaded = declared(config.load(source), DELAY_S, *link)
+    loaded = declared(source, DELAY_S, *link)
     path = folder / f"{station}.toml"
     path.write_text(loaded.text, encoding="utf-8")
     (folder / loaded.config.model).write_text(loaded.model_text, encoding="utf-8")

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import pytest
 from hapticd.configs import read_text
 from hapticd.runtime.configuration import config
@@ -41,8 +43,10 @@ def test_a_rate_at_which_cues_cannot_be_told_apart_is_refused() -> None:
     text = read_text("operator.toml")
     assert text.count('rate = "1 kHz"') == 1
     assert findings(text.replace('rate = "1 kHz"', 'rate = "500 Hz"')) == {}
-    found = findings(text.replace('rate = "1 kHz"', 'rate = "250 Hz"'))
-    assert found["loop.rate"] == "at 250 Hz the operator's cues are not told apart"
+    slow = text.replace('rate = "1 kHz"', 'rate = "250 Hz"')
+    assert findings(slow)["loop.rate"] == "at 250 Hz the operator's cues are not told apart"
+    silent = re.sub(r'(\[operator\.cue\].*\nforce = )"2 N"', r'\1"0 N"', slow)
+    assert silent != slow and findings(silent) == {}
 
 
 @pytest.mark.parametrize(("old", "new", "key"), [("60 N", "201 N", "force"), ("15 N m", "21 N m", "torque")])
