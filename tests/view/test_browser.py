@@ -13,6 +13,7 @@ from threading import Timer
 from typing import Any
 
 import pytest
+from hapticd.configs import read_text
 from hapticd.testing.browser import browser, missing
 
 pytestmark = [
@@ -316,6 +317,87 @@ def test_every_machine_moves_is_led_and_is_stopped_from_its_page(
         child.terminate()
         child.communicate(timeout=60)
     replays(log)
+
+
+def begun(page: Any) -> None:
+    """Press the dead-man switch of a machine whose script pressed it before it was ready, or not at all."""
+    until(page, "now.mode !== 'BRINGUP'")
+    page.evaluate("say('release')")
+    until(page, "now.pressed === false")
+    if page.evaluate("now.mode !== 'READY'"):
+        page.get_by_role("button", name="reset").click()
+        until(page, "now.mode === 'READY'")
+    press(page)
+
+
+def calm(folder: Path, station: str) -> str:
+    """A station that leaves a host time for two pages: it has a third of the ticks, and a weaker hand."""
+    text = read_text(f"{station}.toml")
+    for old, new in (
+        (r'rate = "1 kHz"', 'rate = "333 Hz"'),
+        (r"substeps = 3", "substeps = 9"),
+        (r'force = "150 N"', 'force = "30 N"'),
+        (r'(\[operator\.cue\].*\n)force = "2 N"', r'\1force = "0 N"'),
+    ):
+        text = re.sub(old, new, text)
+    (folder / f"{station}.toml").write_text(text, encoding="utf-8")
+    for model in ("bimanual.urdf", "giant.urdf"):
+        (folder / model).write_text(read_text(model), encoding="utf-8")
+    return str(folder / f"{station}.toml")
+
+
+FOLLOWED = "now.grips.some((v, i) => Math.abs(v - window.placed[i]) > .003)"
+"""A hand is elsewhere than when ``placed`` was kept."""
+
+
+@pytest.mark.parametrize(
+    ("stations", "way"),
+    [
+        pytest.param(("operator", "avatar"), (30, -30), id="arms"),
+        pytest.param(("giant_operator", "giant_avatar"), (10, -10), id="giant"),
+    ],
+)
+def test_both_stations_of_telemanipulation_are_played_from_their_pages(
+    stations: tuple[str, str], way: tuple[int, int], chromium: Any, tmp_path: Path
+) -> None:
+    logs = [tmp_path / f"pair-{end}.mcap" for end in ("operator", "avatar")]
+    sources = [calm(tmp_path, station) for station in stations]
+    how = ("--live", "--view", "--duration", "600", "--logs", str(tmp_path / "pair"))
+    with running("bimanual", *sources, *how) as (child, first):
+        second = address(child)
+        with sparing(chromium, first) as one, sparing(chromium, second) as other:
+            pages = {page.evaluate("hello.name"): page for page in (one, other)}
+            operator, avatar = (pages[f"{end}.toml"] for end in ("operator", "avatar"))
+            for page in (operator, avatar):
+                begun(page)
+            for page in (operator, avatar):
+                until(page, "now.mode === 'ACTIVE'")
+            until(operator, "now.doing.some(word => /linked/.test(word))")
+            before = [page.evaluate(PICTURE) for page in (operator, avatar)]
+            for page in (operator, avatar):
+                page.evaluate("window.placed = now.grips")
+            drag(operator, way)
+            for page, picture in zip((operator, avatar), before, strict=True):  # the avatar follows
+                until(page, f"{FOLLOWED} && {MOVES}")
+                assert page.evaluate(PICTURE) != picture
+            let_go(operator)
+            for page in (avatar, operator):
+                strike(page)
+        child.terminate()
+        child.communicate(timeout=90)
+    for log in logs:
+        replays(log)
+    scrubbed(chromium, logs[0])
+
+
+def scrubbed(chromium: Any, log: Path) -> None:
+    """The recording opens in the same page, and shows another posture at another time."""
+    with running("view", str(log), "--port", "0") as (_, url), opened(chromium, url) as page:
+        pictures = []
+        for share in (0.3, 0.9):
+            page.evaluate(f"seek(Math.round({share} * frames.length)), scene.show(now)")
+            pictures.append(page.evaluate(PICTURE))
+        assert pictures[0] != pictures[1]
 
 
 def until_rendered(page: Any, twin: str, mode: str) -> None:

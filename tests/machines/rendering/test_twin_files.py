@@ -9,15 +9,17 @@ import msgspec
 import numpy as np
 import pytest
 from hapticd.configs import read_text
+from hapticd.control.chain import FREE
 from hapticd.experiments.random_hand import Temper, stranger
 from hapticd.machines.giant.system import GIANT
+from hapticd.machines.rendering.figures import RenderingFigures
 from hapticd.machines.rendering.twin import check_twins
 from hapticd.models import Robot
 from hapticd.runtime.command_line.cli import main
 from hapticd.runtime.configuration import config
 from hapticd.runtime.configuration.session import build
 from hapticd.runtime.configuration.twin_file import exchanged
-from hapticd.runtime.core.modes import MOST_TWINS
+from hapticd.runtime.core.modes import MOST_TWINS, Mode
 from hapticd.runtime.errors import ConfigError
 from hapticd.runtime.live import lockstep_run
 from hapticd.runtime.live.promise import verdict
@@ -79,6 +81,13 @@ def test_the_log_names_the_joints_and_the_live_line_says_which_are_locked() -> N
         "twin hinge",
         "twin handle",
     ]
+
+
+def test_people_read_names_of_joints_in_words() -> None:
+    joints = [("avatar_right_joint_1", "<f8")]
+    state = np.zeros(1, [("wrench", "<f8", 6), ("spent", "u1", 1), ("twin", joints), ("held", "u1", 1)])
+    state["held"] = FREE
+    assert RenderingFigures().live(Mode.ACTIVE, state[0]) == ["force 0 N", "avatar right joint 1 0.00"]
 
 
 def test_the_free_mass_of_a_file_is_the_giants_own() -> None:
