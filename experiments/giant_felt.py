@@ -16,13 +16,12 @@ from ..machines.giant.config import GiantConfig
 from ..runtime.configuration import config
 from .felt import AXES, Felt, felt
 from .outcome import COLOURS, LINES, Outcome, Progress, Row
-from .own_plant import Doubt
+from .own_plant import believed
 
 TITLE = "the giant: felt acceleration over force in free space"
 LOW = (-0.45, 1.2, -0.67, 0.3, 0.9, -0.6)
 HIGH = (-1.2, 1.9, -0.4, 1.1, -0.2, 0.6)
 """Joints [rad]."""
-SEED = 1
 PASSIVE = 8.0
 """Up to this frequency the resistance is judged [Hz]."""
 
@@ -37,13 +36,13 @@ def _posed(settings: GiantConfig, posture: tuple[float, ...] | None) -> GiantCon
 
 
 def run(progress: Progress) -> Outcome:
-    """The default posture without and with errors of sensors and friction; two others."""
+    """The default posture of the plant as believed, and of its own; two other postures."""
     loaded = config.load("giant")
     settings = loaded.config
     assert isinstance(settings, GiantConfig)
     cases = {
+        "as believed": believed(loaded).config,
         "default": settings,
-        "default, errors and friction": Doubt(errors=True).vary(settings, SEED),
         "low": _posed(settings, LOW),
         "high": _posed(settings, HIGH),
     }

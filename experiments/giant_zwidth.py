@@ -22,7 +22,7 @@ from ..runtime.configuration.config import Loaded
 from . import haptify
 from .haptify import Felt, Place, Way
 from .outcome import COLOURS, LINES, Outcome, Progress, Row
-from .own_plant import Doubt
+from .own_plant import Doubt, believed
 
 TITLE = "Z-width of the giant: highest stable wall against the rendered mass"
 WALLS = (1e3, 2e3, 4e3, 8e3, 16e3, 32e3, 64e3)
@@ -95,7 +95,7 @@ def machine(
     giant = replaced(whole.giant, twin=replaced(free, mass=type(free.mass)(mass)))
     # a twin's file is read beside what the configuration says: all else is set afterwards
     walled = haptify.with_slider(replace(loaded, config=replaced(whole, giant=giant)), wall)
-    whole = walled.config
+    whole = believed(walled).config
     grip = whole.simulation.hand
     grip = replaced(
         grip, stiffness=type(grip.stiffness)(hand.stiffness), damping=type(grip.damping)(hand.damping)

@@ -33,8 +33,8 @@ NOT_STARTED = "not_started"
 """Cause of a session in which the machine refused to start."""
 MOVING = (Mode.ENGAGING, Mode.ACTIVE, Mode.STOPPING, Mode.HOLDING)
 """Modes in which limits are to be kept."""
-BELIEVED = Doubt()
-"""The machine is what its controller believes."""
+AS_CONFIGURED = Doubt()
+"""The machine is simulated as its configuration says."""
 STOP_S = 1.0
 """A stop comes to rest within so long."""
 ENDS = ("lower", "upper")
@@ -80,7 +80,7 @@ def sessions(
     seconds: float,
     temper: Temper,
     workers: int,
-    doubt: Doubt = BELIEVED,
+    doubt: Doubt = AS_CONFIGURED,
     chains: bool = False,
     vary: str = "",
 ) -> Iterator[Session]:
@@ -109,7 +109,7 @@ def session(
     seconds: float,
     temper: Temper,
     watch: Callable[[Lockstep], None] = lambda lockstep: None,
-    doubt: Doubt = BELIEVED,
+    doubt: Doubt = AS_CONFIGURED,
     chains: bool = False,
     vary: str = "",
 ) -> Session:

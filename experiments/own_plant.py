@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import ceil
 from random import Random
 from typing import Any
@@ -18,6 +18,9 @@ from ..configs.quantities import (
 )
 from ..devices.torque_drive import TorqueDrive
 from ..machines.arm.config import ArmConfig
+from ..machines.giant.config import GiantConfig
+from ..machines.rendering.sections import Plant
+from ..runtime.configuration.config import Loaded
 from ..runtime.configuration.device_check import SENSORS
 from ..runtime.core.sections import Config
 from ..sim.sensors import (
@@ -30,6 +33,7 @@ from ..sim.sensors import (
     SpeedError,
     TorqueError,
 )
+from .recorded_joints import FRICTION
 
 MASSES, ROTORS, SPRINGS = 0.2, 0.3, 0.4
 """How far from what the controller believes masses, rotors' inertias and springs are, at most."""
@@ -92,6 +96,19 @@ class Doubt:
             finer = msgspec.structs.replace(own, substeps=ceil(FINER * own.substeps))
             simulation = msgspec.structs.replace(simulation, **{tag: finer})
         return msgspec.structs.replace(config, simulation=simulation)
+
+
+def believed(loaded: Loaded) -> Loaded:
+    """The giant whose simulation is what its controller believes, but for white noise of sensors.
+
+    No dry friction is fed forward, as there is none.
+    """
+    whole = loaded.config
+    assert isinstance(whole, GiantConfig) and whole.simulation
+    simulation = msgspec.structs.replace(whole.simulation, plant=Plant(), sensors=None)
+    tracking = msgspec.structs.replace(whole.giant.tracking, **dict.fromkeys(FRICTION))
+    giant = msgspec.structs.replace(whole.giant, tracking=tracking)
+    return replace(loaded, config=msgspec.structs.replace(whole, simulation=simulation, giant=giant))
 
 
 def _has(config: Config, kind: type) -> bool:

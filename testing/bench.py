@@ -96,14 +96,14 @@ class Bench:
             node.silent = True
 
     def after_sensing(self, change: Callable[[], object]) -> None:
-        """Change what the devices measure, whenever they have measured."""
-        sense = self.plant._sense
+        """Change what the devices say, whenever they have measured, errors of the sensors included."""
+        measure = self.plant._measure
 
-        def changed() -> None:
-            sense()
+        def changed(dt: float = 0.0) -> None:
+            measure(dt)
             change()
 
-        self.plant._sense = changed
+        self.plant._measure = changed
 
     def break_sensor(self, node: str, field: str, value: object, samples: int = 1 << 30) -> None:
         """A sensor reports a value instead of what it measures, for some samples."""

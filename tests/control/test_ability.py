@@ -7,7 +7,9 @@ import pinocchio as pin
 import pytest
 from hapticd.configs import read_text
 from hapticd.control.force_control import ForceControl
+from hapticd.experiments.own_plant import believed
 from hapticd.runtime.configuration import config
+from hapticd.runtime.configuration.config import Loaded
 from hapticd.runtime.configuration.session import build
 from hapticd.runtime.core.modes import Mode
 from hapticd.testing.bench import Bench
@@ -18,8 +20,8 @@ ROTOR = np.array([1.5, 1.5, 0.6, 0.6, 0.15, 0.15])
 RATED = np.array([260.0, 260.0, 110.0, 110.0, 40.0, 40.0])
 
 
-def giant() -> Bench:
-    bench = Bench(config.load("giant"))
+def giant(loaded: Loaded | None = None) -> Bench:
+    bench = Bench(loaded or config.load("giant"))
     bench.until(Mode.ENGAGING, limit=1000)
     bench.run(300)
     return bench
@@ -33,11 +35,11 @@ def control_of(bench: Bench) -> ForceControl:
 
 @in_a_copy
 def test_the_forecast_is_what_the_dynamics_of_the_arm_say() -> None:
-    bench = giant()
+    bench = giant(believed(config.load("giant")))  # no dry friction in the load
     control = control_of(bench)
     ability = control.ability
     assert ability
-    robot = bench.plant._robot.without(["ppu_x", "ppu_y"])
+    robot = bench.lockstep.session.robot.without(["ppu_x", "ppu_y"])
     model, data = robot.model, robot.data
     machine = bench.cycle.machine
     rendering = machine._rendering  # type: ignore[attr-defined]

@@ -11,7 +11,7 @@ import msgspec
 import numpy as np
 import pytest
 from hapticd.experiments.hands import BLOCK, NOT_STARTED, Kept, Session, Tally, Work, session, sessions
-from hapticd.experiments.own_plant import TYPICAL, Doubt
+from hapticd.experiments.own_plant import TYPICAL, Doubt, believed
 from hapticd.experiments.random_hand import stranger
 from hapticd.experiments.temper import Temper
 from hapticd.machines.giant.config import GiantConfig
@@ -273,7 +273,7 @@ def test_a_wrong_model_is_drawn_by_the_seed_and_the_hand_is_the_same() -> None:
     varied, again, other = (wrong.vary(config, seed).simulation for seed in (3, 3, 4))
     assert varied == again != other
     assert varied is not None and config.simulation is not None
-    assert varied.hand == config.simulation.hand and varied.sensors is None
+    assert varied.hand == config.simulation.hand and varied.sensors == config.simulation.sensors
     plant = varied.plant  # type: ignore[attr-defined]
     for factors, most in (
         (plant.masses, 0.2),
@@ -283,7 +283,7 @@ def test_a_wrong_model_is_drawn_by_the_seed_and_the_hand_is_the_same() -> None:
         assert len(set(factors)) == 6 and all(abs(x - 1.0) <= most for x in factors)
     spread = [wrong.vary(config, s).simulation.plant.stiffness[0] for s in range(40)]  # type: ignore[union-attr]
     assert min(spread) < 0.7 and max(spread) > 1.3
-    assert (plant.delay, plant.gear_friction) == (1, 0.0)
+    assert (plant.delay, plant.gear_friction) == (1, config.simulation.plant.gear_friction)  # type: ignore[attr-defined]
 
 
 @pytest.mark.parametrize("machine", ["giant", "rhi", "panda"])
@@ -294,19 +294,19 @@ def test_errors_are_those_of_the_sensors_that_a_machine_has(machine: str) -> Non
     assert simulation.sensors.force == TYPICAL.force
     assert (simulation.sensors.acceleration is not None) is (machine == "giant")
     if machine != "rhi":
-        assert simulation.plant.gear_friction > 0.0 and simulation.plant.masses == 1.0  # type: ignore[attr-defined]
+        assert simulation.plant.gear_friction > 0.0  # type: ignore[attr-defined]
     build(replace(loaded, config=msgspec.structs.replace(loaded.config, simulation=simulation)))
 
 
 def test_a_doubtful_machine_under_a_gentle_hand_is_told_from_one_that_is_believed() -> None:
     gentle = Temper(force=5.0, torque=1.0, speed=0.2)
-    believed = session(load("giant"), 2, 4.5, gentle)
+    giant = believed(load("giant"))
+    as_believed = session(giant, 2, 4.5, gentle)
     doubtful = [
-        session(load("giant"), 2, 4.5, gentle, doubt=doubt)
-        for doubt in (Doubt(model=True), Doubt(errors=True))
+        session(giant, 2, 4.5, gentle, doubt=doubt) for doubt in (Doubt(model=True), Doubt(errors=True))
     ]
-    assert all(found.excess != believed.excess for found in doubtful)
-    assert session(load("giant"), 2, 4.5, gentle, doubt=Doubt(errors=True)) == doubtful[1]
+    assert all(found.excess != as_believed.excess for found in doubtful)
+    assert session(giant, 2, 4.5, gentle, doubt=Doubt(errors=True)) == doubtful[1]
 
 
 def test_a_machine_without_such_a_plant_says_so(capsys: pytest.CaptureFixture[str]) -> None:

@@ -14,6 +14,8 @@ from hapticd.experiments.identification import Identified, Recorded, identify
 from hapticd.experiments.identify import WRITTEN
 from hapticd.runtime.command_line.cli import main
 
+from ..machines.giant.own_tables import OWN
+
 DT = 1e-3
 TORQUE, TOP_SPEED = 260.0, 2.5
 TRUTH = {
@@ -148,7 +150,8 @@ def test_a_recorded_walk_tells_the_springs_of_the_machine_that_walked(
     said = json.loads(capsys.readouterr().out)["joints"]
     assert status == 1  # a short walk does not load every spring
     turning = said["joint_1"]
-    assert turning["believed"] == {"stiffness": 15000.0, "rotor_inertia": 1.5}
+    fed = {"gear_friction": 5.2, "load_friction": 0.05, "bearing_friction": 0.8}
+    assert turning["believed"] == {"stiffness": 15000.0, "rotor_inertia": 1.5, **fed}
     assert turning["identified"]["stiffness"]["value"] == pytest.approx(10500.0, rel=0.03)
     assert turning["late"] == 2
     assert any(joint["refused"] for joint in said.values())
@@ -158,9 +161,9 @@ def test_a_recorded_walk_tells_the_springs_of_the_machine_that_walked(
     assert set(written) == set(WRITTEN)
     pasted = tmp_path / "pasted.toml"
     table = "\n".join(line for line in out.read_text().splitlines() if line.startswith(tuple(WRITTEN)))
-    old = r"(?m)^(rotor_inertia|stiffness) = .*\n"
+    old = rf"(?m)^({'|'.join(WRITTEN)}) = .*\n"
     before, rest = read_text("giant.toml").split("[giant.tracking]\n")
-    pasted.write_text(f"{before}[giant.tracking]\n{table}\n{re.sub(old, '', rest, count=2)}")
+    pasted.write_text(f"{before}[giant.tracking]\n{table}\n{re.sub(old, '', rest, count=5)}")
     assert main(["check", str(pasted)]) == 0
     assert main(["identify", str(write_walk), "--out", str(out)]) == 2
     assert "is there already" in capsys.readouterr().err
@@ -173,9 +176,7 @@ def test_a_recorded_walk_tells_the_springs_of_the_machine_that_walked(
 @pytest.fixture
 def write_walk(tmp_path: Path) -> Path:
     """A recording of eight seconds of the giant, whose springs are softer than its controller believes."""
-    text = read_text("giant.toml").replace(
-        "[simulation]\nseed = 1\n", "[simulation]\nseed = 1\n\n[simulation.plant]\nstiffness = 0.7\n"
-    )
+    text = read_text("giant.toml").replace(OWN, "[simulation.plant]\nstiffness = 0.7\n\n")
     (tmp_path / "giant.urdf").write_text(read_text("giant.urdf"))
     machine, log = tmp_path / "machine.toml", tmp_path / "walk.mcap"
     machine.write_text(text)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from hapticd.configs import read_text
 
+from ..machines.giant.own_tables import OWN
+
 
 def _sensor(name: str, unit: str, noise: str, more: str = "") -> str:
     keys = ("noise", "bias", "drift", "step")
@@ -72,7 +74,7 @@ LINK = ('delay = "0 ms" ', 'delay = "20 ms"\npassivity = true #')
 
 def giant() -> bytes:
     """The giant with every table that it may have."""
-    text = _changed(read_text("giant.toml"), SUPERVISED, TOLERANCE)
+    text = _changed(read_text("giant.toml"), SUPERVISED, TOLERANCE, (OWN, ""))
     return (text + PLANT + SENSORS + SUPERVISOR + AWAY).encode()
 
 

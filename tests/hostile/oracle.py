@@ -243,6 +243,7 @@ PLAIN = {
     "simulation.plant.viscous_friction": (0, 100),
     "simulation.rhi.masses": FACTOR,
     **{f"simulation.plant.{name}_friction": (0, 1) for name in ("gear", "load", "bearing")},
+    "giant.tracking.load_friction": (0, 1),
     "simulation.plant.delay": (0, 100),
     **{f"simulation.sensors.{name}.{share}": (0, 1) for name in SENSORS for share in ("gain", "coupling")},
     "stiffness_tolerance": (0, 0.6),

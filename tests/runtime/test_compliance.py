@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hapticd.runtime.core.modes import Mode
 
+from ..machines.giant.own_tables import FED, OWN
 from .conftest import Bench
 
 ANCHOR = "[simulation]\n"
@@ -29,10 +30,14 @@ class Course:
 
 
 def course(machine: str, threshold: float | None, force: str | None) -> Course:
-    """A session until the push is over; without a threshold nothing gives way."""
+    """A session until the push is over; without a threshold nothing gives way.
+
+    The giant is as its controller believes: what that is wrong by is taken for pushes, too.
+    """
     section = "" if threshold is None else f'[compliance]\nthreshold = {threshold}\nrelax = "0.1 s"\n\n'
     own = section + (PUSH.format(force) if force else "")
-    bench = Bench((ANCHOR, own + ANCHOR), machine=machine)
+    as_believed = [(OWN, ""), (FED, "")] if machine == "giant" else []
+    bench = Bench((ANCHOR, own + ANCHOR), *as_believed, machine=machine)
     found, control = Course(bench), bench.cycle.machine.force_control
     while bench.tick_index < END:
         bench.run(1)

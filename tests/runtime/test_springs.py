@@ -11,6 +11,7 @@ from hapticd.runtime.core.modes import Mode
 from hapticd.testing import bench as benches
 from hapticd.testing.copies import in_a_copy
 
+from ..machines.giant.own_tables import OWN
 from .conftest import Bench, after
 
 BELIEVED = np.array([15e3, 15e3, 8e3, 8e3, 2.5e3, 2.5e3])
@@ -20,8 +21,7 @@ CARRYING = 3
 
 
 def springs(factor: str) -> Bench:
-    plant = f"[simulation]\nseed = 1\n\n[simulation.plant]\nstiffness = {factor}\n"
-    return Bench(("[simulation]\nseed = 1\n", plant))
+    return Bench((OWN, f"[simulation.plant]\nstiffness = {factor}\n\n"))
 
 
 walking: Callable[[], benches.Bring] = functools.cache(lambda: after(Mode.ACTIVE, WALK))

@@ -19,6 +19,7 @@ from hapticd.sim.joint_drive import SimJointDrive
 from hapticd.sim.person import Deed
 from hapticd.testing.bench import fall
 
+from ..machines.giant.own_tables import FED, OWN
 from .conftest import MACHINES, RAMP_TICKS, Bench
 
 STOPS: dict[str, tuple[Callable[[Bench], object], str, bool, int]] = {
@@ -274,7 +275,7 @@ def test_a_motor_that_gives_all_it_has_for_milliseconds_stops_nothing_at_a_high_
     waypoint = 'at = "4.45 s"\nposition = "1.024 -0.6243 -1.05 m"\nangles = "45 60 0 deg"'
     roll = 'at = "4 s"\nposition = "0.6 -0.8 -1.05 m"\nangles = "-10 60 -90 deg"'
     printed = ('detection = "gauss"', 'detection = "redetect"')  # knows nothing of torques
-    bench = Bench(('rate = "1 kHz"', 'rate = "4 kHz"'), (waypoint, roll), printed)
+    bench = Bench(('rate = "1 kHz"', 'rate = "4 kHz"'), (waypoint, roll), printed, (OWN, ""), (FED, ""))
     bench.run(14_000)
     longest = clamped = 0
     for _ in range(1000):

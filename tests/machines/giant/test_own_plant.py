@@ -21,7 +21,9 @@ from hapticd.runtime.live.lockstep import Lockstep
 from hapticd.sim.force_torque import SimForceTorque
 from hapticd.sim.joint_drive import SimJointDrive
 
-OWN = """
+from .own_tables import OWN
+
+OTHER = """
 [simulation.plant]
 masses = [1.2, 0.8, 1.1, 1, 0.9, 1.2]
 rotor_inertia = 1.3
@@ -39,7 +41,7 @@ bias = "0.2 N"
 
 def session(more: str) -> Session:
     loaded = config.load("giant")
-    text = loaded.text.replace("substeps = 3", "substeps = 4") + more
+    text = loaded.text.replace("substeps = 3", "substeps = 4").replace(OWN, "") + more
     parsed = config.parse(text, "giant.toml")
     return build(config.Loaded("giant", parsed, text, "giant.toml", loaded.model_text, loaded.model_source))
 
@@ -51,7 +53,7 @@ def plant_of(built: Session) -> GiantPlant:
 
 
 def test_the_plant_has_what_its_section_says_and_the_controller_does_not() -> None:
-    believed, built = session(""), session(OWN)
+    believed, built = session(""), session(OTHER)
     own, usual = plant_of(built), plant_of(believed)
     q = usual.arm._robot.configuration(usual.arm.q)
     for joint, factor in zip(range(1, 7), (1.2, 0.8, 1.1, 1.0, 0.9, 1.2), strict=True):
@@ -86,8 +88,9 @@ def test_without_the_section_the_plant_is_what_the_controller_believes_to_the_bi
     for mine, theirs in zip(own.model.inertias, robot.model.inertias, strict=True):
         assert mine.mass == theirs.mass and np.array_equal(mine.inertia, theirs.inertia)
     np.testing.assert_array_equal(own.damping, robot.damping)
-    rotor, stiffness = springs(loaded.config)  # type: ignore[arg-type]
-    tracking = loaded.config.giant.tracking  # type: ignore[attr-defined]
+    believed = session("").config
+    rotor, stiffness = springs(believed)  # type: ignore[arg-type]
+    tracking = believed.giant.tracking  # type: ignore[attr-defined]
     assert rotor.tolist() == list(tracking.rotor_inertia) and stiffness.tolist() == list(tracking.stiffness)
 
 
@@ -108,7 +111,7 @@ def test_drives_obey_late() -> None:
 
 def test_the_devices_measure_with_the_errors_of_the_section() -> None:
     silent = '\n[simulation.sensors.load_torque]\nnoise = "0 N m"\n'
-    true, biased = plant_of(session(silent)), plant_of(session(silent + OWN.partition("delay = 1")[2]))
+    true, biased = plant_of(session(silent)), plant_of(session(silent + OTHER.partition("delay = 1")[2]))
     said = [np.array(plant.nodes.of(SimForceTorque)[0].wrench) for plant in (biased, true)]
     difference = said[0] - said[1]
     assert np.all(difference[:3] != 0.0) and np.abs(difference[:3]).max() <= 0.2
@@ -133,7 +136,7 @@ def test_a_plant_that_cannot_be_is_an_error_at_its_line(more: str, message: str)
 
 
 def test_energy_changes_by_the_work_of_hand_motors_friction_and_gantry() -> None:
-    lockstep = Lockstep(session(OWN))
+    lockstep = Lockstep(session(OTHER))
     plant = lockstep.plant
     assert isinstance(plant, GiantPlant)
 

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from hapticd.control.estimation import WrenchEstimator
+from hapticd.experiments.own_plant import believed
 from hapticd.machines.giant.kinematics import points
 from hapticd.machines.giant.plant import GiantPlant
 from hapticd.runtime.configuration import config
@@ -17,7 +18,7 @@ Moving = tuple[Lockstep, GiantPlant]
 @pytest.fixture(scope="module")
 def moving() -> Moving:
     """A session in the middle of the round walk."""
-    lockstep = Lockstep(build(config.load("giant")))
+    lockstep = Lockstep(build(believed(config.load("giant"))))
     while lockstep.mode is not Mode.ACTIVE:
         lockstep.tick()
     lockstep.run(2000)
@@ -60,7 +61,7 @@ class HeldStill:
 
 
 def test_sensor_and_estimator_are_inverse_to_each_other() -> None:
-    lockstep = Lockstep(build(config.load("giant")))
+    lockstep = Lockstep(build(believed(config.load("giant"))))
     plant = lockstep.plant
     assert isinstance(plant, GiantPlant)
     rng = np.random.default_rng(2)
@@ -79,7 +80,7 @@ def test_sensor_and_estimator_are_inverse_to_each_other() -> None:
 
 
 def test_at_rest_the_sensors_show_gravity_and_nothing_else() -> None:
-    lockstep = Lockstep(build(config.load("giant")))
+    lockstep = Lockstep(build(believed(config.load("giant"))))
     plant = lockstep.plant
     assert isinstance(plant, GiantPlant)
     nodes = plant.nodes
