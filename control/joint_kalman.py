@@ -111,6 +111,8 @@ class JointKalman:
     Attributes:
         motor, motor_rate: rotors at the time of the measurements, (n,) [rad, rad/s; what slides m, m/s].
         link, link_rate, link_acceleration: links, likewise.
+        state: of each joint, (n, 7): angle and speed of rotor and link, the accelerations d and e, and b;
+            covariance: of each, as it is corrected, (n, 7, 7).
     """
 
     def __init__(
@@ -140,6 +142,7 @@ class JointKalman:
         # a wrist that is lighter than its rotor would swing faster than ticks see
         inertia = np.maximum(inertia, rotor)
         A, B, K = np.zeros((n, STATES, STATES)), np.zeros((n, STATES)), np.zeros((n, STATES, MEASURED))
+        self.state, self.covariance = np.zeros((n, STATES)), np.zeros((n, STATES, STATES))
         for i in range(n):
             A[i], B[i], H = model(rotor[i], stiffness[i], inertia[i], dt)
             wander = np.array(
@@ -151,7 +154,9 @@ class JointKalman:
             )
             Q = np.diag([1e-18, 1e-14, 1e-18, 1e-14, *(wander**2 * dt)])
             R = np.diag([noise.angle, noise.rate, noise.angle, noise.load * torque[i]]) ** 2
-            K[i], _ = steady_state(A[i], H, Q, R)
+            K[i], ahead = steady_state(A[i], H, Q, R)
+            P = ahead - K[i] @ H @ ahead
+            self.covariance[i] = 0.5 * (P + P.T)
         self.motor, self.motor_rate = np.zeros(n), np.zeros(n)
         self.link, self.link_rate, self.link_acceleration = np.zeros(n), np.zeros(n), np.zeros(n)
         self._core = ffi.new("joint_kalman *", {"n": n})
@@ -161,13 +166,18 @@ class JointKalman:
             self._core,
             **dict(A=A, B=B, K=K, stiffness=stiffness.copy(), inertia=inertia),
             **dict(zip(names, measured, strict=True)),
-            x=np.zeros((n, STATES)),
+            x=self.state,
             motor_now=self.motor,
             motor_rate_now=self.motor_rate,
             link_now=self.link,
             link_rate_now=self.link_rate,
             link_acceleration_now=self.link_acceleration,
         )
+
+    @property
+    def pointer(self) -> object:
+        """The filters for other parts of the C core."""
+        return self._core
 
     def reset(self) -> None:
         """At rest as measured."""

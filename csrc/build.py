@@ -74,7 +74,7 @@ def arrays(text: str) -> list[str]:
 
 CONTROL = (
     *("bounds", "rotation", "serial", "look_ahead", "chain", "drift", "tracking", "ppu", "joint_kalman"),
-    *("spd", "redundant", "guard", "nullspace"),
+    *("inertial_unit", "spd", "redundant", "guard", "nullspace"),
     *("limit_avoidance", "task_arm", "hand_wrench", "operator_law", "avatar_law", "panda_ik"),
     *("avatar_model", "link_passivity"),
 )

@@ -2,7 +2,7 @@
 
 #include <math.h>
 
-enum { MOTOR, MOTOR_RATE, LINK, LINK_RATE, RUBBED, CARRIED, BIAS };
+enum { MOTOR, MOTOR_RATE, LINK, LINK_RATE = KALMAN_LINK_RATE, RUBBED, CARRIED, BIAS };
 
 static double spring(const joint_kalman *f, int i, const double *x) {
     return f->stiffness[i] * (x[MOTOR] - x[LINK]);
@@ -15,6 +15,17 @@ static void show(const joint_kalman *f, int i) {
     f->link_now[i] = x[LINK];
     f->link_rate_now[i] = x[LINK_RATE];
     f->link_acceleration_now[i] = spring(f, i, x) / f->inertia[i] + x[CARRIED];
+}
+
+void joint_kalman_show(const joint_kalman *f) {
+    for (int i = 0; i < f->n; i++) show(f, i);
+}
+
+void joint_kalman_acceleration(const joint_kalman *f, int i, double *row) {
+    for (int s = 0; s < KALMAN_STATES; s++) row[s] = 0.0;
+    row[MOTOR] = f->stiffness[i] / f->inertia[i];
+    row[LINK] = -row[MOTOR];
+    row[CARRIED] = 1.0;
 }
 
 void joint_kalman_reset(const joint_kalman *f) {

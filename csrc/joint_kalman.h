@@ -7,7 +7,7 @@
 
 /* Of a joint: angles and speeds of rotor and link, accelerations of the rotor by friction and of the link by
  * what it carries, bias of the torque sensor; angle and speed of the rotor, angle of the link, torque. */
-enum { KALMAN_STATES = 7, KALMAN_MEASURED = 4 };
+enum { KALMAN_STATES = 7, KALMAN_MEASURED = 4, KALMAN_LINK_RATE = 3 };
 
 typedef struct {
     int n; /* joints */
@@ -26,5 +26,11 @@ void joint_kalman_reset(const joint_kalman *f);
 
 /* One tick; told (n): torques of the motors from the last measurements to these. */
 void joint_kalman_update(const joint_kalman *f, const double *told);
+
+/* The estimates from the state. */
+void joint_kalman_show(const joint_kalman *f);
+
+/* The acceleration of link i is what this row (7) gives with its state. */
+void joint_kalman_acceleration(const joint_kalman *f, int i, double *row);
 
 #endif

@@ -12,6 +12,7 @@ from ...control.chain import Gains, Horizons, JointSum
 from ...control.chain_twin import ChainTwin
 from ...control.estimation import PpuObserver, WrenchEstimator
 from ...control.force_control import Box, ForceControl
+from ...control.inertial_kalman import InertialKalman
 from ...control.joint_kalman import JointKalman, link_inertia
 from ...control.limits import Limits
 from ...control.look_ahead import Stop
@@ -34,6 +35,7 @@ from ..rendering.foresight import REACTION_S, Foresight
 from ..rendering.giving_way import Announcer, compliance_of
 from ..rendering.logged import (
     StateLog,
+    estimated,
     felt_beside,
     given_way,
     heated,
@@ -77,6 +79,7 @@ def state_layout(
     gives: bool = False,
     passivity: bool = False,
     leads: Leads | None = None,
+    estimates: bool = False,
 ) -> np.dtype[np.void]:
     """What the log keeps of a tick: numbers first, then flags and the solver."""
     return np.dtype(
@@ -85,6 +88,7 @@ def state_layout(
             ("axis", "<f8", 2),  # measured [m]
             *motion(6),
             ("stiffness", "<f8", 6),  # of the springs, as far as they are known by now [N m/rad]
+            *estimated(6 if estimates else 0),
             *heated(6 if peaks else 0),
             *given_way(6 if gives else 0),
             ("ppu", "<f8", (3, 2)),  # estimated position, velocity, acceleration [m, s]
@@ -136,6 +140,7 @@ class Giant(ExchangesTwins):
         tracking = giant.tracking
         stiffness = ratings.axes.believed  # of which the checks of the encoders learn more
         joints, heat = ratings.axes.limits(config), ratings.axes.heat(image, dt)
+        self._kalman = self._kalman_of(config, manipulator, dt)
         self._rendering = Rendering(
             manipulator,
             control,
@@ -149,7 +154,7 @@ class Giant(ExchangesTwins):
             dt,
             config.arming.fade,
             giant.force_control.passivity,
-            _estimator(config, manipulator, self._joints, dt) if tracking.estimation == "kalman" else None,
+            self._kalman,
             giant.force_control.lead,
         )
         self.leading = _leading(config, control, image, self.notes, dt)
@@ -172,7 +177,10 @@ class Giant(ExchangesTwins):
         self.levels, self.remarks = levels_of(control), REMARKS
         gives, watches = config.compliance is not None, giant.force_control.passivity
         peaks = bool(ratings.axes.peaks)
-        self.state = state_layout(config.twins, len(self.levels), peaks, gives, watches, config.leads)
+        self.state = state_layout(
+            *(config.twins, len(self.levels), peaks, gives, watches, config.leads),
+            estimates=self._kalman is not None,
+        )
         self.position: list[float] = [0.0] * len(self.axes)
         self.velocity: list[float] = [0.0] * len(self.axes)
         self.overload = ""
@@ -201,6 +209,15 @@ class Giant(ExchangesTwins):
             control.ability,
         )
         self._foresight = Foresight(config.look_ahead, robot, foreseen_limits(config), self._place, stop)
+
+    def _kalman_of(self, config: GiantConfig, manipulator: Robot, dt: float) -> InertialKalman | None:
+        """The estimator of rotors and links, where it is asked for."""
+        if config.giant.tracking.estimation != "kalman":
+            return None
+        imus = self._imus
+        unit = imus.acceleration[HANDLE], imus.angular_velocity[HANDLE]
+        joints = _joint_kalman(config, manipulator, self._joints, dt)
+        return InertialKalman(joints, manipulator, "imu_handle", self._observer.qdd, unit)
 
     def _locate(self) -> None:
         k = len(PPU_JOINTS)
@@ -257,12 +274,14 @@ class Giant(ExchangesTwins):
             self._observer.reset()
             self._started = True
         self._observer.update()
-        current = self._alive(self._force) and self._alive(self._held)
-        if current and self._force_torque.ready(0) and imus.ready(HANDLE):
+        felt, held = self._alive(self._force), self._alive(self._held) and imus.ready(HANDLE)
+        if felt and held and self._force_torque.ready(0):
             self.raw_wrench = self._force_torque.wrench[0].tolist()
             self._estimator.update()
         else:  # the last estimate stands, and is faded out
             self.raw_wrench = None
+        if self._kalman:
+            self._kalman.sensed = held and self.inertial
         if self.leading:
             self.leading.exchange()
 
@@ -323,11 +342,12 @@ class Giant(ExchangesTwins):
 
     def bind_state(self, state: NDArray[np.void]) -> None:
         """See ``state_layout``: its numbers come first and are copied in one go."""
-        control, ppu = self.force_control, self._observer
+        control, ppu, kalman = self.force_control, self._observer, self._kalman
         numbers = (
             *(self._joints.link_position, self._axes.position, control.q, control.qd, control.qdd),
             *(
                 self._stiffness,
+                *((kalman.link_rate, kalman.link_acceleration) if kalman else ()),
                 self._used,
                 *felt_beside(control),
                 ppu.q,
@@ -402,7 +422,7 @@ def _leading(
     return LeadingTwin(config.leads, section, twin, image, notes, dt)
 
 
-def _estimator(config: GiantConfig, manipulator: Robot, joints: JointDrives, dt: float) -> JointKalman:
+def _joint_kalman(config: GiantConfig, manipulator: Robot, joints: JointDrives, dt: float) -> JointKalman:
     tracking, m = config.giant.tracking, config.giant.manipulator
     middle = np.mean(np.clip([m.lower, m.upper], -np.pi, np.pi), axis=0)
     return JointKalman(

@@ -48,6 +48,11 @@ def heated(m: int) -> list[Field]:
     return [("heat", "<f8", m)] if m else []
 
 
+def estimated(m: int) -> list[Field]:
+    """Speeds and accelerations of m links as they are estimated [rad/s, rad/s^2]."""
+    return [("link_rate", "<f8", m), ("link_acceleration", "<f8", m)] if m else []
+
+
 def given_way(m: int) -> list[Field]:
     """Torques of m joints that nothing explains, and what of them they give way to."""
     return [("external", "<f8", m), ("excess", "<f8", m)] if m else []

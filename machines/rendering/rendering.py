@@ -13,7 +13,7 @@ from ...control.external_torque import ExternalTorque
 from ...control.force_control import ForceControl
 from ...control.handle_lead import HandleLead
 from ...control.handle_passivity import HandlePassivity
-from ...control.joint_kalman import JointKalman
+from ...control.inertial_kalman import InertialKalman
 from ...control.tracking import Admitted, DriveFriction, SeriesElasticity, Tracking
 from ...control.twin_exchange import TwinExchange
 from ...devices.torque_drive import JointDrives
@@ -83,7 +83,7 @@ class Rendering:
         dt: float,
         fade: float,
         watched: bool = False,
-        estimator: JointKalman | None = None,
+        estimator: InertialKalman | None = None,
         lead: float | None = None,
     ) -> None:
         """Motor-side gains of the joints: proportional and derivative, (m,) each; what the gate admits.

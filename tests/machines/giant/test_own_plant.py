@@ -178,3 +178,7 @@ def test_motors_follow_what_a_kalman_filter_says_of_them_where_that_is_asked_for
     assert np.abs(plant.arm.motor_rate).max() > 0.02
     np.testing.assert_allclose(estimate.motor_rate, plant.arm.motor_rate, atol=0.02)
     np.testing.assert_allclose(estimate.link, plant.arm.q, atol=5e-3)  # it moves on meanwhile
+    assert estimate.sensed and np.abs(estimate.bias).max() < 0.2
+    np.testing.assert_allclose(estimate.link_rate, plant.arm.qd, atol=0.02)
+    logged = built.cycle.machine.state.names
+    assert logged and {"link_rate", "link_acceleration"} <= set(logged)
