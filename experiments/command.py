@@ -42,6 +42,7 @@ NAMES = (
     "giant_felt",
     "giant_zwidth",
     "giant_friction",
+    "giant_estimation",
     "giant_operator",
     "bimanual_fig6",
     "bimanual_fig7",

@@ -101,7 +101,11 @@ def state_layout(
 
 
 class Giant(ExchangesTwins):
-    """HapticGiant; see ``Machine``."""
+    """HapticGiant; see ``Machine``.
+
+    Attributes:
+        kalman: estimator of rotors and links; None where these are taken as measured.
+    """
 
     outputs: tuple[tuple[str, str], ...] = (("joints", "target_torque"), ("axes", "target_velocity"))
 
@@ -140,7 +144,7 @@ class Giant(ExchangesTwins):
         tracking = giant.tracking
         stiffness = ratings.axes.believed  # of which the checks of the encoders learn more
         joints, heat = ratings.axes.limits(config), ratings.axes.heat(image, dt)
-        self._kalman = self._kalman_of(config, manipulator, dt)
+        self.kalman = self._kalman_of(config, manipulator, dt)
         self._rendering = Rendering(
             manipulator,
             control,
@@ -154,7 +158,7 @@ class Giant(ExchangesTwins):
             dt,
             config.arming.fade,
             giant.force_control.passivity,
-            self._kalman,
+            self.kalman,
             giant.force_control.lead,
         )
         self.leading = _leading(config, control, image, self.notes, dt)
@@ -179,7 +183,7 @@ class Giant(ExchangesTwins):
         peaks = bool(ratings.axes.peaks)
         self.state = state_layout(
             *(config.twins, len(self.levels), peaks, gives, watches, config.leads),
-            estimates=self._kalman is not None,
+            estimates=self.kalman is not None,
         )
         self.position: list[float] = [0.0] * len(self.axes)
         self.velocity: list[float] = [0.0] * len(self.axes)
@@ -214,9 +218,10 @@ class Giant(ExchangesTwins):
         """The estimator of rotors and links, where it is asked for."""
         if config.giant.tracking.estimation != "kalman":
             return None
-        imus = self._imus
+        imus, drives = self._imus, self._joints
         unit = imus.acceleration[HANDLE], imus.angular_velocity[HANDLE]
-        joints = _joint_kalman(config, manipulator, self._joints, dt)
+        measured = drives.position, drives.velocity, drives.link_position, drives.load_torque
+        joints = joint_kalman(config, manipulator, measured, dt)
         return InertialKalman(joints, manipulator, "imu_handle", self._observer.qdd, unit)
 
     def _locate(self) -> None:
@@ -280,8 +285,8 @@ class Giant(ExchangesTwins):
             self._estimator.update()
         else:  # the last estimate stands, and is faded out
             self.raw_wrench = None
-        if self._kalman:
-            self._kalman.sensed = held and self.inertial
+        if self.kalman:
+            self.kalman.sensed = held and self.inertial
         if self.leading:
             self.leading.exchange()
 
@@ -342,7 +347,7 @@ class Giant(ExchangesTwins):
 
     def bind_state(self, state: NDArray[np.void]) -> None:
         """See ``state_layout``: its numbers come first and are copied in one go."""
-        control, ppu, kalman = self.force_control, self._observer, self._kalman
+        control, ppu, kalman = self.force_control, self._observer, self.kalman
         numbers = (
             *(self._joints.link_position, self._axes.position, control.q, control.qd, control.qdd),
             *(
@@ -422,7 +427,10 @@ def _leading(
     return LeadingTwin(config.leads, section, twin, image, notes, dt)
 
 
-def _joint_kalman(config: GiantConfig, manipulator: Robot, joints: JointDrives, dt: float) -> JointKalman:
+def joint_kalman(
+    config: GiantConfig, manipulator: Robot, measured: tuple[Array, Array, Array, Array], dt: float
+) -> JointKalman:
+    """Filters of the joints, which read motors' angles and speeds, links' angles, springs' torques, (6,)."""
     tracking, m = config.giant.tracking, config.giant.manipulator
     middle = np.mean(np.clip([m.lower, m.upper], -np.pi, np.pi), axis=0)
     return JointKalman(
@@ -431,7 +439,7 @@ def _joint_kalman(config: GiantConfig, manipulator: Robot, joints: JointDrives, 
         link_inertia(manipulator, middle),
         manipulator.effort,
         np.array(m.acceleration),
-        (joints.position, joints.velocity, joints.link_position, joints.load_torque),
+        measured,
         dt,
     )
 

@@ -19,6 +19,7 @@ from hapticd.experiments import (
     bimanual_touch,
     collisions,
     giant_collisions,
+    giant_estimation,
     giant_felt,
     giant_fig5,
     giant_fig6,
@@ -113,6 +114,10 @@ def little_work(monkeypatch: pytest.MonkeyPatch) -> None:
         return haptify.Felt(np.arange(13_000) / 1000.0, *noise, "")
 
     monkeypatch.setattr(haptify, "felt", felt)
+    for name, less in {"SECONDS": 5.0, "SETTLED_S": 0.5, "PLANTS": 1}.items():
+        monkeypatch.setattr(giant_estimation, name, less)
+    built_in = giant_estimation.CASES["the built-in plant"]
+    monkeypatch.setattr(giant_estimation, "CASES", {"built-in": built_in})
     monkeypatch.setattr(giant_friction, "felt", lambda loaded, changed: along)
     monkeypatch.setattr(giant_friction, "told", lambda loaded: loaded)
     monkeypatch.setattr(giant_friction, "PLANTS", 1)
