@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pinocchio as pin
 import pytest
@@ -17,7 +19,10 @@ from hapticd.runtime.configuration import config
 from hapticd.runtime.configuration.session import Session, build
 from hapticd.runtime.core.modes import Mode
 from hapticd.runtime.errors import ConfigError
+from hapticd.runtime.live import lockstep_run
 from hapticd.runtime.live.lockstep import Lockstep
+from hapticd.runtime.recording.log import open_log
+from hapticd.runtime.recording.replay import replay
 from hapticd.sim.force_torque import SimForceTorque
 from hapticd.sim.joint_drive import SimJointDrive
 
@@ -163,17 +168,22 @@ def test_energy_changes_by_the_work_of_hand_motors_friction_and_gantry() -> None
     assert flow > 5.0 and done[2] < -1.0 and done[0] > 5.0
 
 
-def test_motors_follow_what_a_kalman_filter_says_of_them_where_that_is_asked_for() -> None:
+def estimating() -> config.Loaded:
+    """The giant whose estimator are Kalman filters."""
     loaded = config.load("giant")
     text = loaded.text.replace("[giant.tracking]\n", '[giant.tracking]\nestimation = "kalman"\n')
     parsed = config.parse(text, "giant.toml")
-    built = build(config.Loaded("giant", parsed, text, "giant.toml", loaded.model_text, loaded.model_source))
+    return config.Loaded("giant", parsed, text, "giant.toml", loaded.model_text, loaded.model_source)
+
+
+def test_motors_follow_what_a_kalman_filter_says_of_them_where_that_is_asked_for() -> None:
+    built = build(estimating())
     lockstep = Lockstep(built)
     for _ in range(4500):
         lockstep.tick()
     plant = lockstep.plant
     assert isinstance(plant, GiantPlant)
-    estimate = built.cycle.machine._rendering._estimator
+    estimate = built.cycle.machine.kalman
     assert lockstep.mode is Mode.ACTIVE
     assert np.abs(plant.arm.motor_rate).max() > 0.02
     np.testing.assert_allclose(estimate.motor_rate, plant.arm.motor_rate, atol=0.02)
@@ -182,3 +192,13 @@ def test_motors_follow_what_a_kalman_filter_says_of_them_where_that_is_asked_for
     np.testing.assert_allclose(estimate.link_rate, plant.arm.qd, atol=0.02)
     logged = built.cycle.machine.state.names
     assert logged and {"link_rate", "link_acceleration"} <= set(logged)
+
+
+def test_a_session_with_the_handles_inertial_unit_replays_to_the_bit(tmp_path: Path) -> None:
+    path = tmp_path / "kalman.mcap"
+    lockstep_run.run(estimating(), path, 3.8, False)
+    log = open_log(str(path))
+    moved = [np.array(record.fixed["state"]["link_rate"]) for record in log.records()]
+    assert np.abs(moved).max() > 0.02
+    found = replay(log)
+    assert found.differing_ticks == 0 and found.ticks == len(moved)
