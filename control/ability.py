@@ -15,10 +15,11 @@ class Ability:
         inertia: of links and rotors, (m, m) [kg m^2 or kg].
         load: at qdd = 0, without what the tracking feeds back, (m,) [N m or N].
         feedback: that, (m,).
+        strain: what of it no yielding of the springs explains, (m,).
         least, most: (m,).
     """
 
     def __init__(self, m: int) -> None:
         self.inertia = np.zeros((m, m))
-        self.load, self.feedback = np.zeros(m), np.zeros(m)
+        self.load, self.feedback, self.strain = np.zeros(m), np.zeros(m), np.zeros(m)
         self.least, self.most = np.zeros(m), np.zeros(m)

@@ -136,6 +136,7 @@ class Tracking:
             inertia=ability.inertia,
             load=ability.load,
             feedback=ability.feedback,
+            strain=ability.strain,
             least=ability.least,
             most=ability.most,
             **inputs,

@@ -69,6 +69,12 @@ static double fed_back(const tracking *t, int i) {
     return t->p[i] * (t->reference[i] - t->motor[i]) + t->d[i] * (t->rate[i] - t->motor_rate[i]);
 }
 
+/* What the motor's damping takes while the spring yields: a motor that follows is faster than its link then,
+ * and is braked for it. */
+static double braked(const tracking *t, int i) {
+    return isfinite(t->slope[i]) ? t->d[i] * t->slope[i] / t->stiffness[i] : 0.0;
+}
+
 /* How the spring's torque changes, and how that changes: of the torque after three low-passes. */
 static void differentiate(const tracking *t, int i, double spring, int fresh) {
     double *const stage = t->smoothed + TRACKING_STAGES * i, *const last = stage + TRACKING_STAGES - 1;
@@ -88,16 +94,17 @@ static void refer(const tracking *t, int i, double spring, int fresh) {
 }
 
 /* What the yielding of the spring asks of the rotor and of the damped motor, and what it will carry, as far
- * as there is torque to spare: where there is not, the hierarchy changes its plan with the feedback, and both
- * would drive each other. */
+ * as there is torque to spare on both sides: where the plan is all that a motor has, the hierarchy changes it
+ * with the feedback, the spring's torque changes with the plan, and what that asks, in either direction,
+ * would drive the feedback. */
 static double for_yielding(const tracking *t, int i, double planned) {
     const double spare = SPARED * t->most_torque[i];
-    const double up = fmax(0.0, fmin(spare, 0.5 * (t->most[i] - planned)));
-    const double down = fmax(0.0, fmin(spare, 0.5 * (planned - t->least[i])));
+    const double room = fmin(t->most[i] - planned, planned - t->least[i]);
+    const double allowed = fmax(0.0, fmin(spare, 0.5 * room));
     if (isinf(t->stiffness[i])) return 0.0;
     const double rotor = t->rotor[i] * t->curve[i], damper = t->d[i] * t->slope[i];
     const double asked = (rotor + damper) / t->stiffness[i] + AHEAD * t->slope[i];
-    return fmin(fmax(asked, -down), up);
+    return fmin(fmax(asked, -allowed), allowed);
 }
 
 void tracking_forecast(const tracking *t, int fresh) {
@@ -107,6 +114,7 @@ void tracking_forecast(const tracking *t, int fresh) {
         if (fresh) refer(t, i, load, fresh);
         t->load[i] = load + in_gear(t, i);
         t->feedback[i] = fed_back(t, i);
+        t->strain[i] = t->feedback[i] + braked(t, i);
         t->inertia[(n + 1) * i] += t->rotor[i];
         /* power is what drives: a motor may brake with all it has; rounding must not lead further out either
          */

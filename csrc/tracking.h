@@ -35,8 +35,10 @@ typedef struct {
     const double *most_torque SHAPE(n), *most_power SHAPE(n);
     const double *lower SHAPE(n), *upper SHAPE(n);
     /* forecast of a tick: inertia of links and rotors, torque at qdd = 0 without the feedback, the feedback,
-     * and the torques between which the drives are admitted */
-    double *inertia SHAPE(n, n), *load SHAPE(n), *feedback SHAPE(n), *least SHAPE(n), *most SHAPE(n);
+     * what of that no yielding of the spring explains, and the torques between which the drives are
+     * admitted */
+    double *inertia SHAPE(n, n), *load SHAPE(n), *feedback SHAPE(n), *strain SHAPE(n);
+    double *least SHAPE(n), *most SHAPE(n);
 } tracking;
 
 /* Before qdd is known: `rigid` is that of qdd = 0 and `inertia` that of the links alone. */

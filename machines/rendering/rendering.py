@@ -28,8 +28,8 @@ JOINTS_AT_REST = 0.25
 """Measured speeds below this are standstill: a hand goes on pulling at the springs of joints that are held
 [rad/s or m/s]."""
 ASTRAY_SHARE = 0.5
-"""Part of a motor's torque that its feedback alone may give while it follows the hand: what the model gets
-wrong takes less."""
+"""Part of a motor's torque that its feedback alone may give while it follows the hand, but for what its
+spring's yielding takes: what the model gets wrong takes less."""
 STRAIN_S = 15e-3
 """For so long the feedback may give that part while the link has not gone far."""
 OVERLOAD_S = 0.3
@@ -263,7 +263,7 @@ class Rendering:
             # what gives way yields to what it is known to be pushed with
             leash = leash + np.minimum(np.abs(compliance.external), self._most_fed_back) * self._yield
         if ability and yielded <= 0.0:
-            strained = np.abs(ability.feedback) > self._most_fed_back  # in the last tick
+            strained = np.abs(ability.strain) > self._most_fed_back  # in the last tick
             self._strained += 1
             self._strained *= strained
         follows = np.abs(self._link - self._led) <= leash  # what is not a number does not follow

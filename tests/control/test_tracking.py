@@ -133,6 +133,57 @@ def test_a_wrench_that_is_no_number_spoils_no_torque_but_the_next(robot: Robot) 
     assert np.isfinite(torque).all()
 
 
+RAMP = np.array([2000.0, 2000.0, 800.0, 800.0, 200.0, 200.0])
+"""How a push grows that the springs carry [N m/s]."""
+
+
+def wound(robot: Robot) -> tuple[Tracking, Ability, dict[str, np.ndarray]]:
+    """Joints that stand while springs are wound up by a push, and motors that follow their references."""
+    state, ability = inputs(), Ability(6)
+    tracking = track(robot, state, ability=ability)
+    state["J"][:] = np.eye(6)
+    for k in range(60):
+        state["wrench"][:] = -RAMP * k * DT
+        tracking.forecast(np.zeros(2))
+        tracking.update(np.zeros(2))
+        state["motor"][:], state["motor_rate"][:] = ability.load / STIFFNESS, RAMP / STIFFNESS
+    tracking.forecast(np.zeros(2))
+    return tracking, ability, state
+
+
+def test_motors_that_move_as_their_springs_yield_are_not_strained_and_those_that_stand_are(
+    robot: Robot,
+) -> None:
+    tracking, ability, state = wound(robot)
+    np.testing.assert_allclose(ability.feedback, -D * RAMP / STIFFNESS, rtol=0.01)
+    assert (np.abs(ability.strain) < 0.03 * np.abs(ability.feedback)).all()
+    state["motor_rate"][:] = 0.0
+    for k in range(60, 90):
+        state["wrench"][:] = -RAMP * k * DT
+        tracking.update(np.zeros(2))
+        tracking.forecast(np.zeros(2))
+    np.testing.assert_allclose(ability.strain, (P * 0.03 + D) * RAMP / STIFFNESS, rtol=0.05)
+
+
+@pytest.mark.parametrize("end", ["least", "most"])
+def test_a_plan_that_is_all_that_motors_have_is_not_changed_for_yielding_in_either_direction(
+    robot: Robot, end: str
+) -> None:
+    """Else the feedback changes the plan, the plan what yields, and that the feedback: springs ring."""
+    tracking, ability, state = wound(robot)
+    whole = np.triu(ability.inertia) + np.triu(ability.inertia, 1).T
+    state["qdd"][:] = np.linalg.solve(whole, getattr(ability, end) - ability.load - ability.feedback)
+    np.testing.assert_allclose(tracking.update(np.zeros(2)), getattr(ability, end), rtol=1e-9)
+
+
+def test_with_torque_to_spare_what_springs_yield_is_fed_forward(robot: Robot) -> None:
+    tracking, ability, state = wound(robot)
+    whole = np.triu(ability.inertia) + np.triu(ability.inertia, 1).T
+    state["qdd"][:] = np.linalg.solve(whole, -ability.load - ability.feedback)
+    asked = (D / STIFFNESS + 2e-3) * RAMP
+    np.testing.assert_allclose(tracking.update(np.zeros(2)), np.minimum(asked, 25.0), rtol=0.02)
+
+
 def follow(
     robot: Robot,
     frequency: float,

@@ -3,11 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import cos, radians, sin
 from typing import Any
 
 import numpy as np
 import pytest
+from hapticd.experiments.own_plant import believed
+from hapticd.runtime.configuration.config import load
 from hapticd.runtime.core.modes import Mode
+from hapticd.sim.person import Deed, Lead
+from hapticd.testing import bench as benches
 from hapticd.testing.copies import in_a_copy
 from hapticd.testing.push import push
 
@@ -41,6 +46,26 @@ def test_a_joint_whose_brake_sticks_stops_the_machine(joint: int) -> None:
     assert bench.reason in ("torque_mismatch", "encoder_frozen")
     bench.until(Mode.STOPPED, limit=500)
     assert bench.safe
+
+
+@pytest.mark.parametrize(("angle", "exact"), [(300.0, False), (120.0, True)])
+@in_a_copy
+def test_a_hand_of_150_n_from_one_moment_to_the_next_is_followed(angle: float, exact: bool) -> None:
+    """Joint 1 gets all of its torque, some half of it for the hand; its spring is wound up."""
+    bench = benches.Bench(believed(load("giant"))) if exact else active(0)
+    bench.until(Mode.ACTIVE, limit=5000)
+    x, y, z = bench.plant.hand.handle
+    place = x + 2.0 * cos(radians(angle)), y + 2.0 * sin(radians(angle)), z + 0.8
+    bench.plant.obey(Deed.PRESS)
+    bench.plant.obey(Lead(place))
+    whole, machine = 0, bench.cycle.machine
+    for _ in range(400):
+        bench.run(1)
+        assert (bench.mode, bench.reason, machine.overload) == (Mode.ACTIVE, "", "")
+        assert abs(machine.force_control.ability.load[0]) < 0.6 * 260.0
+        whole += abs(bench.torques[0]) > 0.98 * 260.0
+    assert whole > 10
+    assert np.linalg.norm(bench.plant.arm.hold.wrench[:3]) > 140.0
 
 
 @in_a_copy
