@@ -36,17 +36,21 @@ class Excitation:
         q, qd, qdd: of this tick, (m,) each [rad or m, s].
     """
 
-    def __init__(self, centre: Array, waves: Array, seconds: float, dt: float) -> None:
+    def __init__(
+        self, centre: Array, waves: Array, seconds: float, dt: float, frequency: Array = LOWEST * HARMONICS
+    ) -> None:
         """Begin at rest.
 
         Args:
             centre: of the sines, (m,) [rad or m].
-            waves: amplitudes of sines and cosines, (2, h, m) with h = len(HARMONICS).
+            waves: amplitudes of sines and cosines, (2, h, m).
             seconds: from rest to rest [s].
             dt: of a tick [s].
+            frequency: of the sines, (h,) [Hz].
         """
         self.centre, self.waves, self.seconds, self.dt = centre, waves, seconds, dt
         self.q, self.qd, self.qdd = centre.copy(), np.zeros(len(centre)), np.zeros(len(centre))
+        self._w = 2.0 * pi * frequency
         self._tick, self._ticks = 0, round(seconds / dt)
 
     @property
@@ -63,7 +67,7 @@ class Excitation:
 
     def at(self, t: Array) -> tuple[Array, Array, Array]:
         """Places, speeds and accelerations at times (k,) [s], (k, m) each."""
-        w = 2.0 * pi * LOWEST * HARMONICS
+        w = self._w
         sine, cosine = np.sin(np.outer(t, w)), np.cos(np.outer(t, w))
         a, b = self.waves
         x = sine @ a + cosine @ b

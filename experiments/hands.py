@@ -213,11 +213,23 @@ class Kept:
         rows = zip(self._limits.specs, self._worst.tolist(), self._begin.tolist(), strict=True)
         return {spec.name: worst - begin for spec, worst, begin in rows if isfinite(worst)}
 
+    @property
+    def lies(self) -> dict[str, float]:
+        """The same of where the machine is now, in whatever mode."""
+        self._cycle.machine.fill()
+        beyond = self._beyond(np.array(self._limits.values(self._state)))
+        begin = np.zeros(len(beyond)) if self._begin is None else self._begin
+        rows = zip(self._limits.specs, beyond.tolist(), begin.tolist(), strict=True)
+        return {spec.name: now - begin for spec, now, begin in rows if isfinite(now)}
+
+    def _beyond(self, values: Array) -> Array:
+        found: Array = np.fmax(self._lower - values, values - self._upper)
+        return found
+
     def _take(self) -> None:
         """The ticks that wait, at once; what is no number is passed over."""
-        values = np.array(self._values)
+        beyond = self._beyond(np.array(self._values))
         self._values.clear()
-        beyond = np.fmax(self._lower - values, values - self._upper)
         if self._begin is None:
             self._begin = np.fmax(0.0, beyond[0])
         self._worst = np.fmax(self._worst, np.fmax.reduce(beyond))

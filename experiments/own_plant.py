@@ -98,6 +98,13 @@ class Doubt:
         return msgspec.structs.replace(config, simulation=simulation)
 
 
+def own(loaded: Loaded, seed: int) -> Loaded:
+    """The same machine, whose joints rub and whose sensors err as is typical; the seed draws the errors."""
+    simulation: Any = msgspec.structs.replace(loaded.config.simulation, seed=seed)  # type: ignore[type-var]
+    config = msgspec.structs.replace(loaded.config, simulation=simulation)
+    return replace(loaded, config=Doubt(errors=True).vary(config, seed))
+
+
 def believed(loaded: Loaded) -> Loaded:
     """The giant whose simulation is what its controller believes, but for white noise of sensors.
 

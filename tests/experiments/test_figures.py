@@ -28,9 +28,13 @@ from hapticd.experiments import (
     giant_forces,
     giant_friction,
     giant_operator,
+    giant_rest,
+    giant_rules,
+    giant_stops,
     giant_table1,
     giant_table3,
     giant_timing,
+    giant_tracking,
     haptify,
     mounting,
     palpation,
@@ -125,6 +129,25 @@ def little_work(monkeypatch: pytest.MonkeyPatch) -> None:
     two = np.stack([time, time], axis=1)
     pulls = giant_operator.Felt(time, -0.01 * time, time, 0.1 * two, two, two, standing=True)
     monkeypatch.setattr(giant_operator, "pulled", lambda *_: pulls)
+    noise = np.random.default_rng(1).normal(size=(13_000, 6))
+    some = np.abs(noise[:, 0])
+    session = giant_rules.Session(0.0, np.arange(13_000), some[:6], some[:6], some, 1.0, 1.0, "", 13.0)
+    monkeypatch.setattr(giant_rules, "session", lambda *_: session)
+    along6 = giant_tracking.Along(noise[:6000], noise[:6000] + 1.0, noise[:6000])
+    tracked = giant_tracking.Tracked(along6, along6, 1e3, noise[:0], "astray", 2.0)
+    monkeypatch.setattr(giant_tracking, "tracked", lambda *_: tracked)
+
+    def stopped(_: Any, seed: int, force: float) -> giant_stops.Stopped:
+        kinds = dict.fromkeys(giant_stops.LEAST, 1e-3)
+        cause = giant_stops.CAUSES[seed % 3]
+        return giant_stops.Stopped(seed, force, cause, 0.1 * (seed % 6), kinds, kinds, True, "")
+
+    monkeypatch.setattr(giant_stops, "stopped", stopped)
+    held = [giant_rest.Held(limit, 1.0, noise[:1000], 20.0, 2.0, "") for limit in giant_rest.HELD_AT]
+    monkeypatch.setattr(giant_rest, "held", lambda *_: held)
+    monkeypatch.setattr(
+        giant_rest, "let_go", lambda _, wrong, when, *__: giant_rest.LetGo(wrong, when, noise, "")
+    )
     monkeypatch.setattr(giant_table3, "SAMPLES", 20_000)
     for module in (giant_table1, giant_forces):
         monkeypatch.setattr(module, "POSTURES", 20)
