@@ -93,4 +93,4 @@ def _chain(state: np.void) -> Iterator[str]:
     twin = state["twin"]
     for name, q, held in zip(twin.dtype.names, twin.item(), state["held"].tolist(), strict=True):
         if isfinite(q):
-            yield f"{name.replace('_', ' ')} {q:.2f}{' locked' if held != FREE else ''}"
+            yield f"{name.replace('_', ' ')} {q:z.2f}{' locked' if held != FREE else ''}"

@@ -155,8 +155,12 @@ def test_a_recording_is_scrubbed_and_fits_phone_and_screen(
                 edge = "(id => $(id).closest('header, section').getBoundingClientRect())"
                 assert width > 900 or page.evaluate(f"{edge}('lamp').bottom <= {edge}('hold').top + .5")
                 page.evaluate("($('controls').hidden = true, scrollTo(0, 0))")
-                foot = "$('scene').getBoundingClientRect().bottom"
-                assert page.evaluate(f"{foot} <= $('player').getBoundingClientRect().top")
+                # what is written stands above and below the scene, and all of it is seen beside long lists
+                stacked = "['force', 'scene', 'player'].map(id => $(id).getBoundingClientRect())"
+                assert page.evaluate(f"(([a, b, c]) => a.bottom <= b.top && b.bottom <= c.top)({stacked})")
+                page.evaluate("$('limits').style.minHeight = '2000px'")
+                assert page.evaluate("$('player').getBoundingClientRect().bottom < innerHeight")
+                page.evaluate("$('limits').style.minHeight = ''")
                 # of two hands, as a station has them, each has its plot
                 name = "name: c.group === 'hand' ? s + c.name : c.name"
                 two = f"c => ['left ', 'right '].map(s => ({{...c, {name}}}))"

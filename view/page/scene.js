@@ -66,7 +66,7 @@ class Scene {
     for (const p of this.planes) points.push(...this.corners(p));
     const flat = upper[2] - lower[2] < .2 * this.extent;
     this.floor = lower[2] - (flat ? .25 * this.extent : 0);
-    this.camera = {yaw: -.95, pitch: flat ? .85 : .36, distance: 0, target: V.scale(V.add(lower, upper), .5)};
+    this.camera = {yaw: -.6, pitch: flat ? .85 : .36, distance: 0, target: V.scale(V.add(lower, upper), .5)};
     const strongest = Math.max(...this.strength.map(V.size)); // its ellipsoid is to be seen, however weak it is
     this.newtons = strongest > 0 ? Math.min(NEWTONS, strongest) : NEWTONS;
     this.points = points; this.framed = true; this.fit();
@@ -199,7 +199,7 @@ class Scene {
       for (let k = 0; k < 72; k++) points.push(round(k * Math.PI / 36), round((k + 1) * Math.PI / 36));
       this.segments(points, [...c, .95]);
       this.gl.depthMask(false);
-      this.segments(points.flatMap((p, k) => k % 2 ? [p] : [centre, p]), [...c, .3], this.gl.TRIANGLES);
+      this.segments(points.flatMap((p, k) => k % 2 ? [p] : [centre, p]), [...c, 1.2 / semi.length ** 2], this.gl.TRIANGLES); // three hide what two do
       this.gl.depthMask(true);
     }
   }

@@ -81,18 +81,23 @@ function show() {
   const forces = threes(now.wrench).filter((_, i) => i % 2 === 0).map(V.size);
   $("force").textContent = forces.map((f, i) => `${hello.grips[i]} hand ${f.toFixed(f < 10 ? 1 : 0)} N`.trim()).join(", ")
     + (now.reachable?.length ? ` of ${V.size(now.reachable).toFixed(0)} N reachable` : "");
-  $("held").textContent = showLimits() || "no limit";
+  list("held", showLimits(), "no limit");
   if (now.stop) $("stop").textContent = events.findLast(e => e.severity === "stop" && e.tick <= now.tick)?.text ?? now.stop;
   $("estop").classList.toggle("on", now.e_stop_closed === false);
   $("estop").textContent = now.e_stop_closed === false ? "pull e-stop out" : "e-stop";
-  $("doing").textContent = now.doing.map(word => word.replace(/(\d) (?=\S)/g, "$1\u00a0")).join(", ") || // no unit alone in a line
-    "nothing is rendered";
+  list("doing", now.doing.map(word => word.replace(/(\d) (?=\S)/g, "$1\u00a0")), "nothing is rendered"); // no unit alone in a line
   for (const button of $("orders").querySelectorAll("[aria-pressed]")) // of several twins, the one that is rendered
     button.setAttribute("aria-pressed", now.doing.some(word => word === button.textContent || word.startsWith(button.textContent + " at ")));
   showDeadMan();
   const pressed = now.pressed === null ? "" : now.pressed ? "pressed" : "open";
   $("hold").classList.toggle("on", now.pressed === true);
   $("hold").textContent = held ? `holding: ${pressed}` : `hold dead-man${pressed ? ` (${pressed})` : ""}`;
+}
+function list(id, words, none) { // lines end between words rather than in them
+  $(id).replaceChildren(...(words.length ? words : [none]).flatMap((word, i, all) => {
+    const span = document.createElement("span"); span.textContent = i < all.length - 1 ? word + "," : word;
+    return [span, " "];
+  }));
 }
 function nextStep() {
   if (now.e_stop_closed === false) return "next: pull the emergency stop out";
@@ -122,7 +127,7 @@ function showLimits() {
     value.textContent = `${steady(v, Math.abs(v) < 10 ? 3 : 1)} ${spec.unit}`;
     mark.style.left = Math.max(0, Math.min(100, 100 * (v - spec.lower) / (spec.upper - spec.lower))) + "%";
   }
-  return touched.join(", ");
+  return touched;
 }
 const place = name => hello.channels.findIndex(spec => spec.name === name); // a channel, -1 where there is none
 function showDeadMan() { // how long it is as it is, and how long ago that was heard: at worst in these ticks

@@ -86,7 +86,7 @@ def test_the_log_names_the_joints_and_the_live_line_says_which_are_locked() -> N
 def test_people_read_names_of_joints_in_words() -> None:
     joints = [("avatar_right_joint_1", "<f8")]
     state = np.zeros(1, [("wrench", "<f8", 6), ("spent", "u1", 1), ("twin", joints), ("held", "u1", 1)])
-    state["held"] = FREE
+    state["held"], state["twin"] = FREE, -1e-4
     assert RenderingFigures().live(Mode.ACTIVE, state[0]) == ["force 0 N", "avatar right joint 1 0.00"]
 
 
