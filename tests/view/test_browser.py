@@ -340,7 +340,7 @@ def calm(folder: Path, station: str) -> str:
     for old, new in (
         (r'rate = "1 kHz"', 'rate = "333 Hz"'),
         (r"substeps = 3", "substeps = 9"),
-        (r'force = "150 N"', 'force = "30 N"'),
+        (r'force = "150 N"', 'force = "10 N"'),
         (r'(\[operator\.cue\].*\n)force = "2 N"', r'\1force = "0 N"'),
     ):
         text = re.sub(old, new, text)
