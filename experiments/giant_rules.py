@@ -280,12 +280,14 @@ def _draw(found: dict[str, list[Session]], figure: Any) -> None:
     plots = figure.subplots(2, len(found), sharex="col", squeeze=False)
     for column, (name, sessions) in enumerate(found.items()):
         asked, toggles = plots[:, column]
-        for rule, each, colour, line in zip(RULES, sessions, COLOURS, LINES, strict=False):
+        styles = zip(RULES, sessions, COLOURS, LINES, strict=False)
+        for k, (rule, each, colour, line) in enumerate(styles):
+            shown = {"color": colour, "ls": line, "lw": 1.1, "label": rule, "zorder": 3.0 - 0.1 * k}
             blocks = len(each.asked) // DRAWN
             t = each.seconds * (np.arange(blocks) + 0.5) / blocks
             most = each.asked[: blocks * DRAWN].reshape(blocks, DRAWN).max(1)
-            asked.semilogy(t, np.maximum(100.0 * most, 0.01), color=colour, ls=line, lw=1.0, label=rule)
-            toggles.plot(t, each.toggles[: blocks * DRAWN : DRAWN], color=colour, ls=line, lw=1.2, label=rule)
+            asked.semilogy(t, np.maximum(100.0 * most, 0.01), **shown)
+            toggles.plot(t, each.toggles[: blocks * DRAWN : DRAWN], **shown)
         asked.set_title(name.partition(",")[0])
         asked.set_ylabel("largest acceleration [% of the limit]")
         toggles.set_ylabel("toggles until then")
