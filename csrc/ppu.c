@@ -106,6 +106,21 @@ void ppu_yield(const ppu_positioning *p, const double *q, const double *qd_ppu, 
     wanted[0] *= share, wanted[1] *= share;
 }
 
+static const double PPU_CREEP = 0.3;
+
+void ppu_approach(const ppu_positioning *p, const double *q, const double *q_ppu, const double *qd_ppu,
+                  double *least, double *most) {
+    const double first = q[0], second = q[0] + q[1];
+    const double arm[2] = {p->link[0] * cos(first) + p->link[1] * cos(second),
+                           p->link[0] * sin(first) + p->link[1] * sin(second)};
+    for (int axis = 0; axis < 2; axis++) {
+        const double ahead = q_ppu[axis] + arm[axis] + p->time_constant * qd_ppu[axis];
+        const double down = fmax(largest_speed(p, ahead - p->elbow_lower[axis]), PPU_CREEP);
+        const double up = fmax(largest_speed(p, p->elbow_upper[axis] - ahead), PPU_CREEP);
+        least[axis] = fmax(least[axis], -down), most[axis] = fmin(most[axis], up);
+    }
+}
+
 void ppu_update(const ppu_positioning *p, const double *q, const double *q_ppu, const double *qd_ppu) {
     double target[2], wanted[2], least[2], most[2];
     ppu_reference(p, q, q_ppu, target);
@@ -113,6 +128,7 @@ void ppu_update(const ppu_positioning *p, const double *q, const double *q_ppu, 
         const double ahead = q_ppu[axis] + p->time_constant * qd_ppu[axis];
         wanted[axis] = ppu_wanted(p, axis, target[axis] - q_ppu[axis], ahead, &least[axis], &most[axis]);
     }
+    ppu_approach(p, q, q_ppu, qd_ppu, least, most);
     ppu_yield(p, q, qd_ppu, least, most, wanted);
     for (int axis = 0; axis < 2; axis++) {
         const double step = p->acceleration * p->dt, last = p->command[axis];

@@ -19,10 +19,11 @@ typedef struct {
     double link[2];       /* lengths that the elbow and the wrist turn about: joints 2, 3 */
     double best_angle[2]; /* of joints 2 and 3 */
     double lower[2], upper[2];
-    double least_angle[2], most_angle[2]; /* limits of joints 2 and 3 */
-    double velocity, acceleration;        /* largest */
-    double braking;                       /* acceleration that braking in front of a limit counts on */
-    double time_constant;                 /* lag of the velocity loop */
+    double least_angle[2], most_angle[2];  /* limits of joints 2 and 3 */
+    double elbow_lower[2], elbow_upper[2]; /* of the box of the elbow, which the PPU carries along */
+    double velocity, acceleration;         /* largest */
+    double braking;                        /* acceleration that braking in front of a limit counts on */
+    double time_constant;                  /* lag of the velocity loop */
     double gain, dt;
     double *command SHAPE(2); /* velocities; state and result */
 } ppu_positioning;
@@ -37,6 +38,11 @@ void ppu_reference(const ppu_positioning *p, const double *q, const double *q_pp
  * error: from position to reference; ahead: position with what the lag will still add. */
 double ppu_wanted(const ppu_positioning *p, int axis, double error, double ahead, double *least,
                   double *most);
+
+/* Bounds (2) of the velocities that leave the arm the time to stop the elbow in front of its box: as fast as
+ * the PPU itself could stop there, but not below PPU_CREEP [m/s], which the arm can always make up for. */
+void ppu_approach(const ppu_positioning *p, const double *q, const double *q_ppu, const double *qd_ppu,
+                  double *least, double *most);
 
 /* Speeds (2) that move joints 2 and 3 no closer to their limits than the gantry can stop, while the handle is
  * held where it is: as near to the wanted ones as that allows.

@@ -139,6 +139,7 @@ class Giant(ExchangesTwins):
             giant.ppu.gain,
             _ppu_limits(config),
             (giant.manipulator.lower[1:3], giant.manipulator.upper[1:3]),
+            (giant.box.lower, giant.box.upper),
             *(dt, control.q, self._observer.q, self._observer.qd),
         )
         tracking = giant.tracking

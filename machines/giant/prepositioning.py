@@ -37,7 +37,8 @@ class Prepositioning:
     """P-controller (27) with the bounds (28), (29), a braking curve and a limited slew.
 
     It leads joints 2 and 3 into none of their limits: where the twin holds the handle, a gantry that goes on
-    would tear it from there.
+    would tear it from there. Nor does it carry the elbow towards its box faster than it can stop: an arm that
+    has to take back both the gantry's speed and its own runs out of speed.
 
     Attributes:
         velocity: commanded, (2,) [m/s].
@@ -48,6 +49,7 @@ class Prepositioning:
         gain: float,
         limits: PpuLimits,
         angles: tuple[Sequence[float], Sequence[float]],
+        elbow: tuple[Sequence[float], Sequence[float]],
         dt: float,
         q: Array,
         q_ppu: Array,
@@ -55,7 +57,8 @@ class Prepositioning:
     ) -> None:
         """The gain [1/s], and the arrays that are read where they are: joints (6,), PPU's motion (2,).
 
-        ``angles``: lower and upper limits of joints 2 and 3 [rad].
+        ``angles``: lower and upper limits of joints 2 and 3 [rad]; ``elbow``: lower and upper corner of its
+        box, of which x and y count [m].
         """
         self.velocity = np.zeros(2)
         self._core = ffi.new(
@@ -63,6 +66,7 @@ class Prepositioning:
             {
                 **{"link": (UPPER, LOWER), "best_angle": (Q2_REFERENCE, Q3_REFERENCE)},
                 **{"least_angle": tuple(angles[0]), "most_angle": tuple(angles[1])},
+                **{"elbow_lower": tuple(elbow[0][:2]), "elbow_upper": tuple(elbow[1][:2])},
                 **{"lower": tuple(limits.lower), "upper": tuple(limits.upper), "velocity": limits.velocity},
                 **{"acceleration": limits.acceleration, "braking": BRAKING_SHARE * limits.acceleration},
                 **{"time_constant": limits.time_constant, "gain": gain, "dt": dt},

@@ -162,7 +162,9 @@ PARTS: dict[str, list[Part]] = {
 
 CAPSULES: dict[str, list[Capsule]] = {
     "base": [
-        Capsule(0.11, 2.3, translation(sx * 4.7 / 2, sy * 5.5 / 2, -0.85)) for sx in (-1, 1) for sy in (-1, 1)
+        Capsule(0.085, 2.3, translation(sx * 4.7 / 2, sy * 5.5 / 2, -0.85))
+        for sx in (-1, 1)
+        for sy in (-1, 1)
     ],
     "bridge": [Capsule(0.15, 5.2, BRIDGE @ translation(0.0, 0.0, 0.57) @ Y)],
     "carriage": [Capsule(0.13, 0.12, CARRIAGE @ translation(0.0, 0.0, 0.21))],

@@ -1,11 +1,11 @@
 """The PPU's reference and its velocity bounds."""
 
-from math import atan, inf, isnan, nan, pi, sqrt
+from math import atan, cos, inf, isnan, nan, pi, sin, sqrt
 
 import numpy as np
 import pytest
 from hapticd.control._kernels import ffi, lib
-from hapticd.machines.giant.kinematics import DH, T_BASE_DH, Branch, inverse_kinematics
+from hapticd.machines.giant.kinematics import DH, LOWER, T_BASE_DH, UPPER, Branch, inverse_kinematics
 from hapticd.machines.giant.prepositioning import PpuLimits, Prepositioning
 from hapticd.models import Array
 from hapticd.models.dh import forward
@@ -13,6 +13,10 @@ from hapticd.models.dh import forward
 LIMITS = PpuLimits((-1.6, -1.9), (1.6, 1.9), 1.2, 3.0, 0.05)
 ANGLES = ((0.45, -2.2), (2.4, 1.2))
 """Lower and upper limits of joints 2 and 3."""
+Corners = tuple[tuple[float, ...], tuple[float, ...]]
+BOX: Corners = ((-2.2, -2.6, -1.28), (2.2, 2.6, -0.7))
+ANYWHERE: Corners = ((-inf,) * 3, (inf,) * 3)
+"""Where the elbow may be."""
 DT = 1e-3
 POSTURE = np.array([0.0, pi / 2, -0.6, 0.3, 0.9, 0.0])
 
@@ -20,9 +24,9 @@ POSTURE = np.array([0.0, pi / 2, -0.6, 0.3, 0.9, 0.0])
 class Rig(Prepositioning):
     """With a motion of its own, and the law of a single axis."""
 
-    def __init__(self, gain: float = 3.0, limits: PpuLimits = LIMITS) -> None:
+    def __init__(self, gain: float = 3.0, limits: PpuLimits = LIMITS, elbow: Corners = ANYWHERE) -> None:
         self.q, self.q_ppu, self.qd_ppu = POSTURE.copy(), np.zeros(2), np.zeros(2)
-        super().__init__(gain, limits, ANGLES, DT, self.q, self.q_ppu, self.qd_ppu)
+        super().__init__(gain, limits, ANGLES, elbow, DT, self.q, self.q_ppu, self.qd_ppu)
 
     def command(self, axis: int, error: float, ahead: float) -> float:
         bounds = ffi.new("double[2]")
@@ -124,6 +128,34 @@ def test_the_way_that_the_lag_will_still_add_counts_as_travelled() -> None:
     assert still.reference()[0] > near[0] + 0.2  # both are drawn towards the limit
     slow, fast = settled(moving, near)[0], settled(still, near)[0]
     assert 0.0 < slow < 0.75 * fast
+
+
+@pytest.mark.parametrize("sign", [-1.0, 1.0])
+@pytest.mark.parametrize("axis", [0, 1])
+def test_the_elbow_is_carried_towards_its_box_no_faster_than_the_gantry_can_stop(
+    axis: int, sign: float
+) -> None:
+    """Elsewhere than in front of its own limits, the gantry is drawn towards that of the elbow."""
+    yaw = (0.0 if axis == 0 else pi / 2) + (0.0 if sign > 0.0 else pi)
+    for distance in (1.5, 0.4, 0.2, 0.05, 0.0, -0.02):
+        rigs = Rig(gain=30.0, elbow=BOX), Rig(gain=30.0)
+        for rig in rigs:
+            rig.q[:3] = yaw - 0.3, 0.6, 0.9
+            arm = 2.0 * 0.6 * cos(0.3)  # rounded: both links are about 0.6 m long
+            own = LIMITS.velocity * LIMITS.time_constant
+            rig.qd_ppu[axis] = sign * LIMITS.velocity
+            place = [0.0, 0.0]
+            place[axis] = sign * (BOX[1][axis] - distance - arm - own)
+            settled(rig, np.array(place))
+        elbow = rigs[0].q_ppu[axis] + sum(
+            length * (cos, sin)[axis](angle)
+            for length, angle in zip((UPPER, LOWER), (yaw - 0.3, yaw + 0.3), strict=True)
+        )
+        left = max(BOX[1][axis] - sign * elbow - own, 0.0)
+        speed, free = (sign * rig.velocity[axis] for rig in rigs)
+        allowed = max(sqrt(2.0 * 0.7 * LIMITS.acceleration * left), 0.3)
+        assert speed == pytest.approx(min(free, allowed), rel=1e-9)
+        assert free > 0.9 and (distance <= 0.2) == (speed < free)
 
 
 def test_the_braking_curve_uses_a_share_of_the_acceleration() -> None:
