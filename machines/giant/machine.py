@@ -63,6 +63,9 @@ PPU_STILL = 0.02
 """Estimated speeds of the gantry below this end within a millimetre [m/s]."""
 TILT = (0.0, 0.0, 0.0, 1.0, 1.0, 0.0)
 """Weights of the virtual sum joint q4 + q5 (14): the tilt of the handle."""
+PLANNED_SPEED = 0.95
+"""Of a joint's top speed so much is planned with: its link swings about that on its spring, and beyond 1.1
+times the top speed the machine stops."""
 ELBOW = "joint_4"
 """The frame whose origin is the elbow."""
 CARRIAGE, HANDLE = 0, 1
@@ -455,7 +458,8 @@ def _force_control(
 ) -> ForceControl:
     giant = config.giant
     control, m, tracking = giant.force_control, giant.manipulator, giant.tracking
-    limits = Limits(*map(np.array, (m.lower, m.upper, m.velocity, m.acceleration)))
+    speeds = PLANNED_SPEED * np.array(m.velocity)
+    limits = Limits(np.array(m.lower), np.array(m.upper), speeds, np.array(m.acceleration))
     yielding = 1.0 / np.array(tracking.p_gain) + 1.0 / np.array(tracking.stiffness)
     return ForceControl(
         manipulator,

@@ -190,7 +190,7 @@ def test_a_stop_that_cannot_know_where_the_gantry_goes_lets_each_axis_brake(
     rushing.run(1)
     rendering = rushing.cycle.machine._rendering  # type: ignore[attr-defined]
     rendering.coordinated = True
-    assert passed(rushing) > 0.03
+    assert passed(rushing) > 0.015  # where it stops together it passes by less than 0.01
     assert not rendering.coordinated
 
 
