@@ -34,6 +34,9 @@ from .sections import Chain, OwnChain, Station, StationSimulation
 from .station import braking, joint_names
 
 LISTS = ("lower", "upper", "velocity", "home")
+LATE = (1.0 + 5.0**0.5) / 2.0
+"""A damper that acts two periods late has z^3 - z^2 + dt d = 0, stable where dt d is below the inverse of the
+golden ratio: at 250 Hz both built-in stations, with .95, turned until they stopped."""
 
 
 def check_chain(key: str, chain: Chain, robot: Robot) -> Found:
@@ -141,7 +144,8 @@ def _plant(chain: OwnChain, station: Station, simulation: StationSimulation, arm
         problem = f"{own.substeps} are too few for the friction in steps of {dt / own.substeps:g} s"
         found.append(("simulation.arms.substeps", problem, "give more, or less friction"))
     p, d = (np.array(x, float) for x in (station.hold.stiffness, station.hold.damping))
-    return found + check_gains({"hold.damping": (fastest(whole, p), fastest(whole, d))}, dt)
+    late = LATE * dt
+    return found + check_gains({"hold.damping": (fastest(whole, p), fastest(whole, d))}, late)
 
 
 def _whole(arm: Robot, q: Array, rotor: Array) -> Array:

@@ -335,11 +335,11 @@ def begun(page: Any) -> None:
 
 
 def calm(folder: Path, station: str) -> str:
-    """A station that leaves a host time for two pages: it has a third of the ticks, and a weaker hand."""
+    """A station that leaves a host time for two pages: it has fewer ticks, and a weaker hand."""
     text = read_text(f"{station}.toml")
     for old, new in (
-        (r'rate = "1 kHz"', 'rate = "333 Hz"'),
-        (r"substeps = 3", "substeps = 9"),
+        (r'rate = "1 kHz"', 'rate = "400 Hz"'),
+        (r"substeps = 3", "substeps = 8"),
         (r'force = "150 N"', 'force = "10 N"'),
         (r'(\[operator\.cue\].*\n)force = "2 N"', r'\1force = "0 N"'),
     ):

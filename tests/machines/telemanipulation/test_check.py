@@ -43,10 +43,12 @@ def test_a_rate_at_which_cues_cannot_be_told_apart_is_refused() -> None:
     text = read_text("operator.toml")
     assert text.count('rate = "1 kHz"') == 1
     assert findings(text.replace('rate = "1 kHz"', 'rate = "500 Hz"')) == {}
-    slow = text.replace('rate = "1 kHz"', 'rate = "250 Hz"')
-    assert findings(slow)["loop.rate"] == "at 250 Hz the operator's cues are not told apart"
+    slow = text.replace('rate = "1 kHz"', 'rate = "390 Hz"')
+    assert findings(slow)["loop.rate"] == "at 390 Hz the operator's cues are not told apart"
     silent = re.sub(r'(\[operator\.cue\].*\nforce = )"2 N"', r'\1"0 N"', slow)
     assert silent != slow and findings(silent) == {}
+    # a station at rest turned by itself until it stopped
+    assert "hold.damping" in findings(silent.replace("390 Hz", "333 Hz"))
 
 
 @pytest.mark.parametrize(("old", "new", "key"), [("60 N", "201 N", "force"), ("15 N m", "21 N m", "torque")])
