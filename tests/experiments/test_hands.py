@@ -207,6 +207,20 @@ def test_what_a_hand_got_back_is_the_most_it_ever_had_beyond_what_it_put_in(
     assert work.returned == pytest.approx(7.0 / lockstep.session.config.loop.rate)
 
 
+@pytest.mark.parametrize(
+    ("seed", "seconds"),
+    [
+        pytest.param(702030, 5.8, id="joint 2 rides on its speed"),
+        pytest.param(700024, 8.1, id="gantry and arm take the elbow to its wall"),
+        pytest.param(700035, 6.4, id="the elbow in the corner next to a post"),
+    ],
+)
+def test_a_strong_hand_that_stopped_the_giant_stops_it_no_more(seed: int, seconds: float) -> None:
+    found = session(load("giant"), seed, seconds, Temper(150.0, 12.0, 2.0))
+    assert not found.stop
+    assert max(found.excess.values()) < 0.005
+
+
 def test_a_hand_s_power_is_what_the_plant_s_steps_count_as_its_work() -> None:
     lockstep = Lockstep(build(load("panda")))
     plant: Any = lockstep.plant
