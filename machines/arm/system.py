@@ -5,7 +5,7 @@ from __future__ import annotations
 from ...runtime.configuration.system import System
 from ..rendering.figures import RenderingFigures
 from ..rendering.surroundings import unwatched
-from ..rendering.twin import remarks
+from ..rendering.twin import remarks, twin_limits
 from .check import check_arm
 from .config import ArmConfig
 from .limits import ArmLimits
@@ -19,7 +19,7 @@ ARM = System(
     ArmConfig,
     SerialArm,
     ArmLimits,
-    RenderingFigures,
+    lambda config: RenderingFigures([spec.unit for spec in twin_limits(config.twins)]),
     arm_plant,
     check_arm,
     led=arm_led,

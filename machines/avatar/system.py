@@ -21,7 +21,7 @@ def _scene(config: AvatarConfig) -> StationScene:
 
 
 AVATAR = System(
-    *(AvatarConfig, AvatarStation, _limits, AvatarFigures, avatar_plant, check_avatar),
+    *(AvatarConfig, AvatarStation, _limits, lambda config: AvatarFigures(), avatar_plant, check_avatar),
     scene=_scene,
 )
 """What hapticd finds by the entry point."""

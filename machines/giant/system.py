@@ -5,7 +5,7 @@ from __future__ import annotations
 from ...runtime.configuration.system import System
 from ..rendering.figures import RenderingFigures
 from ..rendering.surroundings import unwatched
-from ..rendering.twin import remarks
+from ..rendering.twin import remarks, twin_limits
 from .check import check_giant
 from .config import GiantConfig
 from .limits import GiantLimits
@@ -20,7 +20,7 @@ GIANT = System(
     GiantConfig,
     Giant,
     GiantLimits,
-    RenderingFigures,
+    lambda config: RenderingFigures([spec.unit for spec in twin_limits(config.twins)]),
     giant_plant,
     check_giant,
     giant_stance,

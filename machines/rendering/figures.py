@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from math import hypot, isfinite
 
 import numpy as np
@@ -27,6 +27,10 @@ class RenderingFigures:
         FigureSpec("handle to twin, turned", "mrad"),
     )
 
+    def __init__(self, units: Sequence[str]) -> None:
+        """Units of the joints of chains that are twins, in the order of the state."""
+        self._units = units
+
     def values(self, state: np.void) -> list[float]:
         """The figures of one record of STATE."""
         error = state["coupling"].tolist()
@@ -43,7 +47,7 @@ class RenderingFigures:
         force = f"force {hypot(*state['wrench'][:3].tolist()):.0f} N"
         spent = [f"joint {i + 1} at its {_limit(state, i)}" for i in np.flatnonzero(state["spent"])[:1]]
         own = (*_led(state), *_damped(state), *_pushed(state))
-        return [force, *own, *spent, *_rendered(state), *_chain(state)]
+        return [force, *own, *spent, *_rendered(state), *_chain(state, self._units)]
 
 
 def _led(state: np.void) -> Iterator[str]:
@@ -86,11 +90,12 @@ def _chosen(state: np.void) -> Iterator[str]:
         yield from (name for name, flag in zip(flags.dtype.names, flags.item(), strict=True) if flag)
 
 
-def _chain(state: np.void) -> Iterator[str]:
+def _chain(state: np.void, units: Sequence[str]) -> Iterator[str]:
     """Joints of the twin by their names, and which of them a lock holds; a free mass has none."""
     if "twin" not in (state.dtype.names or ()):
         return
     twin = state["twin"]
-    for name, q, held in zip(twin.dtype.names, twin.item(), state["held"].tolist(), strict=True):
+    joints = zip(twin.dtype.names, units, twin.item(), state["held"].tolist(), strict=True)
+    for name, unit, q, held in joints:
         if isfinite(q):
-            yield f"{name.replace('_', ' ')} {q:z.2f}{' locked' if held != FREE else ''}"
+            yield f"{name.replace('_', ' ')} {q:z.2f} {unit}{' locked' if held != FREE else ''}"

@@ -16,7 +16,7 @@ RHI = System(
     RhiConfig,
     RedundantInterface,
     RhiLimits,
-    RhiFigures,
+    lambda config: RhiFigures(),
     rhi_plant,
     check_rhi,
     rhi_stance,

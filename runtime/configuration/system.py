@@ -192,7 +192,7 @@ class System(Generic[C]):
     config: type[C]
     machine: Callable[[C, Robot, ProcessImage, Mark], Machine]
     limits: Callable[[C], MachineLimits]
-    figures: Callable[[], MachineFigures]
+    figures: Callable[[C], MachineFigures]
     plant: Callable[[C, Robot, Network], Plant]
     check: Callable[[C, Robot], list[tuple[str, str, str]]]
     stance: Callable[[C, Robot, Random], Stance[C]] | None = None

@@ -69,7 +69,7 @@ class Channels:
 
     def __init__(self, session: Session) -> None:
         system, config = session.system, session.config
-        self._limits, self._figures = system.limits(config), system.figures()
+        self._limits, self._figures = system.limits(config), system.figures(config)
         self._scene = system.scene(config) if system.scene else None
         self._expected = session.cycle.image.expected
         axes = (*((name, "N") for name in FORCE), *((name, "N m") for name in TORQUE))

@@ -98,7 +98,7 @@ class FrameMaker:
     def __init__(self, session: Session) -> None:
         config, system = session.config, session.system
         self.channels = Channels(session)
-        self._scene, self._figures = system.scene(config) if system.scene else None, system.figures()
+        self._scene, self._figures = system.scene(config) if system.scene else None, system.figures(config)
         self._safety = safety_inputs(session.network)
         count = len(self.channels.specs)
         self._low, self._high, self._sum = np.empty(count), np.empty(count), np.empty(count)

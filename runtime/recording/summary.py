@@ -184,7 +184,9 @@ class Summary:
     def of(cls, session: Session) -> Summary:
         """An empty one, for this machine."""
         system, config = session.system, session.config
-        return cls(system.limits(config), system.figures(), config.loop.rate, session.cycle.image.expected)
+        return cls(
+            system.limits(config), system.figures(config), config.loop.rate, session.cycle.image.expected
+        )
 
     def add(self, fixed: np.void) -> None:
         """Take the fixed part of a tick's record."""

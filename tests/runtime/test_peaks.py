@@ -109,7 +109,7 @@ def test_a_daemon_that_keeps_none_at_all_is_seen_by_what_its_drive_no_longer_giv
 @in_a_copy
 def test_people_read_how_much_of_the_peak_is_left() -> None:
     bench = pulled(0.0)
-    figures = bench.lockstep.session.system.figures()
+    figures = bench.lockstep.session.system.figures(bench.lockstep.session.config)
     record = np.zeros(1, bench.cycle.machine.state)
     bench.cycle.machine.bind_state(record)
 

@@ -132,7 +132,7 @@ def live() -> Iterator[tuple[Bench, np.void]]:
 def test_what_cannot_be_is_refused_and_a_stop_ends_a_fade(live: tuple[Bench, np.void]) -> None:
     """One session after the other: the refusals of each mode, HOLDING, and what the live line shows."""
     bench, state = live
-    figures = bench.lockstep.session.system.figures()
+    figures = bench.lockstep.session.system.figures(bench.lockstep.session.config)
 
     def told(command: Command, ticks: int = 1) -> str:
         bench.events.clear()

@@ -75,8 +75,8 @@ def test_the_log_names_the_joints_and_the_live_line_says_which_are_locked() -> N
     machine.fill()
     assert state["twin"].dtype.names == ("hinge", "handle")
     assert state["twin"]["handle"] == -0.05
-    line = session.system.figures().live(session.cycle.mode.ACTIVE, state[0])
-    assert line[1:] == ["hinge 0.00 locked", "handle -0.05"]
+    line = session.system.figures(session.config).live(session.cycle.mode.ACTIVE, state[0])
+    assert line[1:] == ["hinge 0.00 rad locked", "handle -0.05 rad"]
     assert [spec.name for spec in session.system.limits(session.config).specs][-2:] == [
         "twin hinge",
         "twin handle",
@@ -87,7 +87,10 @@ def test_people_read_names_of_joints_in_words() -> None:
     joints = [("avatar_right_joint_1", "<f8")]
     state = np.zeros(1, [("wrench", "<f8", 6), ("spent", "u1", 1), ("twin", joints), ("held", "u1", 1)])
     state["held"], state["twin"] = FREE, -1e-4
-    assert RenderingFigures().live(Mode.ACTIVE, state[0]) == ["force 0 N", "avatar right joint 1 0.00"]
+    assert RenderingFigures(["rad"]).live(Mode.ACTIVE, state[0]) == [
+        "force 0 N",
+        "avatar right joint 1 0.00 rad",
+    ]
 
 
 def test_the_free_mass_of_a_file_is_the_giants_own() -> None:
