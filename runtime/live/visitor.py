@@ -14,7 +14,7 @@ from collections.abc import Sequence
 from math import isfinite
 from pathlib import Path
 
-from ...sim.person import Lead
+from ...sim.person import Deed, Lead
 from .console import BREATH_S, Console
 from .orders import PRESS, RELEASE, Order
 
@@ -24,6 +24,8 @@ SILENCE_S = 0.1
 LONGEST_WORD = 64
 AT_ONCE = 4
 """Words that are taken in a breath."""
+OPENING = (Deed.RELEASE, Deed.STRIKE, Deed.LOOK_AWAY, Deed.ENTER_FIELD)
+"""Deeds that take away what lets the machine move."""
 REACH = 20.0
 """No hand is further away [m]: the range of places in a model."""
 
@@ -77,7 +79,10 @@ class Visitor:
                 data = self._socket.recv(LONGEST_WORD)
             except OSError:
                 return
-            self._take(data.decode("ascii", "replace"), loop)
+            word = data.decode("ascii", "replace")
+            self._take(word, loop)
+            if (order := self._by_word.get(word)) and order.means in OPENING:
+                return  # what opens is seen before another page closes it again
 
     def _take(self, word: str, loop: asyncio.AbstractEventLoop) -> None:
         name, _, rest = word.partition(" ")

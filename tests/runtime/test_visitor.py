@@ -95,7 +95,8 @@ def room(tmp_path: Path) -> Iterator[Room]:
 
 
 def test_words_are_the_orders_of_the_keyboard(room: Room) -> None:
-    assert room.say("stop", "reset", "e-stop", "pull out") == [STOP, RESET, STRIKE, PULL_OUT]
+    assert room.say("stop", "reset", "e-stop") == [STOP, RESET, STRIKE]
+    assert room.say("pull out") == [PULL_OUT]
     assert room.say("quit", "help", "", "stop ", b"\xff\xfe", "STOP") == []
 
 
@@ -112,6 +113,17 @@ def test_a_dead_man_switch_is_pressed_once_and_open_after_a_silence(room: Room) 
     assert room.say("release") == [RELEASE]
     room.loop.due(SILENCE_S)
     assert room.console.heard == []  # it was let go already
+
+
+@pytest.mark.parametrize(("opens", "closes"), [("release", "hold"), ("e-stop", "pull out")])
+def test_what_one_page_opens_is_open_for_a_breath_whatever_another_page_says(
+    room: Room, opens: str, closes: str
+) -> None:
+    room.say("hold")
+    heard = room.say(opens, closes)
+    assert [order.word for order in heard if isinstance(order, Order)] == [opens]
+    (closed,) = room.say()
+    assert closed in (PRESS, PULL_OUT)
 
 
 def test_a_place_that_is_none_leads_nowhere(room: Room) -> None:

@@ -209,8 +209,17 @@ def test_a_person_plays_and_the_session_replays(chromium: Any, tmp_path: Path) -
             page.get_by_role("button", name="e-stop").click()
             until(page, "now.stop === 'e_stop' && now.e_stop_closed === false")
             assert "emergency stop" in page.locator("#stop").text_content()
+            # who clicks it twice, or holds the dead-man with the space bar then, does not pull it out
+            page.get_by_role("button", name="e-stop", exact=True).click()
+            page.keyboard.press("Space")
+            page.evaluate(
+                "new Promise(done => { const from = frames.length;"
+                " setInterval(() => frames.length > from + 15 && done(), 20); })"
+            )
+            assert page.evaluate("now.e_stop_closed === false")
             page.get_by_role("button", name="pull e-stop out").click()
             until(page, "now.e_stop_closed")
+            until(page, "$('pullout').hidden")
             page.evaluate("say('release')")
             until(page, "now.pressed === false")
             page.get_by_role("button", name="reset").click()

@@ -84,7 +84,7 @@ function show() {
   list("held", showLimits(), "no limit");
   if (now.stop) $("stop").textContent = events.findLast(e => e.severity === "stop" && e.tick <= now.tick)?.text ?? now.stop;
   $("estop").classList.toggle("on", now.e_stop_closed === false);
-  $("estop").textContent = now.e_stop_closed === false ? "pull e-stop out" : "e-stop";
+  $("pullout").hidden = !(can("pull out") && now.e_stop_closed === false);
   list("doing", now.doing.map(word => word.replace(/(\d) (?=\S)/g, "$1\u00a0")), "nothing is rendered"); // no unit alone in a line
   for (const button of $("orders").querySelectorAll("[aria-pressed]")) // of several twins, the one that is rendered
     button.setAttribute("aria-pressed", now.doing.some(word => word === button.textContent || word.startsWith(button.textContent + " at ")));
@@ -209,6 +209,7 @@ let leading = null;
 function lead(place) { leading = place; }
 function letGo() { if (held) { held = false; say("release"); changed = true; } }
 function hold() { if (can("hold") && !held) { held = true; say("hold"); changed = true; } }
+function dead(event) { return event.code === "Space" && can("hold") && !event.target.matches("input, select"); }
 setInterval(() => { // the session lets go by itself when this falls silent
   if (held) say("hold");
   if (leading) { say("lead " + leading.map(v => v.toFixed(4)).join(" ")); leading = null; }
@@ -216,14 +217,18 @@ setInterval(() => { // the session lets go by itself when this falls silent
 $("hold").addEventListener("pointerdown", () => { if ($("kept").checked && held) letGo(); else hold(); });
 for (const name of ["pointerup", "pointercancel", "pointerleave"]) $("hold").addEventListener(name, () => { if (!$("kept").checked) letGo(); });
 addEventListener("keydown", event => {
-  if (event.target.matches("input, select, button") && event.code === "Space" && event.target !== $("hold")) return;
-  if (event.code === "Space") { event.preventDefault(); if (!event.repeat) hold(); }
+  if (!dead(event)) return;
+  event.preventDefault(); if (!event.repeat) hold();
 });
-addEventListener("keyup", event => { if (event.code === "Space" && !$("kept").checked) letGo(); });
+addEventListener("keyup", event => {
+  if (dead(event)) event.preventDefault(); // else it presses the button that was clicked last
+  if (event.code === "Space" && !$("kept").checked) letGo();
+});
 addEventListener("blur", () => { if (!$("kept").checked) letGo(); });
 $("kept").addEventListener("change", () => { if (!$("kept").checked) letGo(); });
 document.addEventListener("visibilitychange", () => { if (document.hidden) letGo(); });
-$("estop").onclick = () => say(now?.e_stop_closed === false ? "pull out" : "e-stop");
+$("estop").onclick = () => say("e-stop"); // whoever presses it again, or at the same time, presses it
+$("pullout").onclick = () => say("pull out");
 
 // a recording
 function seek(index) {
