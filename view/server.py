@@ -134,10 +134,10 @@ class Visit:
         self._news = asyncio.Event()
         self.dropped = 0
 
-    def begin(self, hello: bytes) -> None:
+    def begin(self, *first: bytes) -> None:
         """Another session: what waited of the one before is nobody's any more."""
         self._waiting.clear()
-        self._first.append(hello)
+        self._first.extend(first)
         self._news.set()
 
     def put(self, frames: list[bytes]) -> None:
@@ -248,7 +248,7 @@ class Dashboard:
     async def _attend(self, connection: ServerConnection) -> None:
         visit = Visit()
         source = self._source
-        visit.begin(source.hello)
+        visit.begin(source.hello, *source.earlier)
         if source.live:
             self._visits.add(visit)
         sending = asyncio.create_task(self._send(connection, visit))

@@ -32,6 +32,8 @@ START_S = 60.0
 """How long a process may take until its session begins."""
 MOST_SAID = 20
 """Events that are kept for a terminal."""
+MOST_TOLD = 200
+"""Events that are kept for pages that come later."""
 DIGITS = 6
 """Of numbers on the way to a page."""
 
@@ -167,7 +169,7 @@ class LiveSource:
         self.name = os.path.basename(about.config)
         self.hello = self._drawn.hello(self.name, True, self._words)
         self.age_ns = 0
-        self._last: Frame | None = None
+        self._said: list[Said] = []
 
     @property
     def over(self) -> bool:
@@ -179,11 +181,18 @@ class LiveSource:
         """Frames that came while nobody here looked."""
         return self._frames.missed
 
+    @property
+    def earlier(self) -> list[bytes]:
+        """What was said since the session is looked at, for a page that comes later."""
+        return [msgspec.json.encode({"type": "said", "events": self._said})] if self._said else []
+
     def take(self) -> list[bytes]:
         """Frames since the last time."""
         frames = self._frames.take()
         if frames:
             self.age_ns = frames[-1].published_ns
+        for frame in frames:
+            self._said = [*self._said, *frame.events][-MOST_TOLD:]
         return [self._drawn.frame(frame) for frame in frames]
 
     def say(self, word: str) -> bool:
@@ -257,6 +266,7 @@ class Recording:
 
     live = over = False
     missed = 0
+    earlier: tuple[bytes, ...] = ()
 
     def __init__(self, log: Log) -> None:
         """Read it.

@@ -327,6 +327,9 @@ def test_every_machine_moves_is_led_and_is_stopped_from_its_page(
             assert page.evaluate(PICTURE) != before
             let_go(page)
             strike(page)
+            page.reload()  # who comes later reads why it stopped, too
+            until(page, "$('stop').textContent.includes('emergency stop')")
+            assert page.locator("#events li").count() > 2
         child.terminate()
         child.communicate(timeout=60)
     replays(log)

@@ -30,6 +30,7 @@ class Said:
 
     hello = b'{"type":"hello"}'
     live, over, missed, age_ns = True, False, 0, 0
+    earlier = (b'{"type":"said","events":[[7,"stop","R4"]]}',)
 
     def __init__(self) -> None:
         self.words: list[str] = []
@@ -107,6 +108,7 @@ async def test_its_own_page_sees_frames_and_says_words(dashboard: Dashboard) -> 
     said: Any = dashboard._source
     async with asyncio.timeout(30), connect(socket_url(dashboard), origin=origin) as page_end:
         assert json.loads(await page_end.recv()) == {"type": "hello"}
+        assert json.loads(await page_end.recv())["events"] == [[7, "stop", "R4"]]  # before it looked
         said.frames = [b'{"tick":1}', b'{"tick":2}']
         frames = json.loads(await page_end.recv())
         assert frames["frames"] == [{"tick": 1}, {"tick": 2}] and frames["dropped"] == 0

@@ -25,6 +25,7 @@ function connect() {
 function hear(said) {
   if (said.type === "hello") begin(said);
   else if (said.type === "frames") { age = said.age_ms; dropped = said.dropped; heard = performance.now() - age; said.frames.forEach(take); }
+  else if (said.type === "said") said.events.forEach(note);
   else if (said.type === "whole") {
     at = 0; playing = false;
     virtual = frames.every(frame => !(frame.high[place("compute")] > 0));
@@ -50,13 +51,14 @@ function begin(said) {
   }));
   buildLimits(); buildSolver(); buildPlots(); changed = true;
 }
+function note([tick, severity, text]) {
+  events.push({tick, severity, text});
+  if (hello.live) tell(events.at(-1));
+}
 function take(frame) {
   if (frame.type === "over") { over = true; showMode(); letGo(); return; }
   if (frame.lateness.length) last = frame;
-  frame.events.forEach(([tick, severity, text]) => {
-    events.push({tick, severity, text});
-    if (hello.live) tell(events.at(-1));
-  });
+  frame.events.forEach(note);
   frames.push(frame);
   if (hello.live) { while (frames.length > KEPT) frames.shift(); now = frame; changed = true; }
 }
