@@ -50,7 +50,9 @@ BATCH = 200
 LONGEST_MESSAGE = 256
 """Of a page [bytes]."""
 SOCKET = "/session"
-OVER = json.dumps({"type": "over"}).encode()
+OVER, UNSEEN = (json.dumps({"type": name}).encode() for name in ("over", "unseen"))
+ENDS_S = 0.5
+"""A session that ends outlives its recorder by less."""
 POLICY = (
     "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; connect-src 'self'; "
     "img-src data:; frame-ancestors 'none'; base-uri 'none'; form-action 'none'"
@@ -206,11 +208,16 @@ class Dashboard:
         """Hand frames on for as long as this is not cancelled."""
         if not self._source.live:
             await asyncio.Event().wait()
+        unseen = 0.0
         while True:
             frames = self._source.take()
             for visit in self._visits:
                 visit.put(frames)
-            if not frames and self._source.over:
+            if not frames and self._source.unseen:
+                if unseen < ENDS_S <= (unseen := unseen + LOOK_S):
+                    for visit in self._visits:
+                        visit.put([UNSEEN])
+            elif not frames and self._source.over:
                 for visit in self._visits:
                     visit.put([OVER])
                 if not self._follow:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import socket
+import sys
 from collections.abc import Mapping
 from math import isfinite
 from pathlib import Path
@@ -21,7 +22,16 @@ from ..runtime.invocation import program
 from ..runtime.recording.channels import Channels
 from ..runtime.recording.frames import BARS_PER_OCTAVE, LEAST_US, Frame, FrameMaker, Said
 from ..runtime.recording.log import Log
-from ..runtime.recording.published import ORDERS, SUFFIX, About, SessionError, Subscriber, run_folder, running
+from ..runtime.recording.published import (
+    ORDERS,
+    SUFFIX,
+    About,
+    SessionError,
+    Subscriber,
+    alive,
+    run_folder,
+    running,
+)
 from ..runtime.recording.summary import Summary
 from .geometry import Geometry, drawn
 from .strength import Pressing
@@ -162,7 +172,7 @@ class LiveSource:
         """
         self._frames = Subscriber(path)
         about = self._frames.about
-        self._orders = path.with_suffix(ORDERS)
+        self._orders, self._pid = path.with_suffix(ORDERS), about.pid
         self._socket = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM | socket.SOCK_NONBLOCK)
         self._drawn = Drawn(build(_loaded(about)))
         self._words = [*about.words, *(("hold", "lead") if "press" in about.words else ())]
@@ -180,6 +190,11 @@ class LiveSource:
     def missed(self) -> int:
         """Frames that came while nobody here looked."""
         return self._frames.missed
+
+    @property
+    def unseen(self) -> bool:
+        """Whether the session goes on although nobody shows it any more: its recorder has died."""
+        return self.over and self._orders.exists() and alive(self._pid)
 
     @property
     def earlier(self) -> list[bytes]:
@@ -264,7 +279,7 @@ class SessionWatch:
 class Recording:
     """A recording: all of its frames at once."""
 
-    live = over = False
+    live = over = unseen = False
     missed = 0
     earlier: tuple[bytes, ...] = ()
 
@@ -357,7 +372,7 @@ def awaited(pid: int) -> Path:
     Raises:
         SessionError: there is no such process, or it publishes nothing.
     """
-    path, until = run_folder() / f"{pid}{SUFFIX}", monotonic() + START_S
+    path, began, waits = run_folder() / f"{pid}{SUFFIX}", monotonic(), True
     while path not in running():
         try:
             os.kill(pid, 0)
@@ -365,8 +380,12 @@ def awaited(pid: int) -> Path:
             others = ", ".join(each.stem for each in running())
             mend = f"running: {others}" if others else _begin()
             raise SessionError(f"there is no session {pid}; {mend}") from error
-        if monotonic() > until:
+        if monotonic() > began + START_S:
             raise SessionError(f"process {pid} shows no session that can be watched")
+        if waits and monotonic() > began + 1.0:
+            waits = False
+            told = f"hapticd: waiting for the session of process {pid}, at most {START_S:g} s"
+            print(told, file=sys.stderr, flush=True)
         sleep(0.1)
     return path
 

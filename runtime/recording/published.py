@@ -238,6 +238,15 @@ def _runs(pid: str) -> bool:
     return not pid.isdecimal() or Path("/proc", pid).exists()
 
 
+def alive(pid: int) -> bool:
+    """Whether a process runs that has not ended, waited for or not."""
+    try:
+        told = Path("/proc", str(pid), "stat").read_text(errors="replace")
+    except OSError:
+        return False
+    return told.rpartition(")")[2].split()[0] not in ("Z", "X")
+
+
 def _unwritten(path: Path) -> bool:
     """Whether nobody holds the lock of a file of frames: a session in another namespace of processes may."""
     try:

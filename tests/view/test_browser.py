@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import os
 import re
+import signal
 import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from threading import Timer
 from typing import Any
@@ -293,6 +295,25 @@ def replays(log: Path) -> None:
     """What people did in the browser is in the recording."""
     again = subprocess.run([*PROGRAM, "replay", str(log), "--verify"], capture_output=True, text=True)
     assert again.returncode == 0 and ", 0 differ" in again.stdout, again.stdout + again.stderr
+
+
+def test_a_session_whose_recorder_died_is_not_over_and_is_stopped_from_its_page(
+    chromium: Any, tmp_path: Path
+) -> None:
+    log = tmp_path / "lost.mcap"
+    with running("demo", "palpation", "--log", str(log)) as (child, url):
+        with sparing(chromium, url) as page:
+            until(page, "now.mode === 'ACTIVE'")
+            for process in Path("/proc").glob("[0-9]*"):
+                with suppress(OSError):
+                    if f"live.recorder\0rhi\0{log}" in (process / "cmdline").read_text():
+                        os.kill(int(process.name), signal.SIGKILL)
+            until(page, "$('mode').textContent.endsWith('it may still move')")
+            page.get_by_role("button", name="e-stop", exact=True).click()
+            page.wait_for_timeout(1000)  # nothing tells a page any more that it was heard
+        child.terminate()
+        said, _ = child.communicate(timeout=60)
+    assert "R4 e_stop" in said
 
 
 DOOR = "frames.findLast(f => f.mean.length)"

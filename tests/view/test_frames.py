@@ -1,5 +1,6 @@
 """Frames hold what the records hold, and a terminal shows the essentials of one."""
 
+import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -11,7 +12,9 @@ from hapticd.runtime.core.modes import Mode
 from hapticd.runtime.recording.channels import HEARD, MET, PROVEN, SLACK, STATUS, Channel, Group
 from hapticd.runtime.recording.frames import MOST_EVENTS, Frame, FrameMaker, Said, Stored, bars
 from hapticd.runtime.recording.log import open_log
+from hapticd.runtime.recording.published import SessionError
 from hapticd.runtime.timing.histogram import Histogram
+from hapticd.view import source
 from hapticd.view.source import LEAST_TICKS, frames_of
 from hapticd.view.top import BAR, rows, screen
 
@@ -158,3 +161,12 @@ def test_a_frame_has_the_words_that_a_machine_says_of_itself(recorded: Callable[
     session = build(log.loaded)
     said = {frame.mode: frame.doing for frame in frames_of(log, session)}
     assert said["READY"] == [] and any(word.startswith("force ") for word in said["ENGAGING"])
+
+
+def test_who_waits_for_a_session_that_does_not_come_is_told(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(source, "START_S", 1.3)
+    with pytest.raises(SessionError, match="shows no session that can be watched"):
+        source.awaited(os.getpid())
+    assert capsys.readouterr().err.count(f"waiting for the session of process {os.getpid()}") == 1

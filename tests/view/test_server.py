@@ -29,7 +29,7 @@ class Said:
     """A live source that notes what is said to it."""
 
     hello = b'{"type":"hello"}'
-    live, over, missed, age_ns = True, False, 0, 0
+    live, over, unseen, missed, age_ns = True, False, False, 0, 0
     earlier = (b'{"type":"said","events":[[7,"stop","R4"]]}',)
 
     def __init__(self) -> None:
@@ -117,7 +117,9 @@ async def test_its_own_page_sees_frames_and_says_words(dashboard: Dashboard) -> 
         assert json.loads(await page_end.recv()) == {"type": "unsaid", "word": "dance"}
         await page_end.send("ping 12.5")
         assert json.loads(await page_end.recv()) == {"type": "pong", "of": "12.5"}
-        said.over = True
+        said.over = said.unseen = True  # its recorder died
+        assert json.loads(await page_end.recv())["frames"] == [{"type": "unseen"}]
+        said.unseen = False
         assert json.loads(await page_end.recv())["frames"] == [{"type": "over"}]
     assert said.words == ["stop", "dance"]
 

@@ -80,6 +80,7 @@ function histogram(canvas, counts, bars, name) {
   c.setTransform(ratio, 0, 0, ratio, 0, 0); c.clearRect(0, 0, w, h); c.fillStyle = css(name);
   counts.forEach((n, i) => { if (n) { const high = (h - 16) * (Math.log10(n) + .3) / (Math.log10(most) + .3); c.fillRect(i * wide + .5, h - 16 - high, wide - 1, high); } });
   c.fillStyle = css("--soft"); c.font = "11px system-ui, sans-serif"; c.textAlign = "center";
-  for (const us of [10, 100, 1000, 10000]) { const x = (Math.log2(us / bars.least) * bars.per_octave + 1) * wide; if (x > 10 && x < w - 24) c.fillText(us, x, h - 3); }
+  const unit = c.measureText("us").width + 6;
+  for (const us of [10, 100, 1000, 10000]) { const x = (Math.log2(us / bars.least) * bars.per_octave + 1) * wide; const half = c.measureText(us).width / 2; if (x > half && x + half < w - unit) c.fillText(us, x, h - 3); }
   c.textAlign = "right"; c.fillText("us", w - 1, h - 3);
 }

@@ -4,7 +4,7 @@ const LAMPS = {BRINGUP: "--soft", READY: "--c5", ENABLING: "--c1", ENGAGING: "--
 const SPAN_S = 20, HOLD_MS = 30, KEPT = 3000, SILENT_MS = 1000;
 let hello = null, frames = [], now = null, scene = new Scene($("scene")), plots = [], socket, open = false, held = false, way = 0, age = 0, dropped = 0;
 let virtual = false; // time: of a session in lockstep
-let over = false, heard = 0; // the session has ended; when a frame came last
+let over = false, unseen = false, heard = 0; // the session has ended, or goes on without its recorder; when a frame came last
 let at = 0, playing = false, playedAt = 0, changed = false, last = {lateness: [], compute: []}, limitRows = [], events = [];
 const can = word => hello && hello.words.includes(word);
 const say = word => { if (open) socket.send("say " + word); };
@@ -37,7 +37,7 @@ function hear(said) {
   else if (said.type === "unsaid") $("hint").textContent = `the session does not take "${said.word}"`;
 }
 function begin(said) {
-  hello = said; over = false; heard = performance.now(); frames = []; now = null; at = 0; events = []; last = {lateness: [], compute: []};
+  hello = said; over = unseen = false; heard = performance.now(); frames = []; now = null; at = 0; events = []; last = {lateness: [], compute: []};
   document.title = `${hello.name} – hapticd`; $("name").textContent = hello.name;
   scene.begin(hello); $("events").replaceChildren(); $("stop").textContent = $("intervention").textContent = "none";
   $("controls").hidden = !hello.live; $("player").hidden = hello.live;
@@ -56,6 +56,11 @@ function note([tick, severity, text]) {
   if (hello.live) tell(events.at(-1));
 }
 function take(frame) {
+  if (frame.type === "unseen") {
+    unseen = true; showMode();
+    $("hint").textContent = "its recorder has ended: nothing here is of now, but stop and emergency stop still reach it";
+    return;
+  }
   if (frame.type === "over") { over = true; showMode(); letGo(); return; }
   if (frame.lateness.length) last = frame;
   frame.events.forEach(note);
@@ -70,7 +75,7 @@ function tell({tick, severity, text}) {
   if (severity === "stop") $("stop").textContent = text;
   if (["stop", "refusal", "warning", "failure"].includes(severity)) $("intervention").textContent = text;
 }
-const lost = () => !hello?.live ? "" : !open ? "not connected" : over ? "session over" : performance.now() - heard > SILENT_MS ? `silent for ${((performance.now() - heard) / 1000).toFixed(0)} s` : "";
+const lost = () => !hello?.live ? "" : !open ? "not connected" : over ? "session over" : unseen ? "not recorded, not shown: it may still move" : performance.now() - heard > SILENT_MS ? `silent for ${((performance.now() - heard) / 1000).toFixed(0)} s` : "";
 const showMode = () => { const why = lost(); if (why || now) lamp(why || now.mode, why ? (over ? "--soft" : "--bad") : LAMPS[now.mode]); };
 const lamp = (text, color) => { $("mode").textContent = text; $("lamp").style.setProperty("--lamp", `var(${color})`); };
 
