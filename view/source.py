@@ -31,6 +31,7 @@ from ..runtime.recording.published import (
     alive,
     run_folder,
     running,
+    unseen,
 )
 from ..runtime.recording.summary import Summary
 from .geometry import Geometry, drawn
@@ -357,6 +358,12 @@ def require_newest() -> Path:
     """
     path = newest()
     if path is None:
+        if lost := unseen():
+            numbers = ", ".join(map(str, lost))
+            raise SessionError(
+                f"nothing shows the session of process {numbers} any more: its recorder has ended, and the"
+                " machine may still move; stop it where it was begun, or with its own switches"
+            )
         raise SessionError(f"no session runs; {_begin()}")
     return path
 

@@ -220,6 +220,13 @@ def running() -> list[Path]:
     return found
 
 
+def unseen() -> list[int]:
+    """Processes of sessions of this user that go on although nobody records or shows them any more."""
+    seen = {path.stem for path in running()}
+    orders = [path for path in run_folder().glob(f"*{ORDERS}") if path.stem.isdecimal()]
+    return [int(o.stem) for o in orders if o.stem not in seen and alive(int(o.stem)) and not _unheard(o)]
+
+
 def sweep() -> None:
     """Remove what sessions of this user left behind that were killed; those that run keep what is theirs.
 

@@ -309,6 +309,8 @@ def test_a_session_whose_recorder_died_is_not_over_and_is_stopped_from_its_page(
                     if f"live.recorder\0rhi\0{log}" in (process / "cmdline").read_text():
                         os.kill(int(process.name), signal.SIGKILL)
             until(page, "$('mode').textContent.endsWith('it may still move')")
+            top = subprocess.run([*PROGRAM, "top"], capture_output=True, text=True, check=False)
+            assert top.returncode != 0 and "its recorder has ended" in top.stderr
             page.get_by_role("button", name="e-stop", exact=True).click()
             page.wait_for_timeout(1000)  # nothing tells a page any more that it was heard
         child.terminate()
