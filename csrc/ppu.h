@@ -40,7 +40,7 @@ double ppu_wanted(const ppu_positioning *p, int axis, double error, double ahead
                   double *most);
 
 /* Bounds (2) of the velocities that leave the arm the time to stop the elbow in front of its box: as fast as
- * the PPU itself could stop there, but not below PPU_CREEP [m/s], which the arm can always make up for. */
+ * the PPU itself could stop there, but not below PPU_CREEP [m/s], so that it still gets to its place. */
 void ppu_approach(const ppu_positioning *p, const double *q, const double *q_ppu, const double *qd_ppu,
                   double *least, double *most);
 

@@ -258,6 +258,8 @@ class Dashboard:
         visit.begin(source.hello, *source.earlier)
         if source.live:
             self._visits.add(visit)
+        if source.unseen:
+            visit.put([UNSEEN])
         sending = asyncio.create_task(self._send(connection, visit))
         try:
             async for message in connection:

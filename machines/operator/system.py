@@ -21,14 +21,12 @@ def _scene(config: OperatorConfig) -> StationScene:
 
 
 OPERATOR = System(
-    *(
-        OperatorConfig,
-        OperatorStation,
-        _limits,
-        lambda config: OperatorFigures(),
-        operator_plant,
-        check_operator,
-    ),
+    OperatorConfig,
+    OperatorStation,
+    _limits,
+    lambda config: OperatorFigures(),
+    operator_plant,
+    check_operator,
     scene=_scene,
 )
 """What hapticd finds by the entry point."""

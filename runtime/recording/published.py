@@ -242,7 +242,7 @@ def sweep() -> None:
 
 def _runs(pid: str) -> bool:
     """Whether there is a process of a number, of any user."""
-    return not pid.isdecimal() or Path("/proc", pid).exists()
+    return not pid.isdecimal() or alive(int(pid))
 
 
 def alive(pid: int) -> bool:

@@ -57,7 +57,7 @@ function note([tick, severity, text]) {
 }
 function take(frame) {
   if (frame.type === "unseen") {
-    unseen = true; showMode();
+    unseen = true; showMode(); letGo(); // nobody holds what they cannot see
     $("hint").textContent = "its recorder has ended: nothing here is of now, but stop and emergency stop still reach it";
     return;
   }
