@@ -350,7 +350,7 @@ class ForceControl:
         for _ in range(SOFTENINGS):
             torque = ability.inertia @ self.qdd
             room = np.where(torque > 0.0, ability.most - fixed, fixed - ability.least)
-            with np.errstate(divide="ignore", invalid="ignore"):
+            with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
                 share = np.where((room > 0.0) & (torque != 0.0), room / np.abs(torque), 1.0)
             self.qdd *= np.clip(share, LEAST_BRAKING, 1.0)
 

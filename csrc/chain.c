@@ -239,15 +239,17 @@ static bounds_interval in_reach(const chain *c, const reach *r, const double *ro
                                 double x, double v) {
     const int m = c->m;
     if (!c->inertia) return bounds_c(lower, upper, x, v, c->point_horizon);
-    double y[CHAIN_MAX_JOINTS], up = 0.0, down = 0.0; /* accelerations by all motors together */
+    /* accelerations by all motors together, and by all joints as they are rated */
+    double y[CHAIN_MAX_JOINTS], up = 0.0, down = 0.0, rated = 0.0;
     memcpy(y, row, (size_t)m * sizeof *y);
     solve_inertia(m, r->L, y, 1, 1);
     for (int j = 0; j < m; j++) {
         up += y[j] * (y[j] > 0.0 ? r->room_up[j] : -r->room_down[j]);
         down += y[j] * (y[j] > 0.0 ? r->room_down[j] : -r->room_up[j]);
+        rated += fabs(row[j]) * c->manipulator[j].acceleration;
     }
-    up = between(POINT_SHARE * up, POINT_LEAST, POINT_MOST);
-    down = between(POINT_SHARE * down, POINT_LEAST, POINT_MOST);
+    up = between(POINT_SHARE * fmin(up, rated), POINT_LEAST, POINT_MOST);
+    down = between(POINT_SHARE * fmin(down, rated), POINT_LEAST, POINT_MOST);
     const bounds_limits free = {lower, upper, INFINITY, INFINITY};
     const bounds_pace gently = pace(c);
     return bounds_able(&free, &gently, down, up, x, v);

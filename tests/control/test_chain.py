@@ -268,6 +268,31 @@ def test_the_twins_stops_count_on_what_motors_and_joints_of_the_machine_reach(n:
     assert limited
 
 
+@pytest.mark.parametrize("share", [0.01, 0.1, 1.0])
+def test_a_box_counts_on_no_more_than_the_joints_are_rated_for(share: float) -> None:
+    """However strong the motors are: a point that joints hardly move cannot brake any harder."""
+    inputs, ability = random_inputs(6, 3), Ability(6)
+    ability.inertia[:] = 0.01 * np.eye(6)
+    ability.most[:], ability.least[:] = 300.0, -300.0
+    J = np.zeros((6, 6))
+    J[0] = share * np.array([0.1, -0.3, 0.0, 0.0, 0.0, 0.0])
+    inputs["qd"][:2] = 0.5 / J[0, 0], 0.0
+    inputs["q_p"][:] = inputs["qd_p"][:] = inputs["qdd_p"][:] = 0.0
+    x = np.array([1.9, 0.0, -1.0])
+    chain = ChainLevels(
+        *(inputs, MANIPULATOR, twin_limits(6), []),
+        *([BoxedPoint(x, J, np.zeros(6), *BOX)], GAINS, HORIZONS, DT, "gauss", tuple(range(6))),
+        ability=ability,
+    )
+    assert chain.assemble()
+    reach = float(np.clip(0.5 * np.abs(J[0]) @ np.abs([25.0, 25.0, 0.0, 0.0, 0.0, 0.0]), 1.0, 15.0))
+    free = ffi.new("bounds_limits *", {"lower": -2.2, "upper": 2.2, "velocity": np.inf, "acceleration": np.inf})
+    pace = ffi.new("bounds_pace *", {"ease": 20e-3, "settle": 50e-3, "homing": HOMING})
+    expected = lib.bounds_able(free, pace, reach, reach, x[0], 0.5)
+    assert chain.levels[3].ub[0] == pytest.approx(expected.upper)
+    assert chain.levels[3].lb[0] == pytest.approx(expected.lower)
+
+
 def test_the_posture_decides_only_what_the_coupling_leaves_free() -> None:
     rng = np.random.default_rng(8)
     s = {name: 0.1 * rng.standard_normal(shape) for name, shape in input_shapes(7, 6).items()}
