@@ -9,7 +9,7 @@ class Ability:
     """Torques that accelerations take, and torques that the drives are admitted.
 
     A motor's torque is ``inertia @ qdd + load + feedback``, of which the drives are admitted ``least`` to
-    ``most``.
+    ``most``: with the feedback, and without it, which is gone in a moment.
 
     Attributes:
         inertia: of links and rotors, (m, m) [kg m^2 or kg].

@@ -255,15 +255,16 @@ static bounds_interval in_reach(const chain *c, const reach *r, const double *ro
     return bounds_able(&free, &gently, down, up, x, v);
 }
 
-/* The torques of the motors: least <= inertia qdd_m + load + feedback <= most. */
+/* The torques of the motors: least <= inertia qdd_m + load + feedback <= most. What the feedback adds for a
+ * moment gives no room: a rotor that winds up its spring is braked by its damping, and has no more to give to
+ * the link for that. */
 static void torques(const chain *c) {
     const int m = c->m, dim = dimension(c);
     if (!c->inertia) return;
     for (int i = 0; i < m; i++) {
-        const double at_rest = c->load[i] + c->feedback[i];
         memcpy(c->C_torque + dim * i, c->inertia + m * i, (size_t)m * sizeof *c->C_torque);
-        c->lb_torque[i] = c->least[i] - at_rest;
-        c->ub_torque[i] = c->most[i] - at_rest;
+        c->lb_torque[i] = c->least[i] - c->load[i] - fmin(0.0, c->feedback[i]);
+        c->ub_torque[i] = c->most[i] - c->load[i] - fmax(0.0, c->feedback[i]);
     }
 }
 

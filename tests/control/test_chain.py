@@ -268,6 +268,25 @@ def test_the_twins_stops_count_on_what_motors_and_joints_of_the_machine_reach(n:
     assert limited
 
 
+def test_what_is_fed_back_takes_of_a_motors_torque_and_adds_none() -> None:
+    """Accelerations within the level are within the torques with the feedback, and without it."""
+    inputs, ability, rng = random_inputs(6, 4), Ability(6), np.random.default_rng(4)
+    root = rng.standard_normal((6, 6))
+    ability.inertia[:] = root @ root.T + np.eye(6)
+    ability.load[:], ability.feedback[:] = rng.uniform(-60.0, 60.0, 6), rng.uniform(-80.0, 80.0, 6)
+    ability.most[:], ability.least[:] = rng.uniform(100.0, 300.0, 6), -rng.uniform(100.0, 300.0, 6)
+    chain = ChainLevels(
+        *(inputs, MANIPULATOR, twin_limits(6), [], [], GAINS, HORIZONS, DT, "gauss", tuple(range(6))),
+        ability=ability,
+    )
+    assert chain.assemble()
+    motors = chain.levels[0]
+    assert motors.lb is not None and motors.ub is not None
+    both = np.stack([ability.load, ability.load + ability.feedback])
+    np.testing.assert_allclose(motors.ub, (ability.most - both).min(axis=0))
+    np.testing.assert_allclose(motors.lb, (ability.least - both).max(axis=0))
+
+
 @pytest.mark.parametrize("share", [0.01, 0.1, 1.0])
 def test_a_box_counts_on_no_more_than_the_joints_are_rated_for(share: float) -> None:
     """However strong the motors are: a point that joints hardly move cannot brake any harder."""
