@@ -101,13 +101,14 @@ safety = partial(
     [f"{part}.h" for part in CHECKS],
     [f"{part}.c" for part in CHECKS],
 )
-MECHANICS = ("links", "dry", "held", "elastic", "direct", "tool", "path")
+MECHANICS = ("links", "dry", "held", "elastic", "direct", "axes", "tool", "path", "hand")
+SENSING = ("probes",)
 PEERS = ("codec", "peer", "peer_drive", "peer_safety", "peers", "gateway", "wire")
 plant = partial(
     module,
     "hapticd.sim._plant",
-    ["serial_model.h", *(f"{part}.h" for part in MECHANICS), "peer.h", "gateway.h"],
-    ["rotation.c", "spd.c", *(f"{part}.c" for part in (*MECHANICS, *PEERS))],
+    ["serial_model.h", *(f"{part}.h" for part in (*MECHANICS, *SENSING)), "peer.h", "gateway.h"],
+    ["rotation.c", "spd.c", *(f"{part}.c" for part in (*MECHANICS, *SENSING, *PEERS))],
     optimise="-O3",
     shared=DEVICES,
 )

@@ -101,7 +101,7 @@ class LeadingArm(LeanArm):
         self.sent = self._port.sent
         self._law.update()
         body = self.limb.arm
-        self._hand.aim(body.hold, t, body.position.tolist(), body.rotation)
+        self._hand.aim(body.hold, t, body.position, body.rotation)
         self.move(self._law.torque)
 
 

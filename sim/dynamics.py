@@ -270,26 +270,31 @@ class VelocityAxes:
 
     Attributes:
         position, velocity, acceleration: one an axis [m, s].
+        carried: the same of what they carry, whose first directions they are, (3, 3).
     """
 
     def __init__(
         self, time_constant: float, acceleration: float, lower: Sequence[float], upper: Sequence[float]
     ) -> None:
-        """Time constant of the loop [s], rated acceleration [m/s^2], hard stops, one an axis [m]."""
-        self._time_constant, self._rated = time_constant, acceleration
-        self._lower, self._upper = lower, upper
-        self.position = [0.0] * len(lower)
-        self.velocity, self.acceleration = list(self.position), list(self.position)
+        """Time constant of the loop [s], rated acceleration [m/s^2], hard stops, one an axis [m]; up to 3."""
+        n = len(lower)
+        self.carried = np.zeros((3, 3))
+        self.position, self.velocity, self.acceleration = self.carried[:, :n]
+        self._command, self._braked = np.zeros(n), np.zeros(n, np.uint8)
+        self._core = ffi.new("axes *", {"n": n, "time_constant": time_constant, "rated": acceleration})
+        bind(
+            lib,
+            self._core,
+            lower=np.array(lower, float),
+            upper=np.array(upper, float),
+            command=self._command,
+            braked=self._braked,
+            position=self.position,
+            velocity=self.velocity,
+            acceleration=self.acceleration,
+        )
 
-    def step(self, command: Sequence[float], braked: Sequence[bool], dt: float) -> None:
+    def step(self, command: Sequence[float] | Array, braked: Braked, dt: float) -> None:
         """Advance by dt towards velocities, one an axis [m/s]; braked axes stop at the rated acceleration."""
-        for i, before in enumerate(self.velocity):
-            target, constant = (0.0, dt) if braked[i] else (command[i], self._time_constant)
-            wanted = min(max((target - before) / constant, -self._rated), self._rated)
-            velocity = before + dt * wanted
-            position = self.position[i] + dt * velocity
-            stopped = min(max(position, self._lower[i]), self._upper[i])
-            if stopped != position:
-                velocity = 0.0
-            self.position[i], self.velocity[i] = stopped, velocity
-            self.acceleration[i] = (velocity - before) / dt
+        self._command[:], self._braked[:] = command, braked
+        lib.axes_step(self._core, dt)

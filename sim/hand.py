@@ -8,13 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from math import cos, hypot, sin
+from math import hypot
 from typing import Protocol
 
 import numpy as np
 import pinocchio as pin
 
-from ..binding import bind
+from ..binding import bind, pointer
 from ..models import Array
 from ._plant import ffi, lib
 from .hold import Hold
@@ -32,7 +32,11 @@ class Grip:
 
 
 class Path:
-    """A smooth path through places at given times: a C2 cubic spline, at rest at both ends."""
+    """A smooth path through places at given times: a C2 cubic spline, at rest at both ends.
+
+    Attributes:
+        core: the C struct.
+    """
 
     def __init__(self, times: Sequence[float], values: Array) -> None:
         """Times (k,) [s], ascending; coordinates at each of them (k, c).
@@ -50,13 +54,13 @@ class Path:
         a, b = m0 + m1 - 2.0 * rise, 3.0 * rise - 2.0 * m0 - m1
         self._value, self._rate = np.zeros(y.shape[1]), np.zeros(y.shape[1])
         sizes = {"segments": len(h), "knots": len(t), "columns": y.shape[1]}
-        self._core = ffi.new("path *", sizes)
+        self.core = ffi.new("path *", sizes)
         cubic = np.stack([a, b, m0, y[:-1]], axis=2)
-        bind(lib, self._core, time=t, cubic=cubic, value=self._value, rate=self._rate)
+        bind(lib, self.core, time=t, cubic=cubic, value=self._value, rate=self._rate)
 
     def at(self, t: float) -> tuple[list[float], list[float]]:
         """Coordinates and their rates at time t; the ends are held."""
-        lib.path_at(self._core, t)
+        lib.path_at(self.core, t)
         return self._value.tolist(), self._rate.tolist()
 
 
@@ -81,7 +85,7 @@ MOST_PUSH_N = 30.0
 
 
 def _pushed(
-    place: list[float], handle: Sequence[float], direction: Sequence[float], stiffness: float
+    place: list[float] | Array, handle: Sequence[float] | Array, direction: Sequence[float], stiffness: float
 ) -> None:
     """Move the place where a person's hand wants to be, but not far from where the handle is now."""
     step, reach = PUSH_N / stiffness, MOST_PUSH_N / stiffness
@@ -113,47 +117,62 @@ class Hand:
         self, path: Course, grip: Grip, orientation: Orientation, away: Sequence[tuple[float, float]] = ()
     ) -> None:
         """``away``: from when to when the hand lets go of the handle, as long as no person leads it [s]."""
-        self._path, self._grip, self._orientation = path, grip, orientation
-        self._stiffness, self._damping, self._strength = (
-            np.array(both) for both in (grip.stiffness, grip.damping, grip.strength)
-        )
-        self._away = away
+        self._grip, self._orientation, self._away = grip, orientation, away
         self.gripping = True
-        first = path.at(0.0)[0]
-        self._handle, self._rotation = list(first[:3]), orientation(first[3:], [0.0] * 3)[0]
-        self._own: tuple[list[float], Array] | None = None
+        self._led = False
+        self._handle, self._turned, self._base = np.zeros(3), np.eye(3), np.zeros(3)
+        self._place, self._target, self._rate = np.zeros(3), np.eye(3), np.zeros(6)
+        own = {"stiffness": grip.stiffness, "damping": grip.damping, "strength": grip.strength}
+        self._core = ffi.new("hand *", own)
+        bind(
+            lib,
+            self._core,
+            place=self._place,
+            target=self._target,
+            rate=self._rate,
+            position=self._handle,
+            rotation=self._turned,
+            base=self._base,
+        )
+        self.follow(path)
+        self._want(0.0)
+        self._handle[:], self._rotation = self._place, self._target.copy()
 
     @property
     def handle(self) -> list[float]:
         """Where the handle is (3,) [m]."""
-        return list(self._handle)
+        handle: list[float] = self._handle.tolist()
+        return handle
 
     def follow(self, path: Course) -> None:
         """Go another way from now on."""
-        self._path = path
+        self._path, self._hanging = path, None
+        if isinstance(path, Path) and path.core.columns == 6 and self._orientation is hanging:
+            self._hanging = path.core
 
     def take(self) -> None:
         """A person leads it from now on: it wants to stay where the handle is."""
-        if self._own is None:
-            self._own = list(self._handle), self._rotation.copy()
+        if not self._led:
+            self._led = True
+            self._place[:], self._target[:], self._rate[:] = self._handle, self._rotation, 0.0
 
     def push(self, direction: Sequence[float]) -> None:
         """Once taken, pull the handle gently in a direction (3,)."""
-        if self._own:
-            _pushed(self._own[0], self._handle, direction, self._grip.stiffness[0])
+        if self._led:
+            _pushed(self._place, self._handle, direction, self._grip.stiffness[0])
 
     def lead(self, place: Sequence[float]) -> None:
         """Once taken, want the handle at a place (3,) [m], with what the grip has."""
-        if self._own:
-            self._own[0][:] = place
+        if self._led:
+            self._place[:] = place
 
     def aim(
         self,
         hold: Hold,
         t: float,
-        position: Sequence[float],
+        position: Sequence[float] | Array,
         rotation: Array,
-        base: Sequence[float] = STILL,
+        base: Sequence[float] | Array = STILL,
     ) -> None:
         """Tell its hold where it wants the handle from time t on.
 
@@ -164,22 +183,26 @@ class Hand:
             rotation: of the handle in B, (3, 3).
             base: velocity of what carries the arm, (3,) [m/s].
         """
-        self._handle, self._rotation = list(position), rotation
-        away = self._own is None and any(begin <= t < end for begin, end in self._away)
-        hold.stiffness[:], hold.damping[:] = self._stiffness, self._damping
-        hold.strength[:] = self._strength if self.gripping and not away else 0.0
-        value, rate, target, omega = self._wish(t)
-        turn = pin.log3(target @ rotation.T).tolist()
-        hold.error[:] = [value[i] - position[i] for i in range(3)] + turn
-        hold.rate[:] = [*(rate[i] - base[i] for i in range(3)), *omega]
+        assert hold.rows == len(self._rate), "a hand holds a frame"
+        self._rotation = rotation
+        self._handle[:], self._turned[:], self._base[:] = position, rotation, base
+        if not self._led:
+            self._want(t)
+        lib.hand_aim(self._core, hold.core, self.gripping and not self._lets_go(t))
 
-    def _wish(self, t: float) -> tuple[Sequence[float], Sequence[float], Array, Sequence[float]]:
-        """Place and its rate, orientation and angular velocity that the hand wants."""
-        if self._own:
-            place, rotation = self._own
-            return place, STILL, rotation, STILL
+    def _lets_go(self, t: float) -> bool:
+        if self._led or not self._away:
+            return False
+        return any(begin <= t < end for begin, end in self._away)
+
+    def _want(self, t: float) -> None:
+        """Where its path is at a time."""
+        if self._hanging is not None:
+            lib.hand_follow(self._core, self._hanging, t)
+            return
         value, rate = self._path.at(t)
-        return value, rate, *self._orientation(value[3:], rate[3:])
+        rotation, omega = self._orientation(value[3:], rate[3:])
+        self._place[:], self._target[:], self._rate[:] = value[:3], rotation, (*rate[:3], *omega)
 
 
 class PointHand:
@@ -243,19 +266,10 @@ def hanging(angles: Sequence[float], rates: Sequence[float]) -> tuple[Array, tup
     The handle's axis points down at tilt 0, is tilted towards the direction opposite to yaw, and roll turns
     about it.
     """
-    yaw, tilt, roll = angles
-    cy, sy, ct, st, cr, sr = cos(yaw), sin(yaw), -cos(tilt), -sin(tilt), cos(roll), sin(roll)
-    axis = (cy * st, sy * st, ct)
-    rotation = np.array(
-        (
-            *(cy * ct * cr - sy * sr, -cy * ct * sr - sy * cr, axis[0]),
-            *(sy * ct * cr + cy * sr, -sy * ct * sr + cy * cr, axis[1]),
-            *(-st * cr, st * sr, axis[2]),
-        )
-    ).reshape(3, 3)  # of one level, which numpy reads faster
-    d_yaw, d_tilt, d_roll = rates
-    omega = (d_roll * axis[0] - sy * d_tilt, d_roll * axis[1] + cy * d_tilt, d_roll * axis[2] + d_yaw)
-    return rotation, omega
+    rotation, omega = np.zeros((3, 3)), ffi.new("double[3]")
+    (yaw, tilt, roll), (d_yaw, d_tilt, d_roll) = angles, rates
+    lib.hand_hanging([yaw, tilt, roll], [d_yaw, d_tilt, d_roll], pointer(rotation, "double", 3, 3), omega)
+    return rotation, tuple(omega)
 
 
 def turned(first: Array) -> Orientation:

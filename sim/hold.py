@@ -22,12 +22,23 @@ class Hold:
         error: from what is held to where the hand wants it: translation, rotation vector, (rows,) in B.
         rate: at which that place moves as seen from the arm's base, (rows,).
         wrench: what the hand did in the last step, (rows,) in B [N, N m].
+        core: all of it but the wrench as C knows it (csrc/hand.h).
     """
 
     def __init__(self, rows: int = 6) -> None:
         self.rows = rows
         self.stiffness, self.damping, self.strength = np.ones(2), np.ones(2), np.zeros(2)
         self.error, self.rate, self.wrench = np.zeros(rows), np.zeros(rows), np.zeros(rows)
+        self.core = ffi.new("hold *", {"rows": rows})
+        bind(
+            lib,
+            self.core,
+            stiffness=self.stiffness,
+            damping=self.damping,
+            strength=self.strength,
+            error=self.error,
+            rate=self.rate,
+        )
 
 
 def chain(hold: Hold, inverse: Array, J: Array, dry: Array, friction: Array) -> Any:

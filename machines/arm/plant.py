@@ -13,6 +13,7 @@ from ...sim.dynamics import HeldArm
 from ...sim.force_torque import SimForceTorque
 from ...sim.hand import Hand
 from ...sim.plant import Energies, SimPlant
+from ...sim.probes import Probe, Probes
 from ...sim.tool import SensedTool
 from ...sim.torque_drive import SimTorqueDrive
 from ..rendering.giving_way import Pushes
@@ -49,11 +50,17 @@ class ArmPlant(SimPlant):
         self.arm, self.hand, self.tool = arm, hand, tool
         self._noise = np.repeat(noise, 3)
         self._joints = joints = Drives(self.nodes.of(SimTorqueDrive))
-        self._encoders = (
-            *((joints["position"], arm.motor), (joints["velocity"], arm.motor_rate)),
-            *((joints["link_position"], arm.q), (joints["load_torque"], arm.spring)),
+        (force_torque,) = self.nodes.of(SimForceTorque)
+        self._probes = Probes(
+            [
+                Probe(joints["position"], arm.motor),
+                Probe(joints["velocity"], arm.motor_rate),
+                Probe(joints["link_position"], arm.q),
+                Probe(joints["load_torque"], arm.spring),
+                Probe(force_torque.fields["wrench"], tool.felt, self._noise),
+            ],
+            self._random,
         )
-        (self._force_torque,) = self.nodes.of(SimForceTorque)
         self.wrench = arm.hold.wrench
         self._pushes = pushes
         self._late = Delay(delay, len(joints.command))
@@ -72,14 +79,12 @@ class ArmPlant(SimPlant):
 
     def _move(self, dt: float) -> None:
         arm, joints = self.arm, self._joints
-        self.hand.aim(arm.hold, self.time, arm.position.tolist(), arm.rotation)
+        self.hand.aim(arm.hold, self.time, arm.position, arm.rotation)
         joints.update()
         if self._pushes:
             self._pushes.apply(self.time, arm.q, arm.push)
         arm.step(self._late(joints.command, joints.braked), joints.braked, STILL, dt)
 
     def _sense(self) -> None:
-        for measured, value in self._encoders:
-            measured[:] = value
         self.tool.update()
-        self._force_torque.wrench = self.tool.felt + self._noise * self._random.standard_normal(6)
+        self._probes.read()

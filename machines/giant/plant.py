@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,6 +19,7 @@ from ...sim.gateway import Exchange
 from ...sim.hand import Hand
 from ...sim.joint_drive import SimJointDrive
 from ...sim.plant import Energies, SimPlant
+from ...sim.probes import Probe, Probes
 from ...sim.tool import SensedTool, Tool
 from ..rendering.giving_way import Pushes
 from ..telemanipulation.leading_end import LeadingEnd
@@ -69,26 +70,35 @@ class GiantPlant(SimPlant):
         self._noise = np.repeat([noise.acceleration, noise.acceleration, noise.force, noise.torque], 3)
         self._joints = Drives(self.nodes.of(SimJointDrive))
         self._axes = Drives(self.nodes.of(SimAxisDrive))
-        self._encoders = (
-            *((self._joints["position"], arm.motor), (self._joints["velocity"], arm.motor_rate)),
-            *((self._joints["link_position"], arm.q), (self._joints["load_torque"], arm.spring)),
-            *((self._axes["position"], ppu.position), (self._axes["velocity"], ppu.velocity)),
-        )
-        (force_torque,) = self.nodes.of(SimForceTorque)
-        carriage, handle = (self.nodes[name].fields for name in ("imu_carriage", "imu_handle"))
-        self._felt = (
-            *(carriage["acceleration"], handle["acceleration"], handle["angular_velocity"]),
-            force_torque.fields["wrench"],
-        )
         zero = np.zeros(robot.nv)
         T_handle = np.linalg.inv(robot.placement(zero, "handle"))
         sensors = ("force_torque", "imu_handle")
         place, unit = ((T_handle @ robot.placement(zero, name))[:3, 3].tolist() for name in sensors)
         self._late = Delay(delay, len(self._joints.command)), Delay(delay, len(self._axes.command))
         self._pushes = pushes
-        self._base, self._wrench = np.zeros(3), arm.hold.wrench
+        self._place, self._velocity, self._acceleration = ppu.carried
+        self._handle, self._wrench = np.zeros(3), arm.hold.wrench
         self.tool = SensedTool(tool, place, arm, self._wrench, unit=unit)
+        self._probes = Probes([*self._encoders(), *self._sensors()], self._random)
         self._measure()
+
+    def _encoders(self) -> Iterator[Probe]:
+        arm, ppu, joints, axes = self.arm, self.ppu, self._joints, self._axes
+        yield Probe(joints["position"], arm.motor)
+        yield Probe(joints["velocity"], arm.motor_rate)
+        yield Probe(joints["link_position"], arm.q)
+        yield Probe(joints["load_torque"], arm.spring)
+        yield Probe(axes["position"], ppu.position)
+        yield Probe(axes["velocity"], ppu.velocity)
+
+    def _sensors(self) -> Iterator[Probe]:
+        tool, noise = self.tool, self._noise
+        (force_torque,) = self.nodes.of(SimForceTorque)
+        carriage, handle = (self.nodes[name].fields for name in ("imu_carriage", "imu_handle"))
+        yield Probe(carriage["acceleration"], tool.base, noise[:3])
+        yield Probe(handle["acceleration"], tool.specific, noise[3:6])
+        yield Probe(handle["angular_velocity"], tool.omega)
+        yield Probe(force_torque.fields["wrench"], tool.felt, noise[6:])
 
     @property
     def link(self) -> Exchange | None:
@@ -141,25 +151,15 @@ class GiantPlant(SimPlant):
         joints, axes = self._joints, self._axes
         joints.update()
         axes.update()
-        position = arm.position.tolist()
-        for i in range(2):
-            position[i] += ppu.position[i]
-        late = self._late[1](axes.command, axes.braked)
-        ppu.step(late.tolist(), axes.braked.tolist(), dt)
-        self._base[:2] = ppu.acceleration
-        self.hand.aim(arm.hold, self.time, position, arm.rotation, (*ppu.velocity, 0.0))
+        np.add(arm.position, self._place, out=self._handle)
+        ppu.step(self._late[1](axes.command, axes.braked), axes.braked, dt)
+        self.hand.aim(arm.hold, self.time, self._handle, arm.rotation, self._velocity)
         if self._pushes:
             self._pushes.apply(self.time, arm.q, arm.push)
-        arm.step(self._late[0](joints.command, joints.braked), joints.braked, self._base, dt)
+        arm.step(self._late[0](joints.command, joints.braked), joints.braked, self._acceleration, dt)
 
     def _sense(self) -> None:
-        for measured, value in self._encoders:
-            measured[:] = value
-        noise, tool = self._random.standard_normal(12) * self._noise, self.tool
-        np.subtract(self._base, GRAVITY, out=tool.base)
+        tool = self.tool
+        np.subtract(self._acceleration, GRAVITY, out=tool.base)
         tool.update()
-        carried, held, turned, felt = self._felt
-        np.add(tool.base, noise[:3], out=carried)
-        np.add(tool.specific, noise[3:6], out=held)
-        np.add(tool.felt, noise[6:], out=felt)
-        turned[:] = tool.omega
+        self._probes.read()

@@ -95,7 +95,7 @@ class OperatorPlant(StationPlant):
 
     def _touch(self, i: int, arm: SimArm) -> None:
         held = arm.arm
-        self.hands[i].aim(held.hold, self.time, held.position.tolist(), held.rotation)
+        self.hands[i].aim(held.hold, self.time, held.position, held.rotation)
 
     def _equip(self, dt: float) -> None:
         for (glove, fingers), closed in zip(self.gloves, self._closing.at(self.time), strict=False):

@@ -73,7 +73,7 @@ class Bench:
         self.lockstep.session.cycle.phase.mode = Mode.ACTIVE
         for k, place in enumerate(places):
             plant.time = (k + 1) / self.lockstep.session.config.loop.rate  # type: ignore[misc]
-            plant.hand._handle = place.tolist()  # type: ignore[attr-defined]
+            plant.hand._handle[:] = place  # type: ignore[attr-defined]
             covered.add()
         return covered.share(SECONDS, stopped)
 

@@ -132,3 +132,32 @@ def test_a_braked_axis_stops_at_its_rated_deceleration() -> None:
     axes.step([0.6], [True], 1e-3)
     axes.step([0.6], [True], 1e-3)
     assert axes.velocity[0] == pytest.approx(0.0, abs=1e-12)
+
+
+def test_axes_move_as_their_formula_says_to_the_last_bit() -> None:
+    random = np.random.default_rng(2)
+    constant, rated, lower, upper, dt = 0.04, 3.0, [-0.2, -0.1, 0.0], [0.2, 0.3, 0.05], 2e-3
+    axes = VelocityAxes(constant, rated, lower, upper)
+    x, v, stops = [0.0] * 3, [0.0] * 3, 0
+    for _ in range(2000):
+        command, braked = random.normal(0.0, 1.0, 3), random.random(3) < 0.2
+        axes.step(command, braked, dt)
+        for i in range(3):
+            target, after = (0.0, dt) if braked[i] else (command[i], constant)
+            speed = v[i] + dt * min(max((target - v[i]) / after, -rated), rated)
+            place = x[i] + dt * speed
+            x[i] = min(max(place, lower[i]), upper[i])
+            speed = speed if x[i] == place else 0.0
+            stops += x[i] != place
+            assert axes.acceleration[i] == (speed - v[i]) / dt
+            v[i] = speed
+        assert axes.position.tolist() == x and axes.velocity.tolist() == v
+    assert stops > 10
+
+
+def test_what_axes_carry_moves_in_their_directions_alone() -> None:
+    axes = VelocityAxes(0.05, 3.0, [-1.0] * 2, [1.0] * 2)
+    axes.step([0.1, -0.2], [False] * 2, 1e-3)
+    rows = axes.position, axes.velocity, axes.acceleration
+    np.testing.assert_array_equal(axes.carried, [[*row, 0.0] for row in rows])
+    assert axes.velocity[0] > 0.0 > axes.velocity[1]

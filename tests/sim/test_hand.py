@@ -104,3 +104,69 @@ def test_a_hand_that_lets_go_leaves_the_handle_alone_until_it_is_back_or_a_perso
     hand.take()
     hand.push((1.0, 0.0, 0.0))
     assert pull(2.5) == pytest.approx(10.0)
+
+
+def aimed(hand: Hand, t: float, rotation: np.ndarray, position: object = (0.1, -0.2, 0.3)) -> np.ndarray:
+    """What a hand tells its hold."""
+    hold = Hold()
+    hand.aim(hold, t, position, rotation, (0.2, -0.1, 0.0))  # type: ignore[arg-type]
+    return np.concatenate([hold.stiffness, hold.damping, hold.strength, hold.error, hold.rate])
+
+
+@pytest.mark.parametrize("size", [0.0, 1e-12, 1e-7, 6e-6, 1e-5, 1e-3, 0.4, 2.0, 3.1, 3.138, 3.1415, np.pi])
+def test_the_turn_to_where_the_hand_wants_the_handle_is_the_rotation_vector(size: float) -> None:
+    random = np.random.default_rng(1)
+    path = Path([0.0, 1.0], np.zeros((2, 6)))
+    axes = [*np.eye(3), *-np.eye(3), *random.standard_normal((40, 3))]
+    for axis in axes:
+        vector = size * axis / np.linalg.norm(axis)
+        handle = pin.exp3(random.standard_normal(3))
+        target = pin.exp3(vector) @ handle
+        hand = Hand(path, GRIP, lambda angles, rates, target=target: (target, (0.0, 0.0, 0.0)))
+        turn = aimed(hand, 0.0, handle)[9:12]
+        if size < 3.1:
+            np.testing.assert_allclose(turn, vector, rtol=1e-6, atol=1e-15)
+        np.testing.assert_allclose(pin.exp3(turn) @ handle, target, atol=2e-9)
+        np.testing.assert_allclose(turn, pin.log3(target @ handle.T), rtol=1e-9, atol=1e-15)
+
+
+def test_a_path_of_hanging_handles_is_followed_in_one_go_as_it_is_step_by_step(path: Path) -> None:
+    at_once, by_steps = Hand(path, GRIP, hanging), Hand(path, GRIP, lambda *angles: hanging(*angles))
+    R = pin.exp3(np.array([0.3, 2.0, -0.4]))
+    for t in np.linspace(-0.1, 3.2, 50):
+        np.testing.assert_array_equal(aimed(at_once, t, R), aimed(by_steps, t, R))
+    assert at_once.handle == by_steps.handle == [0.1, -0.2, 0.3]
+
+
+def test_another_way_may_be_of_another_kind(path: Path) -> None:
+    class Standing:
+        def at(self, t: float) -> tuple[list[float], list[float]]:
+            return [0.1, 0.2, 0.3, 0.0, 0.0, 0.0], [t, 0.0, 0.0, 0.0, 0.0, 1.0]
+
+    hand, R = Hand(path, GRIP, hanging), np.diag([-1.0, 1.0, -1.0])
+    before = aimed(hand, 0.7, R)
+    hand.follow(Standing())
+    np.testing.assert_allclose(
+        aimed(hand, 0.7, R)[6:], [0, 0.4, 0, 0, 0, 0, 0.5, 0.1, 0, 0, 0, -1.0], atol=1e-12
+    )
+    hand.follow(path)
+    np.testing.assert_array_equal(aimed(hand, 0.7, R), before)
+
+
+def test_what_is_no_pose_of_a_hanging_handle_is_refused() -> None:
+    with pytest.raises(ValueError, match="unpack"):
+        hanging([0.0, 1.0], [0.0] * 3)
+    with pytest.raises(ValueError, match="unpack"):
+        Hand(Path(TIMES, PLACES), GRIP, hanging)
+    with pytest.raises(AssertionError, match="frame"):
+        Hand(Path(TIMES, np.hstack([PLACES, ANGLES])), GRIP, hanging).aim(Hold(3), 0.0, [0.0] * 3, np.eye(3))
+
+
+def test_a_hand_that_is_led_stays_where_the_handle_was_however_it_is_turned(path: Path) -> None:
+    hand, R = Hand(path, GRIP, hanging), np.ascontiguousarray(pin.exp3(np.array([0.3, 2.0, -0.4])))
+    aimed(hand, 0.7, R, np.array([0.5, 0.6, 0.7]))
+    hand.take()
+    R[:], turn = pin.exp3(np.array([0.0, 0.0, 0.2])) @ R, [0.0, 0.0, -0.2]
+    np.testing.assert_allclose(
+        aimed(hand, 0.8, R)[6:], [0.4, 0.8, 0.4, *turn, -0.2, 0.1, 0, 0, 0, 0], atol=1e-12
+    )
