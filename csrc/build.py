@@ -102,7 +102,7 @@ safety = partial(
     [f"{part}.c" for part in CHECKS],
 )
 MECHANICS = ("links", "dry", "held", "elastic", "direct", "axes", "tool", "path", "hand")
-SENSING = ("probes",)
+SENSING = ("probes", "sensor_errors")
 PEERS = ("codec", "peer", "peer_drive", "peer_safety", "peers", "gateway", "wire")
 plant = partial(
     module,

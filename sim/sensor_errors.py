@@ -8,8 +8,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..binding import bind
 from ..devices.force_torque import ForceTorque
 from ..models import Array
+from ._plant import ffi, lib
 from .force_torque import SimForceTorque
 from .imu import SimImu
 from .joint_drive import SimJointDrive
@@ -46,49 +48,62 @@ class SensorErrors:
         errors = [error for reading in readings for error in reading.errors]
         self._noise, self._std = _column(errors, "noise", 0.0), _column(errors, "drift", 0.0)
         self._time = _column(errors, "drift_time", NONE.drift_time)
-        self._range, steps = _column(errors, "range", inf), _column(errors, "step", 0.0)
-        self._saturates = bool(np.isfinite(self._range).any())
-        self._steps = np.flatnonzero(steps)
-        self._step = steps[self._steps]
         n = len(errors)
         self._mix = np.diag(1.0 + _column(errors, "gain", 0.0) * random.uniform(-1.0, 1.0, n))
         self._bias = _column(errors, "bias", 0.0) * random.uniform(-1.0, 1.0, n)
-        self._drift, self._dt = np.zeros(n), 0.0
-        self._offsets: list[Array] = []
-        self._truth = np.zeros(n)
-        self._places: list[tuple[Array, Array, slice]] = []
+        self._drift = np.zeros(n)
+        self._pace(0.0)
+        self._offset, self._left = np.zeros((AHEAD, n)), 0
+        self._truth, self._seen = np.zeros(n), np.zeros(n)
         end = 0
         for reading in readings:
             own = slice(end, end := end + len(reading.errors))
             self._mix[own, own] += _coupling(reading, random)
-            self._places.append((reading.node.fields[reading.field], self._truth[own], own))
+        self._core = self._bound(readings, errors)
+
+    def _bound(self, readings: Sequence[Reading], errors: Sequence[SensorError]) -> Any:
+        """What C works on."""
+        fields = ffi.new("sensor_field[]", [{"n": len(reading.errors)} for reading in readings])
+        for i, reading in enumerate(readings):
+            bind(lib, fields, {}, i, value=reading.node.fields[reading.field])
+        core = ffi.new("sensor_errors *", {"n": len(errors), "count": len(fields), "ahead": AHEAD})
+        bind(
+            lib,
+            core,
+            field=fields,
+            truth=self._truth,
+            seen=self._seen,
+            range=_column(errors, "range", inf),
+            step=_column(errors, "step", 0.0),
+            offset=self._offset,
+        )
+        return core
 
     def spoil(self, dt: float) -> None:
         """Replace the truth in the devices by what they would say, dt [s] after the last time."""
-        if dt != self._dt or not self._offsets:
+        if dt != self._dt or not self._left:
             self._draw(dt)
-        for value, truth, _ in self._places:
-            truth[:] = value
-        seen = self._mix @ self._truth
-        seen += self._offsets.pop()
-        if self._saturates:
-            np.clip(seen, -self._range, self._range, seen)
-        steps = self._steps
-        if steps.size:
-            seen[steps] = self._step * np.rint(seen[steps] / self._step)
-        for value, _, own in self._places:
-            value[:] = seen[own]
+        self._left -= 1
+        lib.sensor_errors_take(self._core)
+        np.dot(self._mix, self._truth, out=self._seen)
+        lib.sensor_errors_give(self._core)
 
     def _draw(self, dt: float) -> None:
-        """What bias, drift and noise add in the next periods of dt [s], the last of them first."""
-        self._dt = dt
-        keep = np.exp(-dt / self._time)
-        stir, noise = self._random.standard_normal((2, AHEAD, len(keep)))
-        fade = keep ** np.arange(1, AHEAD + 1)[:, None]
+        """What bias, drift and noise add in the next periods of dt [s]."""
+        if dt != self._dt:
+            self._pace(dt)
+        stir, noise = self._random.standard_normal((2, AHEAD, len(self._drift)))
         # d' = keep d + push, summed up
-        drift = fade * (self._drift + np.cumsum(self._std * np.sqrt(1.0 - keep**2) * stir / fade, axis=0))
+        drift = self._fade * (self._drift + np.cumsum(self._push * stir / self._fade, axis=0))
         self._drift = drift[-1]
-        self._offsets = list(self._bias + drift + self._noise * noise)[::-1]
+        self._offset[:] = self._bias + drift + self._noise * noise
+        self._left, self._core.next = AHEAD, 0
+
+    def _pace(self, dt: float) -> None:
+        """How drifts fade and wander in periods of dt [s]."""
+        keep = np.exp(-dt / self._time)
+        self._dt, self._push = dt, self._std * np.sqrt(1.0 - keep**2)
+        self._fade = keep ** np.arange(1, AHEAD + 1)[:, None]
 
 
 def _readings(node: SimNode, sensors: Sensors) -> list[Reading]:

@@ -14,6 +14,7 @@ from hapticd.configs.quantities import (
     ErrorAngularSpeed,
     ErrorForce,
     ErrorTorque,
+    Force,
     Torque,
 )
 from hapticd.devices.network import Network
@@ -22,7 +23,7 @@ from hapticd.sim.force_torque import SimForceTorque
 from hapticd.sim.imu import SimImu
 from hapticd.sim.joint_drive import SimJointDrive
 from hapticd.sim.nodes import SimNodes
-from hapticd.sim.sensor_errors import SensorErrors
+from hapticd.sim.sensor_errors import AHEAD, SensorErrors
 from hapticd.sim.sensors import (
     AccelerationError,
     AngleError,
@@ -140,6 +141,39 @@ def test_readings_saturate_and_come_in_steps() -> None:
         imu.acceleration = [0.26, -0.24, 1.74]
     errors.spoil(1e-3)
     assert [list(imu.acceleration) for imu in made.of(SimImu)] == [[0.5, 0.0, 1.5]] * 2
+
+
+def test_gain_and_coupling_come_first_then_what_is_drawn_then_the_range_then_the_steps() -> None:
+    one, two = ErrorForce(1.0), ErrorForce(2.0)
+    sensors = Sensors(
+        load_torque=LoadError(noise=ErrorTorque(1.0), bias=ErrorTorque(2.0), gain=0.1, range=Torque(99.0)),
+        force=ForceError(
+            noise=one, bias=two, drift=one, gain=0.1, coupling=0.05, step=ErrorForce(0.25), range=Force(12.0)
+        ),
+    )
+    made = nodes()
+    errors = SensorErrors(made.nodes, sensors, 3)
+    beyond = 0
+    for k in range(2 * AHEAD + 5):
+        felt = [*(np.array(WRENCH[:3]) * np.cos(k)), *WRENCH[3:]]
+        sense(made, felt)
+        errors.spoil(1e-3)
+        seen = errors._mix @ [*[100.0] * 6, *felt] + errors._offset[k % AHEAD]
+        assert loads(made) == pytest.approx(np.clip(seen[:6], -99.0, 99.0), rel=1e-12)
+        whole = np.clip(seen[6:9], -12.0, 12.0)
+        assert wrench(made)[:3] == pytest.approx(0.25 * np.rint(whole / 0.25), rel=1e-12)
+        assert wrench(made)[3:] == felt[3:]
+        beyond += np.count_nonzero(np.abs(seen[6:9]) > 12.0)
+    assert beyond > 10
+
+
+def test_machines_whose_sensors_do_not_err_say_the_truth() -> None:
+    made = nodes()
+    errors = SensorErrors(made.nodes, Sensors(), 3)
+    sense(made)
+    for _ in range(2):
+        errors.spoil(1e-3)
+    assert wrench(made) == WRENCH and loads(made) == [100.0] * 6
 
 
 EVERY = {
