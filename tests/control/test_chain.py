@@ -305,7 +305,9 @@ def test_a_box_counts_on_no_more_than_the_joints_are_rated_for(share: float) -> 
     )
     assert chain.assemble()
     reach = float(np.clip(0.5 * np.abs(J[0]) @ np.abs([25.0, 25.0, 0.0, 0.0, 0.0, 0.0]), 1.0, 15.0))
-    free = ffi.new("bounds_limits *", {"lower": -2.2, "upper": 2.2, "velocity": np.inf, "acceleration": np.inf})
+    free = ffi.new(
+        "bounds_limits *", {"lower": -2.2, "upper": 2.2, "velocity": np.inf, "acceleration": np.inf}
+    )
     pace = ffi.new("bounds_pace *", {"ease": 20e-3, "settle": 50e-3, "homing": HOMING})
     expected = lib.bounds_able(free, pace, reach, reach, x[0], 0.5)
     assert chain.levels[3].ub[0] == pytest.approx(expected.upper)
