@@ -94,7 +94,7 @@ hqp = partial(
 LINK = ("link_age", "link_seal", "link")
 link = partial(module, "hapticd.link._inbox", [f"{part}.h" for part in LINK], [f"{part}.c" for part in LINK])
 runtime = partial(module, "hapticd.runtime._rt", ["rt.h", "ring.h"], ["rt.c", "ring.c"])
-CHECKS = ("balance", "springs", "heat", "plausibility")
+CHECKS = ("balance", "springs", "heat", "plausibility", "hard_limits", "gate")
 safety = partial(
     module,
     "hapticd.safety._plausibility",

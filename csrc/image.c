@@ -197,6 +197,7 @@ int32_t image_latch(image *im, const wire_frames *frames, uint16_t counter) {
 }
 
 int32_t image_calm(const image *im) {
+    if (im->discarded || im->intruding) return 0;
     for (int i = 0; i < im->devices; i++) {
         const image_status *const status = &im->status[i];
         if (!status->fresh || status->lost || status->emcy || status->al_state != AL_OP) return 0;

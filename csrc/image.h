@@ -120,7 +120,8 @@ void image_reset(image *im);
 /* Takes the frames of one tick; `counter` is the one of the last SYNC. Returns the working counter. */
 int32_t image_latch(image *im, const wire_frames *frames, uint16_t counter);
 
-/* 1 where every device answered this tick from OP, none was lost and none reports an error. */
+/* 1 where every device answered this tick from OP, none was lost, none reports an error, and no frame was
+ * discarded or came from a second sender or master. */
 int32_t image_calm(const image *im);
 
 /* Appends the output frames. Where `operational` is 0 the outputs go out as zeros, marked not valid.

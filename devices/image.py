@@ -122,7 +122,11 @@ class ProcessImage:
 
     @property
     def calm(self) -> bool:
-        """Whether every device answered this tick from OP, none was lost and none reports an error."""
+        """Whether this tick has nothing to tell of the bus.
+
+        Every device answered from OP, none was lost, none reports an error, and no frame was discarded or
+        intruding.
+        """
         return bool(lib.image_calm(self._core))
 
     @property

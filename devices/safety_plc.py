@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from enum import IntFlag
+from functools import cache
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -89,6 +90,19 @@ class SafetyState(NamedTuple):
     overriding: bool
 
 
+@cache
+def decode(bits: int) -> SafetyState:
+    """What bits of ``SafetyInput`` say, no others; there are few that differ."""
+    return SafetyState(
+        bits & DEAD_MAN == DEAD_MAN,
+        bits & EMERGENCY_STOP != EMERGENCY_STOP,
+        bits & SCANNER_CLEAR != 0,
+        bits & TORQUE_PERMITTED != TORQUE_PERMITTED,
+        bits & SUPERVISOR == SUPERVISOR,
+        bits & OVERRIDE == OVERRIDE,
+    )
+
+
 class SafetySignals:
     """What the safety controllers of a group say together: safe only if all of them say so."""
 
@@ -101,14 +115,7 @@ class SafetySignals:
         bits: int = ALL
         for word in self._inputs.tolist():
             bits &= word
-        return SafetyState(
-            bits & DEAD_MAN == DEAD_MAN,
-            bits & EMERGENCY_STOP != EMERGENCY_STOP,
-            bits & SCANNER_CLEAR != 0,
-            bits & TORQUE_PERMITTED != TORQUE_PERMITTED,
-            bits & SUPERVISOR == SUPERVISOR,
-            bits & OVERRIDE == OVERRIDE,
-        )
+        return decode(bits)
 
     def request(self, bits: SafetyRequest) -> None:
         """Sets the request byte of all controllers of the group."""

@@ -193,7 +193,7 @@ def _record(lockstep: Lockstep, course: Excitation, m: int, progress: Callable[[
     return np.array(rows)
 
 
-def _measured(admitted: list[float], drives: JointDrives, image: ProcessImage) -> Array:
+def _measured(admitted: Array, drives: JointDrives, image: ProcessImage) -> Array:
     return np.array([admitted, drives.load_torque, drives.velocity, drives.position, drives.link_position])
 
 

@@ -9,14 +9,17 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import accumulate, pairwise
-from math import ceil, isfinite
-from typing import Protocol
+from math import ceil
+from typing import Final, Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
+from ..binding import bind
+from ._plausibility import ffi, lib
 from .heat import ADMITTED, Heat, Peak
 from .tally import WINDOW, Rule, Tally
-from .verdict import PASS, Reaction, Verdict, strongest
+from .verdict import PASS, Reaction, Verdict
 
 CLAMPS_BEFORE_HOLD, CLAMPED_HOLD_S = 10, 0.01
 """Ticks in a row with commands beyond a limit, and how long they take together, before the machine stops
@@ -32,6 +35,7 @@ sessions clamp 4 ticks in all."""
 LOST_BEFORE_OFF = 3
 """Ticks in a row with commands that are no numbers before the torque goes off: there is no ramp without. As
 many within a window lead to a ramp: a controller that computes such commands is broken."""
+NO_NUMBER: Final = lib.GATE_NO_NUMBER
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,7 +66,7 @@ class Output(Protocol):
     def __len__(self) -> int:
         """Axes of the group."""
 
-    def __setitem__(self, axes: slice, commands: Sequence[float], /) -> None:
+    def __setitem__(self, axes: slice, commands: NDArray[np.float64], /) -> None:
         """Write commands."""
 
 
@@ -70,9 +74,9 @@ class Gate:
     """Admits the commands of one tick, and writes them.
 
     Attributes:
-        admitted: what was written, one command an axis.
+        admitted: what was written, (n,).
         enable: whether the drives may be enabled.
-        clamps: how many commands were ever replaced.
+        clamps: how many ticks had commands that were replaced.
     """
 
     def __init__(self, axes: Sequence[AxisLimits], rate: float, outputs: Sequence[Output]) -> None:
@@ -86,7 +90,7 @@ class Gate:
         Raises:
             ValueError: the outputs are not as many as the axes.
         """
-        self._axes = tuple(axes)
+        self._axes, self._n = tuple(axes), len(axes)
         hold = max(CLAMPS_BEFORE_HOLD, ceil(CLAMPED_HOLD_S * rate))
         ramp, off = round(CLAMPED_RAMP_S * rate), round(CLAMPED_OFF_S * rate)
         self._clamped = Tally(
@@ -100,25 +104,45 @@ class Gate:
             Rule(Reaction.OFF, LOST_BEFORE_OFF, LOST_BEFORE_OFF),
             Rule(Reaction.RAMP, LOST_BEFORE_OFF, WINDOW),
         )
-        self.admitted = [0.0] * len(self._axes)
+        self.admitted = np.zeros(self._n)
         ends = list(accumulate(map(len, outputs), initial=0))
-        if ends[-1] != len(self._axes):
-            raise ValueError(f"{ends[-1]} outputs for {len(self._axes)} axes")
-        self._outputs = [(output, slice(*part)) for output, part in zip(outputs, pairwise(ends), strict=True)]
+        if ends[-1] != self._n:
+            raise ValueError(f"{ends[-1]} outputs for {self._n} axes")
+        parts = [self.admitted[slice(*part)] for part in pairwise(ends)]
+        self._outputs = list(zip(outputs, parts, strict=True))
         self.enable = False
         self.clamps = 0
-        self._most = [axis.command for axis in self._axes]
-        self._told, self._tick = np.zeros(len(self._axes)), -1
-        self._heat = self._warming(rate)
+        self._heat, self._tick = self._warming(rate), -1
+        self._most = self._heat.able if self._heat else np.array([axis.command for axis in axes], float)
+        self._bind()
 
     def _warming(self, rate: float) -> Heat | None:
-        peaks = [axis.peak for axis in self._axes]
-        return Heat(self._told, self._most, peaks, ADMITTED, 1.0 / rate) if any(peaks) else None
+        most, peaks = [axis.command for axis in self._axes], [axis.peak for axis in self._axes]
+        # the last admitted commands stood since they were written
+        return Heat(self.admitted, most, peaks, ADMITTED, 1.0 / rate) if any(peaks) else None
+
+    def _bind(self) -> None:
+        n = self._n
+        self._command, self._position, self._velocity = (ffi.new("double[]", n) for _ in range(3))
+        self._dropped, self._wrong = ffi.new("uint8_t[]", n), ffi.new("uint8_t[]", n)
+        self._core = ffi.new("gate_axes *", {"n": n})
+        keys = ("step", "power", "lower", "upper")
+        bind(
+            lib,
+            self._core,
+            most=self._most,
+            **{key: np.array([getattr(axis, key) for axis in self._axes], float) for key in keys},
+            command=self._command,
+            position=self._position,
+            velocity=self._velocity,
+            dropped=self._dropped,
+            admitted=self.admitted,
+            wrong=self._wrong,
+        )
 
     def deny(self) -> None:
         """Admit nothing: zero commands, drives not enabled."""
-        for i in range(len(self.admitted)):
-            self.admitted[i] = 0.0
+        self.admitted[:] = 0.0
         self.enable = False
         self._write()
 
@@ -144,7 +168,8 @@ class Gate:
             dropped: one an axis, whether it gets no command any more: nobody knows what it does.
         """
         if self._heat:
-            self._warm(self._heat, tick)
+            self._heat.take(max(0, tick - self._tick))
+            self._tick = tick
         if not armed:
             self.deny()
             self._clamped.clear()
@@ -156,74 +181,54 @@ class Gate:
                 Reaction.RAMP, "stale_output", f"the output was computed for tick {command_tick}, not {tick}"
             )
         self.enable = True
-        verdict = PASS
-        bad = [not (isfinite(command) or gone) for command, gone in zip(commands, dropped, strict=True)]
-        lost = self._lost.push(any(bad))
-        for i, axis in enumerate(self._axes):
-            if dropped[i]:
-                self.admitted[i] = 0.0
-            elif bad[i]:  # the last admitted command stands, but not for long
-                if lost is Reaction.OFF:
+        n = self._n
+        # each of these assignments raises where it is not given one number an axis
+        self._command[0:n], self._position[0:n], self._velocity[0:n] = commands, position, velocity
+        self._dropped[0:n] = dropped
+        wrong: Sequence[int] = list(self._wrong) if lib.gate_admit(self._core) else ()
+        if not wrong and self._lost.idle and self._clamped.idle:  # nearly every tick
+            self._write()
+            return PASS
+        lost = self._lost.push(NO_NUMBER in wrong)
+        if (
+            lost is Reaction.OFF
+        ):  # the last admitted commands stand in for what is no number, but not for long
+            for i, what in enumerate(wrong):
+                if what == NO_NUMBER:
                     self.admitted[i] = 0.0
-                verdict = strongest(verdict, _sanitised(axis, "is not a number"))
-            else:
-                safe, why = _clamp(
-                    *(axis, self._most[i], commands[i], self.admitted[i], position[i], velocity[i])
-                )
-                self.admitted[i] = safe
-                if why:
-                    verdict = strongest(verdict, _sanitised(axis, why))
         self._write()
-        return self._judge(verdict, lost)
-
-    def _warm(self, heat: Heat, tick: int) -> None:
-        """The last admitted commands stood since then; what they leave of the motors' budgets."""
-        self._told[:] = self.admitted
-        heat.take(max(0, tick - self._tick))
-        self._tick, self._most = tick, heat.able.tolist()
+        return self._judge(wrong, lost)
 
     def _write(self) -> None:
-        for output, part in self._outputs:
-            output[:] = self.admitted[part]
+        for output, admitted in self._outputs:
+            output[:] = admitted
 
-    def _judge(self, verdict: Verdict, lost: Reaction) -> Verdict:
-        clamped = self._clamped.push(verdict is not PASS)
-        self.clamps += verdict is not PASS
+    def _judge(self, wrong: Sequence[int], lost: Reaction) -> Verdict:
+        """What to say, given what is wrong with each command, nothing where all are fine."""
+        clamped = self._clamped.push(bool(wrong))
+        self.clamps += bool(wrong)
+        if not (clamped or lost):
+            return PASS
         if lost >= clamped and lost.stops:
             detail = f"{self._lost.count} of {WINDOW} ticks with commands that are no numbers"
             return Verdict(lost, "output_not_finite", detail)
-        if not clamped.stops:
-            return verdict
-        detail = f"{verdict.detail or 'commands exceed limits'}, {self._clamped.count} ticks"
-        return Verdict(clamped, "output_beyond_limit", detail)
+        first = next((i for i, what in enumerate(wrong) if what), None)
+        said = (
+            "" if first is None else f"command of {self._axes[first].name} {self._why(first, wrong[first])}"
+        )
+        if clamped.stops:
+            detail = f"{said or 'commands exceed limits'}, {self._clamped.count} ticks"
+            return Verdict(clamped, "output_beyond_limit", detail)
+        return Verdict(Reaction.SANITISE, "output_clamped", said)
 
-
-def _sanitised(axis: AxisLimits, why: str) -> Verdict:
-    return Verdict(Reaction.SANITISE, "output_clamped", f"command of {axis.name} {why}")
-
-
-def _clamp(
-    axis: AxisLimits, most: float, command: float, last: float, position: float, velocity: float
-) -> tuple[float, str]:
-    """A command that respects the axis and what it may be told now, and what was wrong with the given one.
-
-    Nothing, '', where it is the given one.
-    """
-    safe, why = command, ""
-    if abs(safe) > most:
-        safe, why = _limited(safe, most), f"exceeds {most:g}"
-    if abs(safe - last) > axis.step:
-        safe, why = last + _limited(safe - last, axis.step), f"jumps by more than {axis.step:g}"
-    # comparisons that a NaN fails: an axis without a valid position gets no command in either direction
-    if safe > 0.0 and not position <= axis.upper:
-        safe, why = 0.0, f"pushes further at {position:g}, beyond {axis.upper:g}"
-    if safe < 0.0 and not position >= axis.lower:
-        safe, why = 0.0, f"pushes further at {position:g}, beyond {axis.lower:g}"
-    if not safe * velocity <= axis.power:  # what brakes takes power out, and may take all it can
-        most = axis.power / abs(velocity) if isfinite(velocity) else 0.0
-        safe, why = _limited(safe, most), f"exceeds {axis.power:g} W"
-    return safe, why
-
-
-def _limited(value: float, most: float) -> float:
-    return most if value > most else -most if value < -most else value
+    def _why(self, i: int, what: int) -> str:
+        """What is wrong with the command of an axis, for people."""
+        axis, position = self._axes[i], self._position[i]
+        return {
+            lib.GATE_NO_NUMBER: "is not a number",
+            lib.GATE_EXCEEDS: f"exceeds {self._most[i]:g}",
+            lib.GATE_JUMPS: f"jumps by more than {axis.step:g}",
+            lib.GATE_BEYOND_UPPER: f"pushes further at {position:g}, beyond {axis.upper:g}",
+            lib.GATE_BEYOND_LOWER: f"pushes further at {position:g}, beyond {axis.lower:g}",
+            lib.GATE_POWER: f"exceeds {axis.power:g} W",
+        }[what]

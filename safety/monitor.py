@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from math import isfinite
-from operator import le, not_
+from operator import attrgetter, not_
 
-from .check import Check, Maker, Trust
+from .check import Check, Judge, Maker, Row, Trust
+from .hard_limits import HardLimits
 from .observation import Observation, Thresholds
 from .tally import WINDOW, Rule, Tallies, Tally
 from .verdict import PASS, Reaction, Verdict, strongest
@@ -50,18 +51,35 @@ class Monitor:
     """
 
     def __init__(self, thresholds: Thresholds) -> None:
-        self.trust = Trust(1.0, [True] * len(thresholds.axes))
-        self._checks = [make(thresholds, self.trust) for make in CHECKS.values()]
+        self._sound = [True] * len(thresholds.axes)
+        self.trust = Trust(1.0, self._sound.copy())
+        checks = [(row, row.make(thresholds, self.trust)) for row in CHECKS.values()]
+        spared = [(row, check) for row, check in checks if row.bad or row.good]
+        self._judges = [check.judge for _, check in checks]
+        self._always = [check.judge for row, check in checks if not (row.bad or row.good)]
+        self._counts = [count for _, check in spared for count in check.counts]
+        self._bad = attrgetter(*(name for row, _ in spared for name in row.bad))
+        self._good = attrgetter(*(name for row, _ in spared for name in row.good))
+        self._idle = False
 
     def judge(self, seen: Observation) -> Verdict:
         """The strongest of what the single checks say; the first of equals."""
-        self.trust.axes[:] = map(not_, seen.stale)
-        verdict = PASS
-        for check in self._checks:
-            found = check(seen)
-            if found is not PASS:
-                verdict = strongest(verdict, found)
+        self.trust.axes[:] = map(not_, seen.stale) if True in seen.stale else self._sound
+        if self._idle and not any(self._bad(seen)) and all(self._good(seen)):
+            return _judged(self._always, seen)
+        self._idle = False  # until all that was counted now is known to be forgotten
+        verdict = _judged(self._judges, seen)
+        self._idle = all(count.idle for count in self._counts)
         return verdict
+
+
+def _judged(judges: Iterable[Judge], seen: Observation) -> Verdict:
+    verdict = PASS
+    for judge in judges:
+        found = judge(seen)
+        if found is not PASS:
+            verdict = strongest(verdict, found)
+    return verdict
 
 
 def _people(t: Thresholds, trust: Trust) -> Check:
@@ -78,7 +96,7 @@ def _people(t: Thresholds, trust: Trust) -> Check:
             return Verdict(Reaction.RAMP, "scanner", "somebody is in the scanned field")
         return PASS
 
-    return check
+    return Check(check)
 
 
 def _devices(t: Thresholds, trust: Trust) -> Check:
@@ -91,7 +109,7 @@ def _devices(t: Thresholds, trust: Trust) -> Check:
             return Verdict(Reaction.RAMP, "device_state", f"{name} restarted or left its operating state")
         return PASS
 
-    return check
+    return Check(check)
 
 
 def _missing(t: Thresholds, trust: Trust) -> Check:
@@ -102,10 +120,10 @@ def _missing(t: Thresholds, trust: Trust) -> Check:
         strong, short, detail = tallies.push(seen.missed)
         if not short:
             return PASS
-        worst = max(seen.missed)
+        worst = max(seen.missed, default=0)
         if worst >= MISSED_HOLD:
             name = t.devices[list(seen.missed).index(worst)]
-            blind = all(seen.stale)  # no axis is left that could brake
+            blind = bool(seen.stale) and all(seen.stale)  # no axis is left that could brake
             reaction = Reaction.RAMP if blind or worst >= silence else Reaction.HOLD
             return Verdict(reaction, "device_silent", f"{worst} frames of {name} missing in a row")
         if strong is Reaction.SANITISE:
@@ -113,7 +131,7 @@ def _missing(t: Thresholds, trust: Trust) -> Check:
             return Verdict(strong, "frame_missing", f"{seen.missed[i]} frames of {t.devices[i]} missing")
         return Verdict(strong, "device_silent", f"{detail} frames missing") if strong else PASS
 
-    return check
+    return Check(check, (tallies,))
 
 
 def _discarded(t: Thresholds, trust: Trust) -> Check:
@@ -121,12 +139,14 @@ def _discarded(t: Thresholds, trust: Trust) -> Check:
 
     def check(seen: Observation) -> Verdict:
         reaction = tally.push(seen.discarded > 0)
+        if not reaction:
+            return PASS
         if reaction is Reaction.SANITISE:
             return Verdict(reaction, "frame_discarded", f"{seen.discarded} stale frames")
         detail = f"{tally.count} of {WINDOW} ticks with stale or repeated frames"
-        return Verdict(reaction, "stale_frames", detail) if reaction else PASS
+        return Verdict(reaction, "stale_frames", detail)
 
-    return check
+    return Check(check, (tally,))
 
 
 def _masters(t: Thresholds, trust: Trust) -> Check:
@@ -135,7 +155,7 @@ def _masters(t: Thresholds, trust: Trust) -> Check:
             return PASS
         return Verdict(Reaction.RAMP, "second_master", f"{seen.foreign} frames that only a master sends")
 
-    return check
+    return Check(check)
 
 
 def _frozen(t: Thresholds, trust: Trust) -> Check:
@@ -146,7 +166,7 @@ def _frozen(t: Thresholds, trust: Trust) -> Check:
         _distrust(trust, still)
         return Verdict(Reaction.RAMP, "encoder_frozen", f"an encoder of {t.axes[still[0]]} stands still")
 
-    return check
+    return Check(check)
 
 
 def _contradicted(t: Thresholds, trust: Trust) -> Check:
@@ -158,7 +178,7 @@ def _contradicted(t: Thresholds, trust: Trust) -> Check:
         detail = f"position and velocity of {t.axes[wrong[0]]} contradict each other"
         return Verdict(Reaction.RAMP, "velocity_mismatch", detail)
 
-    return check
+    return Check(check)
 
 
 def _contradictions(seen_in: str, first: Reaction, most: int, reason: str, detail: str) -> Maker:
@@ -183,7 +203,7 @@ def _contradictions(seen_in: str, first: Reaction, most: int, reason: str, detai
                 _distrust(trust, worst)
             return Verdict(strong, reason, f"{whose} {detail}") if strong else PASS
 
-        return check
+        return Check(check, (tallies,))
 
     return make
 
@@ -216,18 +236,10 @@ def _distrust(trust: Trust, axes: list[int]) -> None:
 
 def _limits(t: Thresholds, trust: Trust) -> Check:
     tally = Tally(Rule(Reaction.RAMP, LIMIT_TICKS, LIMIT_TICKS), Rule(Reaction.RAMP, SPORADIC + 1, WINDOW))
-
-    def inside(seen: Observation) -> bool:
-        """Whether every axis is within its limits; a NaN is not."""
-        return (
-            all(map(le, t.lower, seen.position))
-            and all(map(le, seen.position, t.upper))
-            and all(map(le, map(abs, seen.velocity), t.motor_speed))
-            and all(map(le, seen.way, t.speed))
-        )
+    limits = HardLimits(t)
 
     def check(seen: Observation) -> Verdict:
-        fine = inside(seen)
+        fine = limits.kept(seen.position, seen.velocity, seen.way)
         reaction = tally.push(not fine)
         if fine:
             return PASS
@@ -245,7 +257,7 @@ def _limits(t: Thresholds, trust: Trust) -> Check:
             return _overloaded(seen, Verdict(reaction, "beyond_limit", detail))
         return Verdict(Reaction.RECORD, "near_limit", detail)
 
-    return check
+    return Check(check, (tally,))
 
 
 def _following(t: Thresholds, trust: Trust) -> Check:
@@ -259,7 +271,7 @@ def _following(t: Thresholds, trust: Trust) -> Check:
         name = t.axes[list(seen.astray).index(True)]
         return _overloaded(seen, Verdict(reaction, "not_following", f"{name} does not follow its controller"))
 
-    return check
+    return Check(check, (tally,))
 
 
 def _collision(t: Thresholds, trust: Trust) -> Check:
@@ -268,37 +280,42 @@ def _collision(t: Thresholds, trust: Trust) -> Check:
             return Verdict(Reaction.RAMP, "collision_ahead", seen.pressed)
         return Verdict(Reaction.HOLD, "collision_ahead", seen.ahead) if seen.ahead else PASS
 
-    return check
+    return Check(check)
 
 
 def _wrench(t: Thresholds, trust: Trust) -> Check:
-    lost, step = _lost(t, "wrench"), 1.0 / t.ticks(FADE_S)
+    (lost, tally), step = _lost(t, "wrench"), 1.0 / t.ticks(FADE_S)
 
     def check(seen: Observation) -> Verdict:
         valid = seen.wrench is not None and all(map(isfinite, seen.wrench))
+        if valid and trust.wrench == 1.0 and tally.idle:
+            return PASS
         trust.wrench = min(1.0, trust.wrench + step) if valid else max(0.0, trust.wrench - step)
         return lost(valid, seen.armed)
 
-    return check
+    return Check(check, (tally,))
 
 
 def _inertial(t: Thresholds, trust: Trust) -> Check:
-    lost = _lost(t, "acceleration")
-    return lambda seen: lost(seen.inertial, seen.armed)
+    lost, tally = _lost(t, "acceleration")
+    return Check(lambda seen: lost(seen.inertial, seen.armed), (tally,))
 
 
-def _lost(t: Thresholds, what: str) -> Callable[[bool, bool], Verdict]:
+def _lost(t: Thresholds, what: str) -> tuple[Callable[[bool, bool], Verdict], Tally]:
     fade = t.ticks(FADE_S)
     tally = Tally(Rule(Reaction.SANITISE, 1, 1), Rule(Reaction.HOLD, fade + 1, FADE_WINDOW * fade))
 
     def judge(valid: bool, armed: bool) -> Verdict:
         reaction = tally.push(not valid)
+        stops = armed and reaction is Reaction.HOLD
+        if valid and not stops:
+            return PASS
         detail = f"no valid {what} in {tally.count} of {FADE_WINDOW * fade} ticks"
-        if reaction is Reaction.HOLD and armed:
+        if stops:
             return Verdict(reaction, f"{what}_lost", detail)
-        return PASS if valid else Verdict(Reaction.SANITISE, f"{what}_invalid", detail)
+        return Verdict(Reaction.SANITISE, f"{what}_invalid", detail)
 
-    return judge
+    return judge, tally
 
 
 def _solver(t: Thresholds, trust: Trust) -> Check:
@@ -313,7 +330,7 @@ def _solver(t: Thresholds, trust: Trust) -> Check:
         reaction = tally.push(not seen.solved)
         return Verdict(reaction, "solve_failed", f"{tally.count} of {WINDOW} solves") if reaction else PASS
 
-    return check
+    return Check(check, (tally,))
 
 
 def _punctuality(t: Thresholds, trust: Trust) -> Check:
@@ -333,26 +350,26 @@ def _punctuality(t: Thresholds, trust: Trust) -> Check:
             return Verdict(Reaction.HOLD, "overrun", detail)
         return Verdict(Reaction.RECORD, "overrun", detail)
 
-    return check
+    return Check(check, (tally,))
 
 
-CHECKS: dict[str, Maker] = {
-    "14 to 16": _people,
-    "7, 8": _devices,
-    "1 to 3": _missing,
-    "4": _discarded,
-    "6": _masters,
-    "9": _frozen,
-    "9, velocity": _contradicted,
-    "10": _jumps,
-    "11": _mismatches,
-    "11, torques": _unbalanced,
-    "25": _limits,
-    "26": _collision,
-    "44": _following,
-    "12": _wrench,
-    "12, accelerometers": _inertial,
-    "17, 18": _solver,
-    "19, 20": _punctuality,
+CHECKS: dict[str, Row] = {
+    "14 to 16": Row(_people),
+    "7, 8": Row(_devices, bad=("faults", "lost")),
+    "1 to 3": Row(_missing, bad=("missed",)),
+    "4": Row(_discarded, bad=("discarded",)),
+    "6": Row(_masters, bad=("foreign",)),
+    "9": Row(_frozen, bad=("frozen",)),
+    "9, velocity": Row(_contradicted, bad=("contradicted",)),
+    "10": Row(_jumps, bad=("rejected",)),
+    "11": Row(_mismatches, bad=("mismatched",)),
+    "11, torques": Row(_unbalanced, bad=("unbalanced",)),
+    "25": Row(_limits),
+    "26": Row(_collision, bad=("ahead", "pressed")),
+    "44": Row(_following, bad=("astray",)),
+    "12": Row(_wrench),
+    "12, accelerometers": Row(_inertial, good=("inertial",)),
+    "17, 18": Row(_solver, good=("solved",)),
+    "19, 20": Row(_punctuality, bad=("skipped",)),
 }
 """Rows of the fault matrix and what checks them."""

@@ -38,6 +38,8 @@ class Thresholds:
 class Observation:
     """What one tick saw; plain numbers, filled anew by the caller each tick.
 
+    What is found of devices or axes may be empty instead, where nothing is found of any.
+
     Attributes:
         skipped: ticks that did not run before this one.
         missed: consecutive ticks without a fresh frame, one a device.

@@ -303,7 +303,10 @@ class Axes:
 
 @dataclass(slots=True)
 class Findings:
-    """What was found in a tick, one an axis of all groups in their order; see ``Observation``."""
+    """What was found in a tick, one an axis of all groups in their order; empty where nothing was.
+
+    See ``Observation``.
+    """
 
     rejected: list[bool] = field(default_factory=list)
     mismatched: list[bool] = field(default_factory=list)
@@ -340,18 +343,19 @@ class Plausibility:
             *(ffi.new("spring_bounds *[]", [each.core for each in springs]), len(springs)),
             *(ffi.new("plausible_pairs *[]", [each._core for each in pairs]), len(pairs)),
         )
-        none = [False] * sum(group.values[0].age.size for group in groups)
-        self._calm = self.findings = Findings(none, none, none, none, none, none)
+        self._speeds = [group.courses[-1].speed for group in groups]
+        self._ways = [group.courses[-1].way for group in groups]
+        self._calm = self.findings = Findings()
 
     @property
     def speed(self) -> list[float]:
         """Speed of each axis by the encoder nearest to the person: the larger of two, see ``Course``."""
-        return [v for group in self._groups for v in group.courses[-1].speed.tolist()]
+        return _joined(self._speeds)
 
     @property
     def way(self) -> list[float]:
         """Speed of each axis by the way that the encoder nearest to the person went within a window."""
-        return [v for group in self._groups for v in group.courses[-1].way.tolist()]
+        return _joined(self._ways)
 
     def accept(self, elapsed: int, free: bool) -> None:
         """Take a tick, before anything else reads its measurements.
@@ -376,6 +380,13 @@ class Plausibility:
             found.mismatched += _any([pair.mismatched for pair in group.pairs] or nothing)
             found.unbalanced += _any([balance.unbalanced for balance in group.balances] or nothing)
         return found
+
+
+def _joined(parts: Sequence[Array]) -> list[float]:
+    numbers: list[float] = []
+    for part in parts:
+        numbers += part.tolist()
+    return numbers
 
 
 def _any(marks: Sequence[NDArray[np.bool_]]) -> list[bool]:

@@ -93,8 +93,11 @@ def axes(
 
 def alive(sensor: Values, velocity: Sequence[float], limits: Thresholds) -> bool:
     """Whether a sensor on a machine that moves, with these measured velocities, measures at all (row 12)."""
-    if not sensor.current or sensor.still < limits.ticks(FROZEN_S):
-        return sensor.current
+    if not sensor.current:
+        return False
+    still = sensor.still
+    if not still or still < limits.ticks(FROZEN_S):
+        return True
     return all(abs(v) <= STILL_SHARE * most for v, most in zip(velocity, limits.speed, strict=True))
 
 

@@ -45,7 +45,6 @@ class Senses:
         self._image, self._machine, self._signals = image, machine, signals
         self._supervisor, self._guarded = arming.by == "supervisor", arming.scanner == "always"
         self._foreseeing = machine if isinstance(machine, Foreseeing) else None
-        self._calm = [False] * image.expected
         self._still, self._still_limit = 0, round(REST_S * rate)
         self._rest, self._swing = (
             tuple(max(least, share * speed) for speed in machine.thresholds.speed)
@@ -107,22 +106,24 @@ class Senses:
 
     def _observe(self, tick: int, skipped: int, mode: Mode) -> None:
         image, seen, machine = self._image, self.seen, self._machine
+        rendering = mode in RENDERING
         seen.skipped = skipped
-        # one disturbance of the bus doubles or delays the answers of all devices: a tick counts once
-        seen.discarded, seen.foreign = int(image.discarded > 0), self.listen(tick)
         if image.calm:
-            seen.missed = seen.faults = seen.lost = self._calm
+            seen.discarded = seen.foreign = 0
+            seen.missed = seen.faults = seen.lost = ()
         else:
+            # one disturbance of the bus doubles or delays the answers of all devices: a tick counts once
+            seen.discarded, seen.foreign = int(image.discarded > 0), self.listen(tick)
             seen.missed, seen.faults = image.missed.tolist(), image.emcy.tolist()
             seen.lost = np.logical_or(image.lost, image.al_state != OPERATING).tolist()
         found = machine.plausibility.findings
         seen.rejected, seen.mismatched, seen.frozen = found.rejected, found.mismatched, found.frozen
         seen.contradicted, seen.stale = found.contradicted, found.stale
         seen.unbalanced = found.unbalanced
-        seen.astray = machine.astray if mode in RENDERING else ()
+        seen.astray = machine.astray if rendering and True in machine.astray else ()
         seen.overload = machine.overload
         if self._foreseeing:
-            seen.ahead = self._foreseeing.ahead if mode in RENDERING else ""
+            seen.ahead = self._foreseeing.ahead if rendering else ""
             seen.pressed = self._foreseeing.pressed if mode is Mode.HOLDING else ""
         seen.position, seen.velocity = machine.position, machine.velocity
         seen.way = machine.plausibility.way
@@ -135,4 +136,4 @@ class Senses:
         # who holds the handle stands in the field
         seen.guarded = seen.overriding or self._guarded
         seen.wrench, seen.inertial = machine.raw_wrench, machine.inertial
-        seen.solved = machine.solved or mode not in RENDERING  # else nothing was solved
+        seen.solved = machine.solved or not rendering  # else nothing was solved

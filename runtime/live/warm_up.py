@@ -5,6 +5,7 @@ from __future__ import annotations
 from ..configuration.config import Loaded
 from ..configuration.session import build
 from ..core.machine import Exchanging
+from ..core.modes import Mode
 from ..core.tick import Inputs
 from ..recording.record import NO_TIMING, RecordWriter
 
@@ -28,7 +29,7 @@ def warm_up(loaded: Loaded) -> None:
         machine.estimate()
         if twins > 1 and isinstance(machine, Exchanging):
             machine.exchange(tick % twins, at_rest=True)
-        cycle.senses.monitor.judge(cycle.senses.seen)
+        cycle.senses.judge(tick, 0, Mode.ACTIVE)
         machine.update(1.0, 1.0)
         machine.brake(still)
         gate.admit(machine.commands, machine.position, machine.velocity, True, tick, tick, still)

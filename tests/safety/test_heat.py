@@ -98,7 +98,7 @@ def test_the_gate_admits_a_peak_to_the_motor_that_has_one_and_no_longer_than_its
     asked = Watched()
     assert asked.admit(20.0, 10.0) is Reaction.PASS
     assert asked.admit(20.0, 10.1) is Reaction.SANITISE
-    assert asked.gate.admitted == [20.0, 10.0]
+    assert asked.gate.admitted.tolist() == [20.0, 10.0]
     assert asked.admit(20.1, 10.0) is Reaction.SANITISE
     given = []
     for _ in range(7000):
@@ -131,4 +131,4 @@ def test_ticks_that_were_skipped_held_the_last_command_and_a_disarmed_motor_cool
 def test_a_peak_leaves_the_power_as_it_is() -> None:
     gate = Gate([AxisLimits("joint_1", 10.0, inf, 40.0, -1.0, 1.0, PEAK)], 1.0 / DT, [np.zeros(1)])
     gate.admit([20.0], [0.0], [4.0], True, 1, 1, [False])
-    assert gate.admitted == [10.0]
+    assert gate.admitted.tolist() == [10.0]

@@ -335,7 +335,9 @@ class Machine:
     def tick(self, elapsed: int = 1) -> tuple[list[bool], list[bool], list[bool], list[bool]]:
         self.checks.accept(elapsed, True)
         found = self.checks.findings
-        return found.rejected, found.mismatched, found.frozen, found.stale
+        marks = found.rejected, found.mismatched, found.frozen, found.stale
+        rejected, mismatched, frozen, stale = (each or NONE for each in marks)
+        return rejected, mismatched, frozen, stale
 
 
 NONE = [False] * 3
