@@ -79,8 +79,8 @@ CONTROL = (
     *("avatar_model", "link_passivity"),
 )
 
-DEVICES = ["wire.h", "codec.h", "image.h"]
-devices = partial(module, "hapticd.devices._wire", DEVICES, ["wire.c", "codec.c", "image.c"])
+DEVICES = ["wire.h", "codec.h", "image.h", "drives.h"]
+devices = partial(module, "hapticd.devices._wire", DEVICES, [f"{Path(part).stem}.c" for part in DEVICES])
 control = partial(
     module,
     "hapticd.control._kernels",

@@ -50,3 +50,9 @@ int gate_admit(const gate_axes *g) {
     }
     return replaced;
 }
+
+void gate_write(const gate_axes *g, const gate_output *outputs, int count) {
+    const double *admitted = g->admitted;
+    for (int k = 0; k < count; k++)
+        for (int i = 0; i < outputs[k].n; i++) outputs[k].commands[i] = *admitted++;
+}

@@ -40,4 +40,13 @@ typedef struct {
  * Returns for how many axes something else is admitted than what was asked for. */
 int gate_admit(const gate_axes *g);
 
+/* Where the commands of some of the axes are encoded from. */
+typedef struct {
+    int n;
+    double *commands SHAPE(n);
+} gate_output;
+
+/* Writes what was admitted to the outputs, one after the other. */
+void gate_write(const gate_axes *g, const gate_output *outputs, int count);
+
 #endif

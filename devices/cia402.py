@@ -10,7 +10,9 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from ..binding import bind
 from ..configs.members import at_hand
+from ._wire import ffi, lib
 from .cia301 import Address
 from .errors import (
     DriveError,
@@ -199,10 +201,13 @@ class PowerStage:
             for group in groups
         ]
         self._modes = [image.word(f"{group}.mode") for group in groups]
-        self._heard = [*(words[0] for words in self._words), *self._modes]
         self._indices = [image.network.groups[group] for group in groups]
         self._devices = [[image.network.devices[i] for i in indices] for indices in self._indices]
         self._own_modes = [[int(d.settings()[MODE]) for d in devices] for devices in self._devices]
+        self._groups = ffi.new("drives_group[]", [{"n": len(devices)} for devices in self._devices])
+        for g, own in enumerate(self._own_modes):
+            words, modes = np.array(own, np.int64).astype(np.uint32), self._modes[g]
+            bind(lib, self._groups, {}, g, statusword=self._words[g][0], mode=modes, own_mode=words)
         self.request(State.SWITCH_ON_DISABLED)
 
     def request(self, target: State, reset_faults: bool = False) -> None:
@@ -220,11 +225,12 @@ class PowerStage:
             raise ValueError(f"{target} cannot be a target; choose one of {', '.join(map(str, TARGETS))}")
         self.target = target
         self.ready = False
-        self._said = b""
+        off = target is State.SWITCH_ON_DISABLED
+        self._holding = self._groups, len(self._groups), *STATUS[target], off
         self._dropped = [[False for _ in devices] for devices in self._devices]
         self._reset_faults = reset_faults
         self._walks = [[_Walk() for _ in devices] for devices in self._devices]
-        if target is State.SWITCH_ON_DISABLED:
+        if off:
             for _, _, controlword in self._words:
                 controlword[:] = DISABLE_VOLTAGE
 
@@ -284,10 +290,9 @@ class PowerStage:
             DriveModeError: a drive is in another mode of operation than its own.
         """
         held, self.ready = self.ready, False
-        if held and self._all_there():
+        if held and self._all_fresh() and lib.drives_there(*self._holding):
             self.ready = True
             return True
-        self._said = b""
         there, errors = True, list[DriveError]()
         controlwords = [words[2].tolist() for words in self._words]
         for g, walks in enumerate(self._walks):
@@ -309,28 +314,11 @@ class PowerStage:
         self.ready = there
         return there
 
-    def _all_there(self) -> bool:
-        if not self._all_fresh():
-            return False
-        said = b"".join([array.tobytes() for array in self._heard])
-        if said == self._said:  # as at the last tick, when all were there
-            return True
-        mask, wanted = STATUS[self.target]
-        if self.target is not State.SWITCH_ON_DISABLED and not self._in_own_modes():
-            return False
-        if not all(word & mask == wanted for words in self._words for word in words[0].tolist()):
-            return False
-        self._said = said
-        return True
-
     def _all_fresh(self) -> bool:
         image = self._image
         if image.working_counter == image.expected:
             return True
         return all(image.fresh[i] for indices in self._indices for i in indices)
-
-    def _in_own_modes(self) -> bool:
-        return all(modes.tolist() == own for modes, own in zip(self._modes, self._own_modes, strict=True))
 
     def _drives(self) -> Iterator[tuple[str, State, bool, int, int]]:
         """Name, state, whether it answered at this tick, mode of operation, and the mode it should be in."""

@@ -8,9 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import accumulate, pairwise
 from math import ceil
-from typing import Final, Protocol
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +19,8 @@ from ._plausibility import ffi, lib
 from .heat import ADMITTED, Heat, Peak
 from .tally import WINDOW, Rule, Tally
 from .verdict import PASS, Reaction, Verdict
+
+Array = NDArray[np.float64]
 
 CLAMPS_BEFORE_HOLD, CLAMPED_HOLD_S = 10, 0.01
 """Ticks in a row with commands beyond a limit, and how long they take together, before the machine stops
@@ -60,16 +61,6 @@ class AxisLimits:
     peak: Peak | None = None
 
 
-class Output(Protocol):
-    """Commands of the drives of a group as they are encoded, one an axis."""
-
-    def __len__(self) -> int:
-        """Axes of the group."""
-
-    def __setitem__(self, axes: slice, commands: NDArray[np.float64], /) -> None:
-        """Write commands."""
-
-
 class Gate:
     """Admits the commands of one tick, and writes them.
 
@@ -79,16 +70,17 @@ class Gate:
         clamps: how many ticks had commands that were replaced.
     """
 
-    def __init__(self, axes: Sequence[AxisLimits], rate: float, outputs: Sequence[Output]) -> None:
+    def __init__(self, axes: Sequence[AxisLimits], rate: float, outputs: Sequence[Array]) -> None:
         """Take over the outputs.
 
         Args:
             axes: what each may be commanded.
             rate: ticks a second.
-            outputs: where the commands are encoded from; together one entry an axis, in their order.
+            outputs: where the commands are encoded from, contiguous; together one entry an axis, in their
+                order.
 
         Raises:
-            ValueError: the outputs are not as many as the axes.
+            ValueError: the outputs are not as many as the axes, or of another kind.
         """
         self._axes, self._n = tuple(axes), len(axes)
         hold = max(CLAMPS_BEFORE_HOLD, ceil(CLAMPED_HOLD_S * rate))
@@ -105,11 +97,11 @@ class Gate:
             Rule(Reaction.RAMP, LOST_BEFORE_OFF, WINDOW),
         )
         self.admitted = np.zeros(self._n)
-        ends = list(accumulate(map(len, outputs), initial=0))
-        if ends[-1] != self._n:
-            raise ValueError(f"{ends[-1]} outputs for {self._n} axes")
-        parts = [self.admitted[slice(*part)] for part in pairwise(ends)]
-        self._outputs = list(zip(outputs, parts, strict=True))
+        if (count := sum(map(len, outputs))) != self._n:
+            raise ValueError(f"{count} outputs for {self._n} axes")
+        self._outputs = ffi.new("gate_output[]", [{"n": len(output)} for output in outputs])
+        for k, output in enumerate(outputs):
+            bind(lib, self._outputs, {}, k, commands=output)
         self.enable = False
         self.clamps = 0
         self._heat, self._tick = self._warming(rate), -1
@@ -200,8 +192,7 @@ class Gate:
         return self._judge(wrong, lost)
 
     def _write(self) -> None:
-        for output, admitted in self._outputs:
-            output[:] = admitted
+        lib.gate_write(self._core, self._outputs, len(self._outputs))
 
     def _judge(self, wrong: Sequence[int], lost: Reaction) -> Verdict:
         """What to say, given what is wrong with each command, nothing where all are fine."""

@@ -212,6 +212,11 @@ class Course:
             way=self.way,
         )
 
+    def show(self, speed: Array, way: Array) -> None:
+        """Write speed and way to arrays of somebody else from now on, (n,) each."""
+        bind(lib, self._core, speed=speed, way=way)
+        self.speed, self.way = speed, way
+
     def fine(self, elapsed: int) -> bool:
         """Take a tick, so many ticks after the last one; whether no axis contradicts itself."""
         return int(lib.plausible_travel(self._core, elapsed)) == 0
@@ -343,19 +348,22 @@ class Plausibility:
             *(ffi.new("spring_bounds *[]", [each.core for each in springs]), len(springs)),
             *(ffi.new("plausible_pairs *[]", [each._core for each in pairs]), len(pairs)),
         )
-        self._speeds = [group.courses[-1].speed for group in groups]
-        self._ways = [group.courses[-1].way for group in groups]
+        self._speed, self._way = np.zeros((2, sum(group.courses[-1].way.size for group in groups)))
+        first = 0
+        for course in (group.courses[-1] for group in groups):
+            part = slice(first, first := first + course.way.size)
+            course.show(self._speed[part], self._way[part])
         self._calm = self.findings = Findings()
 
     @property
     def speed(self) -> list[float]:
         """Speed of each axis by the encoder nearest to the person: the larger of two, see ``Course``."""
-        return _joined(self._speeds)
+        return self._speed.tolist()
 
     @property
     def way(self) -> list[float]:
         """Speed of each axis by the way that the encoder nearest to the person went within a window."""
-        return _joined(self._ways)
+        return self._way.tolist()
 
     def accept(self, elapsed: int, free: bool) -> None:
         """Take a tick, before anything else reads its measurements.
@@ -380,13 +388,6 @@ class Plausibility:
             found.mismatched += _any([pair.mismatched for pair in group.pairs] or nothing)
             found.unbalanced += _any([balance.unbalanced for balance in group.balances] or nothing)
         return found
-
-
-def _joined(parts: Sequence[Array]) -> list[float]:
-    numbers: list[float] = []
-    for part in parts:
-        numbers += part.tolist()
-    return numbers
 
 
 def _any(marks: Sequence[NDArray[np.bool_]]) -> list[bool]:
