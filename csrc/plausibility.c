@@ -124,21 +124,17 @@ int plausible_agree(const plausible_pairs *p) {
     return mismatched;
 }
 
-int plausible_tick(const plausible_values *const *values, int count, int sensors,
-                   const plausible_motion *const *motions, int motion_count,
-                   const plausible_course *const *courses, int course_count,
-                   const torque_balance *const *balances, int balance_count,
-                   const spring_bounds *const *springs, int spring_count, const plausible_pairs *const *pairs,
-                   int pairs_count, int elapsed, int free_to_move) {
+int plausible_tick(const plausible_machine *m, int elapsed, int free_to_move) {
     int found = 0;
-    for (int i = 0; i < count; i++) {
-        const int old = plausible_accept(values[i], elapsed);
-        if (i >= sensors) found += old;
+    for (int i = 0; i < m->values_count; i++) {
+        const int old = plausible_accept(m->values[i], elapsed);
+        if (i >= m->sensors) found += old;
     }
-    for (int i = 0; i < motion_count; i++) found += plausible_move(motions[i], free_to_move);
-    for (int i = 0; i < course_count; i++) found += plausible_travel(courses[i], elapsed);
-    for (int i = 0; i < balance_count; i++) found += balance_torques(balances[i], elapsed, free_to_move);
-    for (int i = 0; i < spring_count; i++) springs_learn(springs[i], free_to_move);
-    for (int i = 0; i < pairs_count; i++) found += plausible_agree(pairs[i]);
+    for (int i = 0; i < m->motions_count; i++) found += plausible_move(m->motions[i], free_to_move);
+    for (int i = 0; i < m->courses_count; i++) found += plausible_travel(m->courses[i], elapsed);
+    for (int i = 0; i < m->balances_count; i++)
+        found += balance_torques(m->balances[i], elapsed, free_to_move);
+    for (int i = 0; i < m->springs_count; i++) springs_learn(m->springs[i], free_to_move);
+    for (int i = 0; i < m->pairs_count; i++) found += plausible_agree(m->pairs[i]);
     return found;
 }

@@ -113,14 +113,20 @@ typedef struct {
 /* Returns how many pairs contradict each other. */
 int plausible_agree(const plausible_pairs *p);
 
-/* Takes a tick of all that is measured: values, of which the first `sensors` are not of axes, then what is
-   compared of them. Returns how much was found of axes: values that are old, encoders, axes, motors and
-   pairs. */
-int plausible_tick(const plausible_values *const *values, int count, int sensors,
-                   const plausible_motion *const *motions, int motion_count,
-                   const plausible_course *const *courses, int course_count,
-                   const torque_balance *const *balances, int balance_count,
-                   const spring_bounds *const *springs, int spring_count, const plausible_pairs *const *pairs,
-                   int pairs_count, int elapsed, int free_to_move);
+/* All that is measured of a machine. */
+typedef struct {
+    int values_count, motions_count, courses_count, balances_count, springs_count, pairs_count;
+    int sensors; /* the first of the values are not of axes */
+    const plausible_values *const *values SHAPE(values_count);
+    const plausible_motion *const *motions SHAPE(motions_count);
+    const plausible_course *const *courses SHAPE(courses_count);
+    const torque_balance *const *balances SHAPE(balances_count);
+    const spring_bounds *const *springs SHAPE(springs_count);
+    const plausible_pairs *const *pairs SHAPE(pairs_count);
+} plausible_machine;
+
+/* Takes a tick of all that is measured: values, then what is compared of them. Returns how much was found of
+   axes: values that are old, encoders, axes, motors and pairs. */
+int plausible_tick(const plausible_machine *m, int elapsed, int free_to_move);
 
 #endif

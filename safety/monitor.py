@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from math import isfinite
 from operator import attrgetter, not_
 
-from .check import Check, Judge, Maker, Row, Trust
+from .check import Check, Maker, Row, Trust
 from .hard_limits import HardLimits
 from .observation import Observation, Thresholds
 from .tally import WINDOW, Rule, Tallies, Tally
@@ -65,21 +65,15 @@ class Monitor:
     def judge(self, seen: Observation) -> Verdict:
         """The strongest of what the single checks say; the first of equals."""
         self.trust.axes[:] = map(not_, seen.stale) if True in seen.stale else self._sound
-        if self._idle and not any(self._bad(seen)) and all(self._good(seen)):
-            return _judged(self._always, seen)
-        self._idle = False  # until all that was counted now is known to be forgotten
-        verdict = _judged(self._judges, seen)
-        self._idle = all(count.idle for count in self._counts)
+        calm = self._idle and not any(self._bad(seen)) and all(self._good(seen))
+        self._idle = calm  # where it is not, until all that is counted now is known to be forgotten
+        verdict = PASS
+        for judge in self._always if calm else self._judges:
+            found = judge(seen)
+            if found is not PASS:
+                verdict = strongest(verdict, found)
+        self._idle = calm or all(count.idle for count in self._counts)
         return verdict
-
-
-def _judged(judges: Iterable[Judge], seen: Observation) -> Verdict:
-    verdict = PASS
-    for judge in judges:
-        found = judge(seen)
-        if found is not PASS:
-            verdict = strongest(verdict, found)
-    return verdict
 
 
 def _people(t: Thresholds, trust: Trust) -> Check:

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -68,8 +69,7 @@ class Values:
         self.value = values.reshape(-1)
         self.age = np.full(n, lib.PLAUSIBILITY_NEVER, np.int32)
         self.rejected = np.zeros(n, np.bool_)
-        self._still = np.zeros(1, np.int32)
-        self._old = np.ones(1, np.int32)
+        self._still, self._old = ffi.new("int32_t[1]"), ffi.new("int32_t[1]", [1])
         self._core = ffi.new("plausible_values *", {"n": n, "dt": dt, "stride": fresh.strides[0]})
         bind(
             lib,
@@ -340,14 +340,7 @@ class Plausibility:
         self._heats = [heat for group in groups for heat in group.heats]
         # they own what C is pointed to
         self._checks = values, motions, courses, pairs, balances, springs
-        self._all = (
-            *(ffi.new("plausible_values *[]", [each._core for each in values]), len(values), len(sensors)),
-            *(ffi.new("plausible_motion *[]", [each._core for each in motions]), len(motions)),
-            *(ffi.new("plausible_course *[]", [each._core for each in courses]), len(courses)),
-            *(ffi.new("torque_balance *[]", [each.core for each in balances]), len(balances)),
-            *(ffi.new("spring_bounds *[]", [each.core for each in springs]), len(springs)),
-            *(ffi.new("plausible_pairs *[]", [each._core for each in pairs]), len(pairs)),
-        )
+        self._core = _machine(values, motions, courses, balances, springs, pairs, len(sensors))
         self._speed, self._way = np.zeros((2, sum(group.courses[-1].way.size for group in groups)))
         first = 0
         for course in (group.courses[-1] for group in groups):
@@ -358,12 +351,14 @@ class Plausibility:
     @property
     def speed(self) -> list[float]:
         """Speed of each axis by the encoder nearest to the person: the larger of two, see ``Course``."""
-        return self._speed.tolist()
+        speed: list[float] = self._speed.tolist()
+        return speed
 
     @property
     def way(self) -> list[float]:
         """Speed of each axis by the way that the encoder nearest to the person went within a window."""
-        return self._way.tolist()
+        way: list[float] = self._way.tolist()
+        return way
 
     def accept(self, elapsed: int, free: bool) -> None:
         """Take a tick, before anything else reads its measurements.
@@ -374,7 +369,7 @@ class Plausibility:
         """
         for heat in self._heats:
             heat.take(elapsed)
-        found = lib.plausible_tick(*self._all, elapsed, free)
+        found = lib.plausible_tick(self._core, elapsed, free)
         self.findings = self._find() if found else self._calm
 
     def _find(self) -> Findings:
@@ -388,6 +383,29 @@ class Plausibility:
             found.mismatched += _any([pair.mismatched for pair in group.pairs] or nothing)
             found.unbalanced += _any([balance.unbalanced for balance in group.balances] or nothing)
         return found
+
+
+def _machine(
+    values: Sequence[Values],
+    motions: Sequence[Motion],
+    courses: Sequence[Course],
+    balances: Sequence[Balance],
+    springs: Sequence[Springs],
+    pairs: Sequence[Pairs],
+    sensors: int,
+) -> Any:
+    cores = {
+        "values": ffi.new("plausible_values *[]", [each._core for each in values]),
+        "motions": ffi.new("plausible_motion *[]", [each._core for each in motions]),
+        "courses": ffi.new("plausible_course *[]", [each._core for each in courses]),
+        "balances": ffi.new("torque_balance *[]", [each.core for each in balances]),
+        "springs": ffi.new("spring_bounds *[]", [each.core for each in springs]),
+        "pairs": ffi.new("plausible_pairs *[]", [each._core for each in pairs]),
+    }
+    counts = {f"{name}_count": len(each) for name, each in cores.items()}
+    machine = ffi.new("plausible_machine *", {**counts, "sensors": sensors})
+    bind(lib, machine, **cores)
+    return machine
 
 
 def _any(marks: Sequence[NDArray[np.bool_]]) -> list[bool]:

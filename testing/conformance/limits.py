@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from math import inf, isfinite, nan
+from typing import Any
 
 import numpy as np
 import pytest
 
 from ...runtime.core.modes import Mode
+from ...safety import Monitor
 from ...sim.person import DIRECTIONS, Deed
 from ..bench import Bench
 from .stops import come_to_rest
@@ -94,7 +97,8 @@ def test_an_axis_beyond_its_hard_limit_stops_it(moving: Bench, what: str) -> Non
     value = {"upper": q - 0.5, "lower": q + 0.5, "speed": 0.5 * abs(v)}[what]
     allowed = [*getattr(machine.thresholds, what)]
     allowed[axis] = value
-    object.__setattr__(machine.thresholds, what, tuple(allowed))
+    narrowed: dict[str, Any] = {what: tuple(allowed)}
+    moving.cycle.senses.monitor = Monitor(replace(machine.thresholds, **narrowed))
     moving.run(6)
     assert moving.reason == "beyond_limit"
 

@@ -96,7 +96,8 @@ def test_a_controller_that_keeps_no_account_is_stopped_by_the_gate_before_its_dr
 def test_a_daemon_that_keeps_none_at_all_is_seen_by_what_its_drive_no_longer_gives() -> None:
     bench = pulled(0.98)
     bench.cycle.machine.plausibility._heats.clear()
-    bench.cycle.gate._heat, bench.cycle.gate._most = None, [195.0] * 8
+    bench.cycle.gate._heat = None
+    bench.cycle.gate._most[:] = 195.0
     folded = False
     for _ in range(400):
         bench.run(1)

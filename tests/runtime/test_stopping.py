@@ -2,6 +2,7 @@
 
 import itertools
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from functools import partial
 from math import inf, nan, sin
 
@@ -12,7 +13,7 @@ from hapticd.devices.image import COUNTERS
 from hapticd.machines.giant.machine import Giant
 from hapticd.machines.rhi.machine import RedundantInterface
 from hapticd.runtime.core.modes import Command, Mode
-from hapticd.safety import PASS
+from hapticd.safety import PASS, Monitor
 from hapticd.safety.gate import CLAMPS_BEFORE_HOLD
 from hapticd.sim import faults
 from hapticd.sim.joint_drive import SimJointDrive
@@ -312,7 +313,7 @@ def test_a_measured_position_or_speed_beyond_the_hard_limit_stops(
     measured = abs(getattr(engaging.joints[1], quantity))
     allowed = [*getattr(thresholds, limit)]
     allowed[1] = measured - 0.5  # a value that jumped there would be no measurement
-    object.__setattr__(thresholds, limit, tuple(allowed))
+    engaging.cycle.senses.monitor = Monitor(replace(thresholds, **{limit: tuple(allowed)}))
     engaging.run(6)
     assert engaging.reason == "beyond_limit"
 

@@ -74,12 +74,20 @@ SABOTAGE = {
         "moves and dead-man",
     ),
     "a gate that lets everything pass": (
-        "from hapticd.safety import gate\ngate._clamp = lambda axis, command, *rest: (command, '')\n",
+        "from dataclasses import replace\n"
+        "from math import inf\n"
+        "from hapticd.safety import Gate\n"
+        "ready = Gate.__init__\n"
+        "wide = {'command': inf, 'step': inf, 'power': inf, 'lower': -inf, 'upper': inf, 'peak': None}\n"
+        "def passes(self, axes, *rest):\n"
+        "    ready(self, [replace(axis, **wide) for axis in axes], *rest)\n"
+        "Gate.__init__ = passes\n",
         "beyond_its_limit_is_cut",
     ),
     "a monitor that does not look at people": (
         "from hapticd.safety import monitor\n"
-        "monitor.CHECKS['14 to 16'] = lambda t, trust: lambda seen: monitor.PASS\n",
+        "blind = monitor.Check(lambda seen: monitor.PASS)\n"
+        "monitor.CHECKS['14 to 16'] = monitor.Row(lambda t, trust: blind)\n",
         "engages and dead-man",
     ),
     "a session that depends on the time": (
