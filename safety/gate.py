@@ -182,9 +182,8 @@ class Gate:
             self._write()
             return PASS
         lost = self._lost.push(NO_NUMBER in wrong)
-        if (
-            lost is Reaction.OFF
-        ):  # the last admitted commands stand in for what is no number, but not for long
+        if lost is Reaction.OFF:
+            # the last admitted command stands in for what is no number, but not for long
             for i, what in enumerate(wrong):
                 if what == NO_NUMBER:
                     self.admitted[i] = 0.0
