@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..binding import bind
+from ..binding import bind, pointer
 from ..models import Array, Robot
 from ._kernels import ffi, lib
 from .ability import Ability
@@ -104,10 +104,10 @@ class Tracking:
             dt: of a tick [s].
         """
         n = manipulator.nv
-        self._still = manipulator.model.gravity.linear.copy()
-        self._gravity = self._still.copy()
         self._rigid, self.torque = np.zeros(n), np.zeros(n)
-        self._core = ffi.new("tracking *", {"n": n, "dt": dt})
+        still = manipulator.model.gravity.linear.tolist()
+        self._chain = chain  # lives as long as what points to it
+        self._core = ffi.new("tracking *", {"n": n, "dt": dt, "chain": chain.pointer, "still": still})
         bind(
             lib,
             self._core,
@@ -141,12 +141,8 @@ class Tracking:
             most=ability.most,
             **inputs,
         )
-        q, qd, self._none = inputs["q"], inputs["qd"], np.zeros(n)
-        self._inverse_dynamics, self._at_rest = (
-            chain.torque_arguments(q, qd, qdd, self._gravity, self._rigid)
-            for qdd in (inputs["qdd"], self._none)
-        )
-        self._inertia = chain.inertia_arguments(q, ability.inertia)
+        self._base: Array | None = None
+        self._base_pointer: object = None
         self._fresh, self._planned, self._ticks = True, False, 0
 
     def doubt(self, doubted: bool) -> None:
@@ -166,24 +162,28 @@ class Tracking:
         """Fill the ability for the commanded state, before the acceleration of this tick is known.
 
         Args:
-            qdd_ppu: acceleration of the PPU, (2,) [m/s^2].
+            qdd_ppu: acceleration of the PPU, (2,) [m/s^2]; a base that only translates acts like gravity.
             planned: whether the torque that is left may serve the springs' yielding.
         """
-        np.subtract(self._still[:2], qdd_ppu, out=self._gravity[:2])
-        lib.serial_torques(*self._at_rest)
-        lib.serial_inertia(*self._inertia)
-        lib.tracking_forecast(self._core, self._fresh)
+        if qdd_ppu is not self._base:
+            self._carry(qdd_ppu)
+        lib.tracking_forecast(self._core, self._base_pointer, self._fresh)
         self._planned = planned
 
     def update(self, qdd_ppu: Array) -> Array:
         """Motor torques (6,) [N m]; own buffer.
 
         Args:
-            qdd_ppu: acceleration of the PPU, (2,) [m/s^2]. A base that only translates acts like gravity.
+            qdd_ppu: acceleration of the PPU, (2,) [m/s^2].
         """
-        np.subtract(self._still[:2], qdd_ppu, out=self._gravity[:2])
-        lib.serial_torques(*self._inverse_dynamics)
+        if qdd_ppu is not self._base:
+            self._carry(qdd_ppu)
         self._ticks += 1
-        lib.tracking_update(self._core, self._fresh, self._planned and self._ticks > SETTLED)
+        planned = self._planned and self._ticks > SETTLED
+        lib.tracking_update(self._core, self._base_pointer, self._fresh, planned)
         self._fresh = self._planned = False
         return self.torque
+
+    def _carry(self, qdd_ppu: Array) -> None:
+        """Bound once: it always comes in the same array."""
+        self._base, self._base_pointer = qdd_ppu, pointer(qdd_ppu, "const double", 2, name="qdd_ppu")

@@ -32,6 +32,10 @@ void serial_torques(const serial_chain *chain, const double *q, const double *qd
 /* M (n x n): inertia matrix, the torques of unit accelerations at rest without gravity. */
 void serial_inertia(const serial_chain *chain, const double *q, double *M);
 
+/* tau (n) at rest, qdd = 0, and M (n x n). */
+void serial_dynamics(const serial_chain *chain, const double *q, const double *qd, const double *gravity,
+                     double *tau, double *M);
+
 /* Joints over dt under constant acceleration: q += qd dt + qdd dt^2 / 2, qd += qdd dt. */
 void serial_advance(int n, double *q, double *qd, const double *qdd, double dt);
 

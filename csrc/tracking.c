@@ -1,4 +1,5 @@
 #include "tracking.h"
+#include "serial.h"
 
 #include <math.h>
 
@@ -110,8 +111,16 @@ static double for_yielding(const tracking *t, int i, double planned) {
     return fmin(fmax(asked, -allowed), allowed);
 }
 
-void tracking_forecast(const tracking *t, int fresh) {
+/* A base that only translates acts like gravity. */
+static void carry(const tracking *t, const double *base, double *gravity) {
+    gravity[0] = t->still[0] - base[0], gravity[1] = t->still[1] - base[1], gravity[2] = t->still[2];
+}
+
+void tracking_forecast(const tracking *t, const double *base, int fresh) {
     const int n = t->n;
+    double gravity[3];
+    carry(t, base, gravity);
+    serial_dynamics(t->chain, t->q, t->qd, gravity, t->rigid, t->inertia);
     for (int i = 0; i < n; i++) {
         const double load = through_spring(t, i);
         if (fresh) refer(t, i, load, fresh);
@@ -129,7 +138,10 @@ void tracking_forecast(const tracking *t, int fresh) {
     }
 }
 
-void tracking_update(const tracking *t, int fresh, int planned) {
+void tracking_update(const tracking *t, const double *base, int fresh, int planned) {
+    double gravity[3];
+    carry(t, base, gravity);
+    serial_torques(t->chain, t->q, t->qd, t->qdd, gravity, t->rigid);
     for (int i = 0; i < t->n; i++) {
         const double spring = through_spring(t, i);
         if (fresh) refer(t, i, spring, fresh);

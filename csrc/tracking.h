@@ -3,6 +3,7 @@
 #define HAPTICD_TRACKING_H
 
 #include "drift.h"
+#include "serial_model.h"
 #include "shape.h"
 
 enum { TRACKING_MAX_JOINTS = 24, TRACKING_STAGES = 3 };
@@ -10,17 +11,20 @@ enum { TRACKING_MAX_JOINTS = 24, TRACKING_STAGES = 3 };
 typedef struct {
     int n; /* joints, at most TRACKING_MAX_JOINTS */
     double dt;
+    const serial_chain *chain; /* of the links */
+    double still[3];           /* gravity on a base that stands */
     /* constants: viscous friction of the links, rotor inertia, spring stiffness, motor-side gains */
     const double *friction SHAPE(n), *rotor SHAPE(n), *stiffness SHAPE(n), *p SHAPE(n), *d SHAPE(n);
     /* constants: dry and viscous friction of the gears, what they have besides as a share of the torque in
      * the spring, dry friction of the bearings, and the speed beyond which dry friction is almost whole */
     const double *gear SHAPE(n), *gear_damping SHAPE(n), *load_share SHAPE(n), *bearing SHAPE(n);
     const double *slow SHAPE(n);
-    /* inputs of a tick: commanded state, rigid-body torque of it, handle Jacobian, wrench on the handle,
-     * measured motor state, link and torque between both */
-    const double *q SHAPE(n), *qd SHAPE(n), *qdd SHAPE(n), *rigid SHAPE(n);
+    /* inputs of a tick: commanded state, handle Jacobian, wrench on the handle, measured motor state, link
+     * and torque between both */
+    const double *q SHAPE(n), *qd SHAPE(n), *qdd SHAPE(n);
     const double *J SHAPE(6, n), *wrench SHAPE(6), *motor SHAPE(n), *motor_rate SHAPE(n);
     const double *link SHAPE(n), *sensed SHAPE(n);
+    double *rigid SHAPE(n); /* rigid-body torque of the commanded state */
     double *reference SHAPE(n), *rate SHAPE(n); /* motor-side reference of the last tick; updated */
     /* torque through the spring in the stages of its filter, and its first and second derivative; updated */
     double *smoothed SHAPE(n, 3), *slope SHAPE(n), *curve SHAPE(n);
@@ -41,14 +45,14 @@ typedef struct {
     double *least SHAPE(n), *most SHAPE(n);
 } tracking;
 
-/* Before qdd is known: `rigid` is that of qdd = 0 and `inertia` that of the links alone. */
-void tracking_forecast(const tracking *t, int fresh);
+/* Before qdd is known. base (2): acceleration of what carries the chain, along x and y. */
+void tracking_forecast(const tracking *t, const double *base, int fresh);
 
 /* Whether a joint shows less of the wrench than there should be. */
 int tracking_contradicted(const tracking *t);
 
 /* `fresh`: there was no last tick; `planned`: there was a forecast of this one. */
-void tracking_update(const tracking *t, int fresh, int planned);
+void tracking_update(const tracking *t, const double *base, int fresh, int planned);
 
 /* Operator's wrench (6) at the handle in B from the sensor's reading (6), less its bias (6) and its drift.
  *
