@@ -188,7 +188,6 @@ class ChainLevels:
         self._spent = pointer(self.spent, "unsigned char", m)
         self._x: Array | None = None
         self._x_pointer = ffi.NULL
-        self._write = lib.chain_dynamics if torques else lib.chain_gauss
         self.posture = np.zeros(m)
         self._motors = [self._torque_level(ability)] if ability else []
         self._giving = [self._compliance_level(compliance)] if compliance else []
@@ -203,8 +202,7 @@ class ChainLevels:
 
     def assemble(self) -> bool:
         """Write the levels from the inputs; False where they cannot be formed (levels unusable)."""
-        self._c.homing = HOMING
-        return bool(lib.chain_limits(self._c) == 0 and self._write(self._c) == 0)
+        return bool(lib.chain_assemble(self._c, HOMING) == 0)
 
     def assemble_stop(self) -> bool:
         """Write the levels of a stop, which does not return from outside, but for ``braking``."""
@@ -248,10 +246,20 @@ class ChainLevels:
 
     def detect(self, x: Array) -> int:
         """Add the limits that x, (dim,), reaches to ``active``; how many were new."""
-        if x is not self._x:  # bound once: the solver always answers in the same array
-            self._x, self._x_pointer = x, pointer(x, "const double", self.dim, name="x")
+        if x is not self._x:
+            self._bind_x(x)
         lib.chain_spend(self._c, self._x_pointer, REACHED, self._spent)
         return int(lib.chain_detect(self._c, self._x_pointer, REACHED, self._active))
+
+    def settle(self, x: Array) -> None:
+        """Only the limits that x, (dim,), reaches are active from now on."""
+        if x is not self._x:
+            self._bind_x(x)
+        lib.chain_settle(self._c, self._x_pointer, REACHED, self._active, self._spent)
+
+    def _bind_x(self, x: Array) -> None:
+        """Once: the solver always answers in the same array."""
+        self._x, self._x_pointer = x, pointer(x, "const double", self.dim, name="x")
 
     def _array(self, name: str, *shape: int) -> Array:
         array = np.zeros(shape)

@@ -274,8 +274,7 @@ class ForceControl:
         """
         chain = self._chain
         self._solve()
-        chain.active[:] = 0  # only what this optimum reaches starts the next tick as active
-        chain.detect(self.solution.x)
+        chain.settle(self.solution.x)  # only what this optimum reaches starts the next tick as active
         solved = self.solution.status == Status.SOLVED
         if not solved and self.solution.levels_done < chain.safe_levels:
             self.brake()
@@ -322,8 +321,7 @@ class ForceControl:
         self.solves, self.iterations = 1, self.solution.iterations
         if self.solution.status != Status.SOLVED:
             return False
-        chain.active[:] = 0
-        chain.detect(self.solution.x)
+        chain.settle(self.solution.x)
         self.qdd[:], self._qdd_twin[:] = self._stop_answer
         return True
 

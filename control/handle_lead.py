@@ -11,7 +11,9 @@ from math import exp, pi
 
 import numpy as np
 
+from ..binding import bind, pointer
 from ..models import Array
+from ._kernels import ffi, lib
 
 FILTER = 10.0
 """Hands move nothing on purpose above it [Hz]."""
@@ -26,9 +28,12 @@ class HandleLead:
 
     def __init__(self, dt: float, ahead: float) -> None:
         """Ticks of dt, so far ahead [s]."""
-        self._share = 2.0 * pi * FILTER * ahead
-        self._keep = exp(-2.0 * pi * FILTER * dt)
         self._below, self.wrench = np.zeros(6), np.zeros(6)
+        share, keep = 2.0 * pi * FILTER * ahead, exp(-2.0 * pi * FILTER * dt)
+        self._core = ffi.new("handle_lead *", {"share": share, "keep": keep})
+        bind(lib, self._core, below=self._below, wrench=self.wrench)
+        self._taken: Array | None = None
+        self._pointer: object = None
 
     def reset(self) -> None:
         """Nobody pulls."""
@@ -36,6 +41,6 @@ class HandleLead:
 
     def update(self, wrench: Array) -> None:
         """Take the wrench of a tick, (6,) [N, N m]."""
-        above = self._keep * (wrench - self._below)
-        self._below[:] = wrench - above
-        np.add(wrench, self._share * above, out=self.wrench)
+        if wrench is not self._taken:  # bound once: it always comes in the same array
+            self._taken, self._pointer = wrench, pointer(wrench, "const double", 6, name="wrench")
+        lib.handle_lead_update(self._core, self._pointer)

@@ -8,9 +8,9 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from ..binding import pointer
+from ..binding import bind, pointer
 from ..models import Array
-from ._kernels import lib
+from ._kernels import ffi, lib
 from .chain import ALL_DIRECTIONS
 from .limits import Limits
 
@@ -90,14 +90,17 @@ class CartesianTwin:
         self._lacking_turns = [i - 3 for i in lacking if i >= 3]
         self._relative, self._vector = np.eye(3), np.zeros(3)
         self._turn = pointer(self._relative, "double", 3, 3), pointer(self._vector, "double", 3)
-        self._damping = of_each(damping, rotational_damping)
-        self._acceleration = np.zeros(6)
-        self._motion = (
-            pointer(self.position, "double", 3),
-            pointer(self.rotation, "double", 3, 3),
-            pointer(self.twist, "double", 6),
-            pointer(self._acceleration, "const double", 6),
+        self._core = ffi.new("cartesian_twin *", {"n": n, "direction": tuple(directions)})
+        bind(
+            lib,
+            self._core,
+            **{"damping": of_each(damping, rotational_damping), "qd": self.qd, "force": self.force},
+            **{"position": self.position, "rotation": self.rotation, "twist": self.twist},
         )
+        self._wrench: Array | None = None
+        self._qdd: Array | None = None
+        self._wrench_pointer: object = None
+        self._qdd_pointer: object = None
 
     def reset(self, position: Array, rotation: Array) -> None:
         """Rest with E at a pose."""
@@ -117,12 +120,12 @@ class CartesianTwin:
 
     def update(self, wrench: Array) -> None:
         """Force = w - D v; everything else is constant."""
-        np.multiply(self._damping, self.qd, out=self.force)
-        np.subtract(wrench if self._whole else wrench[self._directions], self.force, out=self.force)
+        if wrench is not self._wrench:  # bound once: it always comes in the same array
+            self._wrench, self._wrench_pointer = wrench, pointer(wrench, "const double", 6, name="wrench")
+        lib.cartesian_twin_feel(self._core, self._wrench_pointer)
 
     def integrate(self, qdd: Array, dt: float) -> None:
         """Advance the pose under constant acceleration."""
-        self._acceleration[self._directions] = qdd
-        lib.rotation_advance_body(*self._motion, dt)
-        if not self._whole:
-            self.qd[:] = self.twist[self._directions]
+        if qdd is not self._qdd:
+            self._qdd, self._qdd_pointer = qdd, pointer(qdd, "const double", len(self.qd), name="qdd")
+        lib.cartesian_twin_advance(self._core, self._qdd_pointer, dt)

@@ -76,7 +76,8 @@ CONTROL = (
     *("bounds", "rotation", "serial", "look_ahead", "chain", "drift", "tracking", "ppu", "joint_kalman"),
     *("inertial_unit", "spd", "redundant", "guard", "nullspace"),
     *("limit_avoidance", "task_arm", "hand_wrench", "operator_law", "avatar_law", "panda_ik"),
-    *("avatar_model", "link_passivity"),
+    *("avatar_model", "link_passivity", "following", "handle_lead", "cartesian_twin", "copies"),
+    "shared_wrench",
 )
 
 DEVICES = ["wire.h", "codec.h", "image.h", "drives.h"]

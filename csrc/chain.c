@@ -386,6 +386,12 @@ int chain_gauss(const chain *c) {
     return 0;
 }
 
+int chain_assemble(chain *c, double homing) {
+    c->homing = homing;
+    if (chain_limits(c) < 0) return -1;
+    return c->torques ? chain_dynamics(c) : chain_gauss(c);
+}
+
 void chain_range(const chain *c, const unsigned char *active) {
     for (int i = 0; i < c->torques; i++) {
         c->lb10[i] = active[i] & CHAIN_UPPER_ACTIVE ? -INFINITY : 0.0;
@@ -436,4 +442,11 @@ void chain_spend(const chain *c, const double *x, double tolerance, unsigned cha
         mark(row_times(c->C_torque + dimension(c) * i, x, c->m), c->lb_torque[i], c->ub_torque[i], tolerance,
              &spent[i]);
     }
+}
+
+void chain_settle(const chain *c, const double *x, double tolerance, unsigned char *active,
+                  unsigned char *spent) {
+    memset(active, 0, (size_t)(c->n + c->m + c->sums + 3 * c->points));
+    chain_spend(c, x, tolerance, spent);
+    chain_detect(c, x, tolerance, active);
 }

@@ -92,12 +92,20 @@ int chain_dynamics(const chain *c);
  * -1 where M_a is not positive definite. */
 int chain_gauss(const chain *c);
 
+/* All levels of a tick but the range of the constraint torques, with what is outside its limits returning at
+ * `homing`. Returns 0, or -1 where they are unusable. */
+int chain_assemble(chain *c, double homing);
+
 /* Writes the bounds of level 10 from the flags of the constraint torques, (26) and (31). */
 void chain_range(const chain *c, const unsigned char *active);
 
 /* Adds to the flags, one for each of the n + m + sums + 3 points limits, every limit of levels 2 to 8 that x
  * reaches, to within `tolerance` (1 + |bound|). Returns how many flags are new. */
 int chain_detect(const chain *c, const double *x, double tolerance, unsigned char *active);
+
+/* The flags of an optimum x alone: those of limits, see chain_detect, and of motors, see chain_spend. */
+void chain_settle(const chain *c, const double *x, double tolerance, unsigned char *active,
+                  unsigned char *spent);
 
 /* Sets the flag of each motor, (m), whose torque x takes to its bound, to within `tolerance` (1 + |bound|).
  */

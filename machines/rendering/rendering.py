@@ -11,9 +11,11 @@ from ...control.ability import Ability
 from ...control.compliance import Compliance
 from ...control.external_torque import ExternalTorque
 from ...control.force_control import ForceControl
+from ...control.following import Following
 from ...control.handle_lead import HandleLead
 from ...control.handle_passivity import HandlePassivity
 from ...control.inertial_kalman import InertialKalman
+from ...control.shared_wrench import SharedWrench
 from ...control.tracking import Admitted, DriveFriction, SeriesElasticity, Tracking
 from ...control.twin_exchange import TwinExchange
 from ...devices.torque_drive import JointDrives
@@ -95,25 +97,31 @@ class Rendering:
         """
         self.control = control
         self.exchange = TwinExchange(control, fade, dt)
-        self.felt, self.wrench = np.zeros(6), np.zeros(6)
+        self._shared = SharedWrench()
+        self.felt, self.wrench, self._damped = self._shared.felt, self._shared.held, np.zeros(6)
         self.passivity = HandlePassivity(dt) if watched else None
         self.ahead = HandleLead(dt, lead) if lead else None
         n = control.arm.n
-        self._nowhere = self.astray = [False] * n
-        self.overload, self._since = "", 0
+        self.astray, self.overload = [False] * n, ""
         self.doubtful = False
-        self._lately = round(OVERLOAD_S / dt)
         self._believed = 0.0
         self._contradicted, self._longest_contradiction = 0, round(CONTRADICTED_S / dt)
         self._settled = self.coordinated = False
-        self._names = [axis.name for axis in axes]
-        self._able = heat.able
         rated = np.array([axis.command for axis in axes], float)
-        self._link, self._led = joints.link_position, np.zeros(n)
+        self._link = joints.link_position
         # the feedback alone then gives this part of a motor's torque
         self._most_fed_back = ASTRAY_SHARE * rated
-        self._leash = self._most_fed_back / gains[0]
-        self._strained, self._longest_strain = np.zeros(n, np.intc), round(STRAIN_S / dt)
+        ability = control.ability or Ability(n)
+        self._following = Following(
+            [axis.name for axis in axes],
+            self._link,
+            self._most_fed_back / gains[0],
+            self._most_fed_back,
+            round(STRAIN_S / dt),
+            ability,
+            heat.able,
+            round(OVERLOAD_S / dt),
+        )
         self._yield = 1.0 / gains[0] + 1.0 / elasticity.stiffness
         self._known, self._reckoned = 0, round(RECKONED_S / dt)
         self._external = ExternalTorque(
@@ -132,7 +140,7 @@ class Rendering:
             Admitted(
                 heat.able, *(np.array([getattr(axis, name) for axis in axes], float) for name in ADMITTED)
             ),
-            control.ability or Ability(control.arm.n),
+            ability,
             {
                 **{"q": control.q, "qd": control.qd, "qdd": control.qdd, "J": control.handle.J},
                 **{"wrench": self.wrench, "motor": motor[0], "motor_rate": motor[1]},
@@ -151,8 +159,7 @@ class Rendering:
         control = self.control
         self.exchange.reset()
         control.reset(q)
-        self._led[:] = q
-        self._strained[:] = 0
+        self._following.reset(q)
         self.overload = ""
         self._settled = False
         self.wrench[:] = self._believed = 0.0
@@ -187,8 +194,7 @@ class Rendering:
         control = self.control
         self._settled = False
         held = trust * min(1.0, FEEDFORWARD_GAIN * gain)
-        np.multiply(wrench, trust * gain, out=self.felt)
-        np.multiply(wrench, held, out=self.wrench)
+        self._shared.take(wrench, trust * gain, held)
         self._believed = held
         self._tracking.doubt(False)
         self._contradicted = 0
@@ -197,7 +203,7 @@ class Rendering:
         control.prepare(self._moving())
         if control.ability:
             self._tracking.forecast(base)
-            self._weigh(control.ability)
+            self._weigh()
         if control.compliance:
             self._give_way(control.compliance, wrench, trust, base)
         self._mark(Stage.MODEL)
@@ -231,7 +237,7 @@ class Rendering:
         if self.passivity:
             control, twist = self.control, self.control.twin.twist
             self.passivity.update(self.felt, twist, control.handle.J @ (self._link - control.q))
-            wrench = wrench + self.passivity.wrench
+            wrench = np.add(wrench, self.passivity.wrench, out=self._damped)
         return wrench
 
     def lead(self, q: Array, qd: Array, qdd: Array, base: Array) -> None:
@@ -246,48 +252,42 @@ class Rendering:
         self._estimate()
         control = self.control
         self.wrench[:] = 0.0
-        self._led[:] = control.q
+        self._following.led[:] = control.q
         self._judge(self.wrench, 0.0)
         control.q[:], control.qd[:], control.qdd[:] = q, qd, qdd
         control.arm.update()
         if control.ability:
             self._tracking.forecast(base, planned=False)
-            self._weigh(control.ability)
+            self._weigh()
 
     def _judge(self, wrench: Array, yielded: float) -> None:
         """Whether the joints follow, while they yield to a part of the wrench that they do not hold yet."""
-        leash, ability = self._leash, self.control.ability
+        control, following, leash = self.control, self._following, None
         if yielded > 0.0:
-            leash = leash + yielded * np.abs(wrench @ self.control.handle.J) * self._yield
-        if compliance := self.control.compliance:
+            leash = following.leash + yielded * np.abs(wrench @ control.handle.J) * self._yield
+        if compliance := control.compliance:
             # what gives way yields to what it is known to be pushed with
-            leash = leash + np.minimum(np.abs(compliance.external), self._most_fed_back) * self._yield
-        if ability and yielded <= 0.0:
-            strained = np.abs(ability.strain) > self._most_fed_back  # in the last tick
-            self._strained += 1
-            self._strained *= strained
-        follows = np.abs(self._link - self._led) <= leash  # what is not a number does not follow
-        follows &= self._strained <= self._longest_strain
-        self.astray = self._nowhere if follows.all() else (~follows).tolist()
+            pushed = np.minimum(np.abs(compliance.external), self._most_fed_back) * self._yield
+            leash = (following.leash if leash is None else leash) + pushed
+        # the strain is that of the last tick
+        following.judge(leash, control.ability is not None and yielded <= 0.0)
+        self.astray = following.astray
 
-    def _weigh(self, ability: Ability) -> None:
+    def _weigh(self) -> None:
         """Whether more is asked of a motor than it can hold by now, however the arm moves."""
-        over = np.abs(ability.load) > self._able
-        self._since += 1
-        if over.any():
-            self.overload, self._since = self._names[int(over.argmax())], 0
-        elif self._since > self._lately:
-            self.overload = ""
+        self._following.weigh()
+        self.overload = self._following.overload
 
     def _let_go(self) -> None:
         """A stop begins: what does not follow is held where it is, not where it was led; see ``doubtful``."""
-        if self.astray is not self._nowhere:
+        following = self._following
+        if following.astray is not following.nowhere:
             control, astray = self.control, np.array(self.astray)
             control.q[astray], control.qd[astray] = self._link[astray], 0.0
             self._tracking.reset()
-            self.astray = self._nowhere
-        if self.overload:
-            self.doubtful, self.overload = True, ""
+            self.astray = following.astray = following.nowhere
+        if following.overload:
+            self.doubtful, self.overload, following.overload = True, "", ""
 
     def slow_down(
         self, base: Array, wrench: Array | None, carried: bool = False, together: bool = True
@@ -332,7 +332,7 @@ class Rendering:
 
     def advance(self) -> None:
         """Arm and twin over this tick."""
-        self._led[:] = self.control.q
+        self._following.led[:] = self.control.q
         self.control.advance()
 
 
