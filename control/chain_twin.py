@@ -97,6 +97,7 @@ class ChainTwin:
         base: pose of the chain's base in B, (4, 4) [m].
         damping: of the joints, (n,).
         start: where the joints are put by ``reset``, (n,) [rad or m].
+        partial: False: E has all its directions.
         driving: torques beside those of the mechanism, (n,) [N m or N]; None for none. Their owner writes
             them before each ``update``.
     """
@@ -118,6 +119,7 @@ class ChainTwin:
         """
         self.limits, self.damping = mechanism.limits, mechanism.damping
         self.start = mechanism.start.copy()
+        self.partial = False
         self.driving: Array | None = None
         n = robot.nv
         self._mechanism, self._turned = mechanism, turned
@@ -135,13 +137,8 @@ class ChainTwin:
         self._bias, self._spring = np.zeros(n), np.zeros(n)
         self._diagonal = self.M.reshape(-1)[:: n + 1]
         self._chain.bind(self.q, self.qd)
-        self._bias_arguments = self._chain.torque_arguments(
-            self.q, self.qd, np.zeros(n), np.array([0.0, 0.0, -gravity]), self._bias
-        )
-        self._inertia_arguments = (
-            self._chain.pointer,
-            pointer(self.q, "const double", n),
-            pointer(self.M, "double", n, n),
+        self._dynamics = self._chain.dynamics_arguments(
+            self.q, self.qd, np.array([0.0, 0.0, -gravity]), self._bias, self.M
         )
         self._state = [pointer(array, "double", n) for array in (self.q, self.qd)]
         self._qdd: Array | None = None
@@ -165,14 +162,13 @@ class ChainTwin:
             self._lock(self.held, begin=True)
 
     def follow(self, position: Array, rotation: Array) -> None:
-        """Nothing: E has all its directions."""
+        """Nothing."""
 
     def update(self, wrench: Array) -> None:
         """Inertia, and force = J^T w - D qd + driving torques - c; what the locks do."""
         mechanism, force = self._mechanism, self.force
-        lib.serial_inertia(*self._inertia_arguments)
+        lib.serial_dynamics(*self._dynamics)
         self._diagonal += mechanism.inertia
-        lib.serial_torques(*self._bias_arguments)
         np.matmul(wrench, self.J, out=force)
         force -= self._bias
         np.multiply(self.damping, self.qd, out=self._spring)

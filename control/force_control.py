@@ -254,8 +254,9 @@ class ForceControl:
             wrench: of the operator at the handle in B, (6,) [N, N m].
         """
         self.arm.update()
-        self._place()
-        self.twin.follow(self._at, self.handle.rotation)
+        if self.twin.partial:
+            self._place()
+            self.twin.follow(self._at, self.handle.rotation)
         self.twin.update(wrench)
         if self.share[0] < 1.0:
             self.twin.force *= self.share
@@ -275,7 +276,7 @@ class ForceControl:
         chain = self._chain
         self._solve()
         chain.settle(self.solution.x)  # only what this optimum reaches starts the next tick as active
-        solved = self.solution.status == Status.SOLVED
+        solved = self.solution.status is Status.SOLVED
         if not solved and self.solution.levels_done < chain.safe_levels:
             self.brake()
         else:

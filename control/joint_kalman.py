@@ -159,6 +159,8 @@ class JointKalman:
             self.covariance[i] = 0.5 * (P + P.T)
         self.motor, self.motor_rate = np.zeros(n), np.zeros(n)
         self.link, self.link_rate, self.link_acceleration = np.zeros(n), np.zeros(n), np.zeros(n)
+        self._told: Array | None = None
+        self._told_pointer: object = None
         self._core = ffi.new("joint_kalman *", {"n": n})
         names = "motor", "motor_rate", "link", "load"
         bind(
@@ -189,4 +191,6 @@ class JointKalman:
         Args:
             told: torques of the motors between the last measurements and these, (n,) [N m].
         """
-        lib.joint_kalman_update(self._core, pointer(told, "const double", len(self.motor)))
+        if told is not self._told:  # bound once: it always comes in the same array
+            self._told, self._told_pointer = told, pointer(told, "const double", len(self.motor), name="told")
+        lib.joint_kalman_update(self._core, self._told_pointer)

@@ -22,9 +22,11 @@ class Twin(Protocol):
 
     Attributes:
         held: what locks do to its joints, (n,) as ``ChainLevels`` takes it; None without locks.
+        partial: whether E lacks directions to move in.
     """
 
     limits: Limits
+    partial: bool
     held: NDArray[np.uint8] | None
     q: Array
     qd: Array
@@ -40,7 +42,7 @@ class Twin(Protocol):
         """Rest with E at a pose (3,) [m], (3, 3) in B."""
 
     def follow(self, position: Array, rotation: Array) -> None:
-        """Take over the handle's pose, as for ``reset``, where E has no direction to move in."""
+        """Take over the handle's pose, as for ``reset``, where E has no direction to move in, if ``partial``."""
 
     def update(self, wrench: Array) -> None:
         """Compute J, drift, M, force, pose and twist of E under a wrench (6,) at E in B [N, N m]."""
@@ -83,8 +85,8 @@ class CartesianTwin:
         self.M = np.diag(of_each(mass, inertia))
         self.force = np.zeros(n)
         self.position, self.rotation = np.zeros(3), np.eye(3)
-        self._whole = n == 6
-        self.twist = self.qd if self._whole else np.zeros(6)
+        self.partial = n < 6
+        self.twist = np.zeros(6) if self.partial else self.qd
         lacking = sorted(set(ALL_DIRECTIONS) - set(directions))
         self._lacking_places = [i for i in lacking if i < 3]
         self._lacking_turns = [i - 3 for i in lacking if i >= 3]
@@ -109,7 +111,7 @@ class CartesianTwin:
 
     def follow(self, position: Array, rotation: Array) -> None:
         """E differs from the handle in its own directions only: no spring pulls at what nobody renders."""
-        if self._whole:
+        if not self.partial:
             return
         self.position[self._lacking_places] = position[self._lacking_places]
         np.matmul(self.rotation, rotation.T, out=self._relative)

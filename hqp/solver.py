@@ -1,10 +1,10 @@
 """The solver: the C core behind numpy arrays. docs/hqp.md has the algorithm and its guarantees."""
 
 import operator
-import threading
 from collections.abc import Iterable, Sequence
 from enum import IntEnum
 from itertools import islice
+from threading import Lock, get_ident
 from typing import Any, Final, NoReturn, SupportsIndex
 
 import numpy as np
@@ -167,7 +167,7 @@ class Solver:
         self._levels = ffi.new("hqp_level[]", len(counts))
         self._solution = Solution(self._n, self._rows, self._info)
         self._bound: tuple[Level, ...] = ()
-        self._lock = threading.Lock()
+        self._lock = Lock()
         self._thread: int | None = None
 
     @property
@@ -264,9 +264,10 @@ class Solver:
         raise HqpError("Solver", "cannot be copied or pickled", "make another one of the same n and rows")
 
     def _solve_from(self, first: int, levels: Iterable[Level]) -> Solution:
-        self._take()
+        if not self._lock.acquire(False):
+            _refuse_call()
         try:
-            if threading.get_ident() != self._thread:
+            if get_ident() != self._thread:
                 self._own()
             if levels is not self._bound:  # the same tuple holds the same levels
                 first = min(first, self._bind(levels))
@@ -280,11 +281,11 @@ class Solver:
             raise HqpError(
                 "Solver", "belongs to another thread", "give each its own, or hand it over with reset()"
             )
-        self._thread = threading.get_ident()
+        self._thread = get_ident()
 
     def _take(self) -> None:
-        if not self._lock.acquire(blocking=False):
-            raise HqpError("Solver", "is in the middle of a call", "give each thread a Solver of its own")
+        if not self._lock.acquire(False):
+            _refuse_call()
 
     def _bind(self, levels: Iterable[Level]) -> int:
         """Point at the arrays of these levels. Returns the first level that is not the one bound already."""
@@ -315,6 +316,10 @@ class Solver:
                 raise HqpError(
                     f"level {p}", f"has {level.n} columns", f"this solver was made for n = {self.n}"
                 )
+
+
+def _refuse_call() -> NoReturn:
+    raise HqpError("Solver", "is in the middle of a call", "give each thread a Solver of its own")
 
 
 def _listed(levels: Iterable[Level], most: int) -> tuple[Level, ...]:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from ...control.chain import Gains, Horizons, JointSum
 from ...control.chain_twin import ChainTwin
+from ...control.copies import Copies
 from ...control.estimation import PpuObserver, WrenchEstimator
 from ...control.force_control import Box, ForceControl
 from ...control.inertial_kalman import InertialKalman
@@ -121,7 +122,8 @@ class Giant(ExchangesTwins):
         self._joints, self._axes = JointDrives(image), AxisDrives(image)
         self._force_torque, self._imus = ForceTorques(image), Imus(image)
         manipulator = robot.without(PPU_JOINTS)
-        self._acceleration = np.zeros(2)
+        self._acceleration, self._carriage = np.zeros(2), self._imus.acceleration[CARRIAGE, :2]
+        self._raw = self._force_torque.wrench[0]
         self._observer = PpuObserver(dt, self._axes.position, self._acceleration)
         ratings = _ratings(config, robot)
         self.force_control = control = _force_control(config, manipulator, self._observer, ratings, dt)
@@ -132,7 +134,7 @@ class Giant(ExchangesTwins):
             tool.mass,
             tool.centre,
             sensor_pose(robot, "handle", "force_torque"),
-            self._force_torque.wrench[0],
+            self._raw,
             self._imus.acceleration[HANDLE],
             control.handle.rotation,
             dt,
@@ -174,7 +176,7 @@ class Giant(ExchangesTwins):
         # the gantry yields as far as it may
         self.play = (*ratings.play, *[config.safety.ppu_margin] * len(PPU_JOINTS))
         self._force = sensor(
-            image, "force_torque", 0, self._force_torque.wrench[0], self._force_torque.scales[0], dt
+            image, "force_torque", 0, self._raw, self._force_torque.scales[0], dt
         )
         self._carried, self._held = (
             sensor(image, "imus", i, self._imus.acceleration[i], [self._imus.scales[i]] * 3, dt)
@@ -207,16 +209,24 @@ class Giant(ExchangesTwins):
     def _foresee(self, config: GiantConfig, robot: Robot) -> None:
         """The gantry and the joints, in the order of the model."""
         m, ppu, control = config.giant.manipulator, config.giant.ppu, self.force_control
-        self._place, self._drift, self._rate = (np.zeros(robot.nv) for _ in range(3))
+        place, drift, rate = (np.zeros(robot.nv) for _ in range(3))
+        axes, joints, k = self._axes, self._joints, len(PPU_JOINTS)
+        self._locate = Copies(
+            (
+                *((axes.position, place[:k]), (joints.link_position, place[k:])),
+                *((self._observer.qd, drift[:k]), (control.qd, drift[k:])),
+                *((axes.target_velocity, rate[:k]), (control.qd, rate[k:])),
+            )
+        )
         lag = [ppu.time_constant + REACTION_S] * len(PPU_JOINTS)
         stop = Stop(
-            self._drift,
+            drift,
             np.array([*lag, *[REACTION_S] * len(JOINTS)]),
-            self._rate,
+            rate,
             np.array([*[ppu.acceleration] * len(PPU_JOINTS), *m.acceleration]),
             control.ability,
         )
-        self._foresight = Foresight(config.look_ahead, robot, foreseen_limits(config), self._place, stop)
+        self._foresight = Foresight(config.look_ahead, robot, foreseen_limits(config), place, stop)
 
     def _kalman_of(self, config: GiantConfig, manipulator: Robot, dt: float) -> InertialKalman | None:
         """The estimator of rotors and links, where it is asked for."""
@@ -227,17 +237,6 @@ class Giant(ExchangesTwins):
         measured = drives.position, drives.velocity, drives.link_position, drives.load_torque
         joints = joint_kalman(config, manipulator, measured, dt)
         return InertialKalman(joints, manipulator, "imu_handle", self._observer.qdd, unit)
-
-    def _locate(self) -> None:
-        k = len(PPU_JOINTS)
-        self._place[:k], self._place[k:] = self._axes.position, self._joints.link_position
-
-    def _look_ahead(self) -> None:
-        k, control = len(PPU_JOINTS), self.force_control
-        self._locate()
-        self._drift[:k], self._drift[k:] = self._observer.qd, control.qd
-        self._rate[:k], self._rate[k:] = self._axes.target_velocity, control.qd
-        self._foresight.update()
 
     @property
     def ahead(self) -> str:
@@ -278,14 +277,14 @@ class Giant(ExchangesTwins):
         self.velocity = joints.velocity.tolist() + axes.velocity.tolist()
         self.inertial = imus.ready(CARRIAGE) and self._alive(self._carried)
         if self.inertial:  # otherwise the last sample stands
-            self._acceleration[:] = imus.acceleration[CARRIAGE, :2]
+            self._acceleration[:] = self._carriage
         if not self._started:
             self._observer.reset()
             self._started = True
         self._observer.update()
         felt, held = self._alive(self._force), self._alive(self._held) and imus.ready(HANDLE)
         if felt and held and self._force_torque.ready(0):
-            self.raw_wrench = self._force_torque.wrench[0].tolist()
+            self.raw_wrench = self._raw.tolist()
             self._estimator.update()
         else:  # the last estimate stands, and is faded out
             self.raw_wrench = None
@@ -319,7 +318,8 @@ class Giant(ExchangesTwins):
         self.overload = self._rendering.overload
         self._prepositioning.update()
         self._announcer.update()
-        self._look_ahead()
+        self._locate.update()
+        self._foresight.update()
         self._command(gain)
         self._rendering.advance()
 
@@ -333,7 +333,7 @@ class Giant(ExchangesTwins):
         self._rendering.slow_down(self._base, wrench, carried, self.inertial and not any(dropped))
         self.astray = self._rendering.astray + self._gantry_follows
         self.overload = self._rendering.overload
-        self._locate()
+        self._locate.update()
         self._foresight.hold()
         self._prepositioning.velocity[:] = self._axes.target_velocity
         self._prepositioning.stop()
