@@ -22,7 +22,7 @@ class Twin(Protocol):
 
     Attributes:
         held: what locks do to its joints, (n,) as ``ChainLevels`` takes it; None without locks.
-        partial: whether E lacks directions to move in.
+        partial: whether E lacks directions to move in: ``follow`` does nothing otherwise.
     """
 
     limits: Limits
@@ -42,7 +42,7 @@ class Twin(Protocol):
         """Rest with E at a pose (3,) [m], (3, 3) in B."""
 
     def follow(self, position: Array, rotation: Array) -> None:
-        """Take over the handle's pose, as for ``reset``, where E has no direction to move in, if ``partial``."""
+        """Take over the handle's pose, as for ``reset``, where E has no direction to move in."""
 
     def update(self, wrench: Array) -> None:
         """Compute J, drift, M, force, pose and twist of E under a wrench (6,) at E in B [N, N m]."""

@@ -6,8 +6,8 @@
 
 typedef struct {
     int n;
-    int longest; /* ticks for which the feedback may strain a motor */
-    const double *link SHAPE(n), *led SHAPE(n); /* measured, and where they were led */
+    int longest;                                   /* ticks for which the feedback may strain a motor */
+    const double *link SHAPE(n), *led SHAPE(n);    /* measured, and where they were led */
     const double *strain SHAPE(n), *most SHAPE(n); /* what the feedback gives alone, and may give */
     const double *load SHAPE(n), *able SHAPE(n);   /* torques that are asked of motors, and that they have */
     int *strained SHAPE(n);                        /* ticks for which each motor has been strained; updated */

@@ -5,8 +5,8 @@
 #include "shape.h"
 
 typedef struct {
-    double share; /* of what is above the filter's frequency, that is added */
-    double keep;  /* of the low-pass in a tick */
+    double share;                             /* of what is above the filter's frequency, that is added */
+    double keep;                              /* of the low-pass in a tick */
     double *below SHAPE(6), *wrench SHAPE(6); /* behind the low-pass; foretold; both updated */
 } handle_lead;
 

@@ -8,7 +8,7 @@ typedef struct {
     double R[9], p[3], z[3], r[3]; /* pose, axis of the joint, way from the frame before */
     double omega[3];               /* angular velocity */
     double towards[3];             /* omega x (omega x r) of the frame before */
-    double turning[3];             /* of the joint's axis: part of alpha, or Coriolis acceleration of a slide */
+    double turning[3]; /* of the joint's axis: part of alpha, or Coriolis acceleration of a slide */
 } body;
 
 /* Accelerations of a frame in several motions at once, side by side: angular, and of its origin. */
@@ -85,7 +85,8 @@ static void put_all(const serial_chain *chain, const double *q, body *bodies) {
 }
 
 static void turn_all(const serial_chain *chain, const double *qd, body *bodies) {
-    for (int i = 0; i < chain->n; i++) set_rate(i ? &bodies[i - 1] : &BASE, &chain->joint[i], qd[i], &bodies[i]);
+    for (int i = 0; i < chain->n; i++)
+        set_rate(i ? &bodies[i - 1] : &BASE, &chain->joint[i], qd[i], &bodies[i]);
 }
 
 /* a += alpha x r + towards. */
@@ -94,7 +95,8 @@ static void move_point(const accelerations *of, const double *r, const double *t
     for (int k = 0; k < 3; k++) {
         const int next = (k + 1) % 3, last = (k + 2) % 3;
         for (int l = 0; l < TOGETHER; l++)
-            a[k][l] = of->a[k][l] + (of->alpha[next][l] * r[last] - of->alpha[last][l] * r[next]) + towards[k];
+            a[k][l] =
+                of->a[k][l] + (of->alpha[next][l] * r[last] - of->alpha[last][l] * r[next]) + towards[k];
     }
 }
 
@@ -103,7 +105,7 @@ static void accelerate(const accelerations *before, const serial_joint *joint, c
                        const double *qdd, accelerations *now) {
     move_point(before, b->r, b->towards, now->a);
     memcpy(now->alpha, before->alpha, sizeof now->alpha);
-    double(*const along)[TOGETHER] = joint->prismatic ? now->a : now->alpha;
+    double (*const along)[TOGETHER] = joint->prismatic ? now->a : now->alpha;
     for (int k = 0; k < 3; k++)
         for (int l = 0; l < TOGETHER; l++) along[k][l] = along[k][l] + b->turning[k] + qdd[l] * b->z[k];
 }
@@ -177,7 +179,8 @@ static void rotate_together(const double *R, int row, int column, double v[3][TO
                             double out[3][TOGETHER]) {
     for (int i = 0; i < 3; i++)
         for (int l = 0; l < TOGETHER; l++)
-            out[i][l] = R[row * i] * v[0][l] + R[row * i + column] * v[1][l] + R[row * i + 2 * column] * v[2][l];
+            out[i][l] =
+                R[row * i] * v[0][l] + R[row * i + column] * v[1][l] + R[row * i + 2 * column] * v[2][l];
 }
 
 /* out += a x v. */
@@ -221,9 +224,10 @@ static void torques(const serial_chain *chain, const body *bodies, const mass *m
         for (int k = 0; k < 3; k++)
             for (int l = 0; l < TOGETHER; l++)
                 force[k][l] += own_force[k][l], moment[k][l] += own_moment[k][l];
-        double(*const load)[TOGETHER] = chain->joint[i].prismatic ? force : moment;
+        double (*const load)[TOGETHER] = chain->joint[i].prismatic ? force : moment;
         const double *const z = bodies[i].z;
-        for (int l = 0; l < TOGETHER; l++) tau[i][l] = z[0] * load[0][l] + z[1] * load[1][l] + z[2] * load[2][l];
+        for (int l = 0; l < TOGETHER; l++)
+            tau[i][l] = z[0] * load[0][l] + z[1] * load[1][l] + z[2] * load[2][l];
     }
 }
 

@@ -24,7 +24,7 @@ typedef struct {
     const double *q SHAPE(n), *qd SHAPE(n), *qdd SHAPE(n);
     const double *J SHAPE(6, n), *wrench SHAPE(6), *motor SHAPE(n), *motor_rate SHAPE(n);
     const double *link SHAPE(n), *sensed SHAPE(n);
-    double *rigid SHAPE(n); /* rigid-body torque of the commanded state */
+    double *rigid SHAPE(n);                     /* rigid-body torque of the commanded state */
     double *reference SHAPE(n), *rate SHAPE(n); /* motor-side reference of the last tick; updated */
     /* torque through the spring in the stages of its filter, and its first and second derivative; updated */
     double *smoothed SHAPE(n, 3), *slope SHAPE(n), *curve SHAPE(n);

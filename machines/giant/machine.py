@@ -175,9 +175,7 @@ class Giant(ExchangesTwins):
         self.thresholds = _thresholds(config, image, ratings.axes.swing)
         # the gantry yields as far as it may
         self.play = (*ratings.play, *[config.safety.ppu_margin] * len(PPU_JOINTS))
-        self._force = sensor(
-            image, "force_torque", 0, self._raw, self._force_torque.scales[0], dt
-        )
+        self._force = sensor(image, "force_torque", 0, self._raw, self._force_torque.scales[0], dt)
         self._carried, self._held = (
             sensor(image, "imus", i, self._imus.acceleration[i], [self._imus.scales[i]] * 3, dt)
             for i in (CARRIAGE, HANDLE)

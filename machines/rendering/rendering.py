@@ -10,8 +10,8 @@ import numpy as np
 from ...control.ability import Ability
 from ...control.compliance import Compliance
 from ...control.external_torque import ExternalTorque
-from ...control.force_control import ForceControl
 from ...control.following import Following
+from ...control.force_control import ForceControl
 from ...control.handle_lead import HandleLead
 from ...control.handle_passivity import HandlePassivity
 from ...control.inertial_kalman import InertialKalman

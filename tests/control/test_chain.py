@@ -378,6 +378,10 @@ def test_detection_marks_every_limit_that_is_reached_or_violated_and_no_other() 
         assert [bool(f & UPPER) for f in flags] == (y >= level.ub - 1e-6 * (1 + abs(level.ub))).tolist()
         assert [bool(f & LOWER) for f in flags] == (y <= level.lb + 1e-6 * (1 + abs(level.lb))).tolist()
     assert chain.detect(x) == 0  # nothing new the second time
+    found = chain.active.copy()
+    chain.active[:] = LOWER | UPPER
+    chain.settle(x)  # what x does not reach is active no longer
+    assert (chain.active == found).all()
 
 
 def test_a_singular_manipulator_is_reported() -> None:

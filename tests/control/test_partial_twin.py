@@ -30,3 +30,22 @@ def test_a_twin_with_all_directions_follows_nothing() -> None:
     before = made.position.copy(), made.rotation.copy()
     made.follow(np.ones(3), np.eye(3))
     assert (made.position == before[0]).all() and (made.rotation == before[1]).all()
+
+
+@pytest.mark.parametrize("directions", [[0, 1, 2], [2, 4], list(range(6))])
+def test_it_moves_as_a_free_body_does_in_its_directions(directions: list[int]) -> None:
+    made, rng, dt = twin(directions), np.random.default_rng(1), 1e-3
+    for _ in range(20):
+        wrench, qdd = rng.standard_normal(6), rng.standard_normal(len(directions))
+        position, rotation, v = made.position.copy(), made.rotation.copy(), made.twist.copy()
+        made.update(wrench)
+        damping = np.array([4.0] * 3 + [0.2] * 3)[directions]
+        assert (made.force == wrench[directions] - damping * v[directions]).all()
+        made.integrate(qdd, dt)
+        a = np.zeros(6)
+        a[directions] = qdd
+        way = v * dt + 0.5 * a * dt * dt
+        assert made.position == pytest.approx(position + way[:3], abs=1e-15)
+        assert made.rotation == pytest.approx(pin.exp3(way[3:]) @ rotation, abs=1e-14)
+        assert made.twist == pytest.approx(v + a * dt, abs=1e-15)
+        assert (made.qd == made.twist[directions]).all()

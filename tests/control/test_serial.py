@@ -50,6 +50,8 @@ def test_frames_and_torques_are_those_of_pinocchio(robot: Robot) -> None:
     q, qd, qdd, tau, gravity = *(np.zeros(n) for _ in range(4)), np.zeros(3)
     chain.bind(q, qd)
     arguments = chain.torque_arguments(q, qd, qdd, gravity, tau)
+    at_rest, M = np.zeros(n), np.zeros((n, n))
+    dynamics = chain.dynamics_arguments(q, qd, gravity, at_rest, M)
     model, data = robot.model, robot.data
     for _ in range(100):
         q[:], qd[:], qdd[:] = rng.uniform(-2, 2, n), rng.standard_normal(n), rng.standard_normal(n)
@@ -70,6 +72,23 @@ def test_frames_and_torques_are_those_of_pinocchio(robot: Robot) -> None:
         model.gravity.linear = gravity
         lib.serial_torques(*arguments)
         np.testing.assert_allclose(tau, pin.rnea(model, data, qp, qd, qdd), atol=1e-9)
+        lib.serial_dynamics(*dynamics)
+        np.testing.assert_allclose(at_rest, pin.rnea(model, data, qp, qd, np.zeros(n)), atol=1e-9)
+        upper = np.triu(pin.crba(model, data, qp))
+        np.testing.assert_allclose(M, upper + np.triu(upper, 1).T, atol=1e-10)
+
+
+def test_what_is_found_together_is_to_the_bit_what_is_found_alone() -> None:
+    chain, rng = SerialChain(random_arm(5), []), np.random.default_rng(5)
+    n = chain.n
+    q, qd, gravity = rng.standard_normal(n), rng.standard_normal(n), rng.standard_normal(3)
+    at_rest, M, tau, none = np.zeros(n), np.zeros((n, n)), np.zeros(n), np.zeros(n)
+    lib.serial_dynamics(*chain.dynamics_arguments(q, qd, gravity, at_rest, M))
+    lib.serial_torques(*chain.torque_arguments(q, qd, none, gravity, tau))
+    assert tau.tobytes() == at_rest.tobytes()
+    for row, unit in zip(M, np.eye(n), strict=True):
+        lib.serial_torques(*chain.torque_arguments(q, none, unit, np.zeros(3), tau))
+        assert tau.tobytes() == row.tobytes()
 
 
 def test_what_is_no_serial_chain_is_refused() -> None:
