@@ -82,20 +82,20 @@ class WrenchEstimator:
         """
         self.wrench = np.zeros(6)
         self._drift = ffi.new("drift *", {"dt": dt, "share": drifts})
-        R, arm = T_handle_sensor[:3, :3].copy(), T_handle_sensor[:3, 3].copy()
-        self._arguments = (
-            mass,
-            pointer(centre, "const double", 3),
-            pointer(R, "const double", 3, 3),
-            pointer(arm, "const double", 3),
-            pointer(measured, "const double", 6),
-            pointer(np.zeros(6) if bias is None else bias, "const double", 6),
-            pointer(specific_force, "const double", 3),
-            pointer(rotation, "const double", 3, 3),
-            self._drift,
-            pointer(self.wrench, "double", 6),
+        self._core = ffi.new("tracking_tool *", {"mass": mass, "drift": self._drift})
+        bind(
+            lib,
+            self._core,
+            centre=centre,
+            bias=np.zeros(6) if bias is None else bias,
+            R_sensor=T_handle_sensor[:3, :3].copy(),
+            arm=T_handle_sensor[:3, 3].copy(),
+            measured=measured,
+            specific_force=specific_force,
+            R_handle=rotation,
+            wrench=self.wrench,
         )
 
     def update(self) -> None:
         """Take the present measurement."""
-        lib.tracking_wrench(*self._arguments)
+        lib.tracking_wrench(self._core)

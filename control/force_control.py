@@ -16,6 +16,7 @@ from ._kernels import lib
 from .ability import Ability
 from .chain import ALL_DIRECTIONS, BoxedPoint, ChainLevels, Gains, Horizons, JointSum, Rule
 from .compliance import Compliance
+from .copies import Copies
 from .limits import Limits
 from .serial import Frame, SerialChain
 from .twin import Twin
@@ -74,7 +75,8 @@ class Box:
 class _Coupling:
     """What couples one twin to the handle: levels, and solvers that answer in the same arrays each time."""
 
-    def __init__(self, twin: Twin, chain: ChainLevels) -> None:
+    def __init__(self, twin: Twin, chain: ChainLevels, qdd: Array) -> None:
+        """The arrays that hold its levels, and the accelerations of the manipulator, which it writes."""
         self.twin, self.chain = twin, chain
         m, n, count = chain.m, twin.limits.n, len(chain.levels)
         self.solver, self.stop_solver = (
@@ -87,7 +89,8 @@ class _Coupling:
         }
         self.qdd = np.zeros(n)
         self.answer, self.stop_answer = (
-            (x[:m], x[m : m + n]) for x in (self.solver.solution.x, self.stop_solver.solution.x)
+            Copies(((x[:m], qdd), (x[m : m + n], self.qdd)))
+            for x in (self.solver.solution.x, self.stop_solver.solution.x)
         )
 
 
@@ -176,6 +179,7 @@ class ForceControl:
                     ability=self.ability,
                     compliance=compliance,
                 ),
+                self.qdd,
             )
             for each in self.twins
         ]
@@ -273,14 +277,13 @@ class ForceControl:
 
         Without a full answer the levels that keep the limits still hold, or else both chains brake.
         """
-        chain = self._chain
-        self._solve()
-        chain.settle(self.solution.x)  # only what this optimum reaches starts the next tick as active
-        solved = self.solution.status is Status.SOLVED
-        if not solved and self.solution.levels_done < chain.safe_levels:
+        chain, solution = self._chain, self._solve()
+        chain.settle(solution.x)  # only what this optimum reaches starts the next tick as active
+        solved = solution.status is Status.SOLVED
+        if not solved and solution.levels_done < chain.safe_levels:
             self.brake()
         else:
-            self.qdd[:], self._qdd_twin[:] = self._answer
+            self._answer.update()
         return solved
 
     def _draw_home(self, posture: Posture) -> None:
@@ -289,19 +292,20 @@ class ForceControl:
         pull *= posture.stiffness
         pull -= posture.damping * self.qd
 
-    def _solve(self) -> None:
-        chain = self._chain
+    def _solve(self) -> Solution:
+        chain, solver = self._chain, self._solver
         if self.detection != "gauss":
             chain.set_range()
-        self._asked = self._solver
-        self.solution = self._solver.solve(chain.levels)
-        self.solves, self.iterations = 1, self.solution.iterations
+        self._asked = solver
+        self.solution = solution = solver.solve(chain.levels)
+        self.solves, self.iterations = 1, solution.iterations
         if self.detection == "redetect":
             while chain.detect(self.solution.x) and self.solves < MAX_REDETECTIONS:
                 chain.set_range()
                 self.solution = self._solver.resolve(chain.levels, chain.range_level)
                 self.solves += 1
                 self.iterations += self.solution.iterations
+        return self.solution
 
     def stop(self) -> bool:
         """Accelerations that come as near to rest as the limits allow while the base still moves.
@@ -323,7 +327,7 @@ class ForceControl:
         if self.solution.status != Status.SOLVED:
             return False
         chain.settle(self.solution.x)
-        self.qdd[:], self._qdd_twin[:] = self._stop_answer
+        self._stop_answer.update()
         return True
 
     def brake(self) -> None:

@@ -53,11 +53,12 @@ class SerialChain:
 
     def bind(self, q: Array, qd: Array) -> None:
         """Let ``update`` read the state from these arrays, (n,)."""
-        self._state = [pointer(array, "const double", self.n) for array in (q, qd)]
+        state = [pointer(array, "const double", self.n) for array in (q, qd)]
+        self._at_state = self._chain, *state, self._c_frames, len(self.frames)
 
     def update(self) -> None:
         """Compute the frames at the bound state."""
-        lib.serial_frames(self._chain, *self._state, self._c_frames, len(self.frames))
+        lib.serial_frames(*self._at_state)
 
     def mount(self, first: Array) -> None:
         """Put the first joint at a pose in the axes of the base, (4, 4) [m]: the base is elsewhere."""

@@ -162,21 +162,20 @@ static void add_cross(const double *a, const double *b, double *out) {
     out[2] += a[0] * b[1] - a[1] * b[0];
 }
 
-void tracking_wrench(double mass, const double *centre, const double *R_sensor, const double *arm,
-                     const double *measured, const double *bias, const double *specific_force,
-                     const double *R_handle, drift *d, double *wrench) {
+void tracking_wrench(const tracking_tool *t) {
+    const double *const R = t->R_sensor, *const a = t->specific_force;
     double felt[6], *const force = felt, *const torque = felt + 3, weight[3], at_handle[3];
     /* m (a - g) in the sensor's frame is what the tool's weight and inertia take from the reading */
-    for (int i = 0; i < 3; i++)
-        weight[i] = mass * (R_sensor[i] * specific_force[0] + R_sensor[3 + i] * specific_force[1] +
-                            R_sensor[6 + i] * specific_force[2]);
-    for (int i = 0; i < 3; i++)
-        force[i] = measured[i] - bias[i] + weight[i], torque[i] = measured[3 + i] - bias[3 + i];
-    add_cross(centre, weight, torque);
-    drift_remove(d, felt);
-    rotate(R_sensor, force, at_handle);
-    rotate(R_handle, at_handle, wrench);
-    rotate(R_sensor, torque, weight);
-    add_cross(arm, at_handle, weight);
-    rotate(R_handle, weight, wrench + 3);
+    for (int i = 0; i < 3; i++) weight[i] = t->mass * (R[i] * a[0] + R[3 + i] * a[1] + R[6 + i] * a[2]);
+    for (int i = 0; i < 3; i++) {
+        force[i] = t->measured[i] - t->bias[i] + weight[i];
+        torque[i] = t->measured[3 + i] - t->bias[3 + i];
+    }
+    add_cross(t->centre, weight, torque);
+    drift_remove(t->drift, felt);
+    rotate(R, force, at_handle);
+    rotate(t->R_handle, at_handle, t->wrench);
+    rotate(R, torque, weight);
+    add_cross(t->arm, at_handle, weight);
+    rotate(t->R_handle, weight, t->wrench + 3);
 }

@@ -54,12 +54,19 @@ int tracking_contradicted(const tracking *t);
 /* `fresh`: there was no last tick; `planned`: there was a forecast of this one. */
 void tracking_update(const tracking *t, const double *base, int fresh, int planned);
 
-/* Operator's wrench (6) at the handle in B from the sensor's reading (6), less its bias (6) and its drift.
- *
- * mass, centre (3): of the tool, in the sensor's frame; R_sensor (9), arm (3): pose of the sensor in the
- * handle's frame; specific_force (3): at the handle, in its frame; R_handle (9): of the handle in B. */
-void tracking_wrench(double mass, const double *centre, const double *R_sensor, const double *arm,
-                     const double *measured, const double *bias, const double *specific_force,
-                     const double *R_handle, drift *d, double *wrench);
+/* A force-torque sensor with a tool on it: what the operator pulls is what it reads, less the tool's weight,
+ * inertia, and the sensor's bias and drift. */
+typedef struct {
+    double mass;                                       /* of the tool */
+    const double *centre SHAPE(3);                     /* of the tool, in the sensor's frame */
+    const double *bias SHAPE(6);                       /* of the sensor */
+    const double *R_sensor SHAPE(3, 3), *arm SHAPE(3); /* pose of the sensor in the handle's frame */
+    /* inputs of a tick: reading, specific force at the handle in its frame, rotation of the handle in B */
+    const double *measured SHAPE(6), *specific_force SHAPE(3), *R_handle SHAPE(3, 3);
+    drift *drift;            /* updated */
+    double *wrench SHAPE(6); /* of the operator, at the handle in B; the result */
+} tracking_tool;
+
+void tracking_wrench(const tracking_tool *t);
 
 #endif

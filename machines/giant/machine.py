@@ -189,6 +189,7 @@ class Giant(ExchangesTwins):
             *(config.twins, len(self.levels), peaks, gives, watches, config.leads),
             estimates=self.kalman is not None,
         )
+        self._gather()
         self.position: list[float] = [0.0] * len(self.axes)
         self.velocity: list[float] = [0.0] * len(self.axes)
         self.overload = ""
@@ -203,6 +204,17 @@ class Giant(ExchangesTwins):
         still = (JOINTS_AT_REST,) * len(JOINTS) + (PPU_AT_REST,) * len(PPU_JOINTS)
         self._standstill = Standstill(still, round(REST_S * config.loop.rate))
         self._started = False
+
+    def _gather(self) -> None:
+        """Positions and speeds of all axes side by side."""
+        self._at, self._speed = np.zeros(len(self.axes)), np.zeros(len(self.axes))
+        axes, joints, m = self._axes, self._joints, len(JOINTS)
+        self._measured = Copies(
+            (
+                *((joints.link_position, self._at[:m]), (axes.position, self._at[m:])),
+                *((joints.velocity, self._speed[:m]), (axes.velocity, self._speed[m:])),
+            )
+        )
 
     def _foresee(self, config: GiantConfig, robot: Robot) -> None:
         """The gantry and the joints, in the order of the model."""
@@ -270,9 +282,9 @@ class Giant(ExchangesTwins):
 
     def estimate(self) -> None:
         """Measured axes, PPU observer and the operator's wrench."""
-        joints, axes, imus = self._joints, self._axes, self._imus
-        self.position = joints.link_position.tolist() + axes.position.tolist()
-        self.velocity = joints.velocity.tolist() + axes.velocity.tolist()
+        imus = self._imus
+        self._measured.update()
+        self.position, self.velocity = self._at.tolist(), self._speed.tolist()
         self.inertial = imus.ready(CARRIAGE) and self._alive(self._carried)
         if self.inertial:  # otherwise the last sample stands
             self._acceleration[:] = self._carriage

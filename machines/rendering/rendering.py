@@ -175,11 +175,10 @@ class Rendering:
             self._tracking.torque[:] = self._acting[:] = 0.0
             self._estimator.reset()
 
-    def _estimate(self) -> None:
+    def _estimate(self, estimator: InertialKalman) -> None:
         """Take the measurements of this tick, on which the torques of the last tick but one acted."""
-        if self._estimator:
-            self._estimator.update(self._acting)
-            self._acting[:] = self._tracking.torque
+        estimator.update(self._acting)
+        self._acting[:] = self._tracking.torque
 
     def render(self, wrench: Array, gain: float, trust: float, base: Array) -> bool:
         """Motion of arm and twin under the operator's wrench (6,); whether the solver stands by its answer.
@@ -190,7 +189,8 @@ class Rendering:
             trust: 0 to 1, how far it is believed.
             base: acceleration of what carries the arm, (2,) [m/s^2].
         """
-        self._estimate()
+        if self._estimator:
+            self._estimate(self._estimator)
         control = self.control
         self._settled = False
         held = trust * min(1.0, FEEDFORWARD_GAIN * gain)
@@ -249,7 +249,8 @@ class Rendering:
             qdd: their accelerations [rad/s^2 or m/s^2].
             base: acceleration of what carries the arm, (2,) [m/s^2].
         """
-        self._estimate()
+        if self._estimator:
+            self._estimate(self._estimator)
         control = self.control
         self.wrench[:] = 0.0
         self._following.led[:] = control.q
@@ -303,7 +304,8 @@ class Rendering:
             carried: whether that still moves.
             together: whether all that the limits depend on is measured; if not, each joint stops for itself.
         """
-        self._estimate()
+        if self._estimator:
+            self._estimate(self._estimator)
         self._let_go()
         self._doubt(wrench)
         control = self.control
