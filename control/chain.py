@@ -189,6 +189,9 @@ class ChainLevels:
         self._x: Array | None = None
         self._x_pointer = ffi.NULL
         self.posture = np.zeros(m)
+        self._posture = pointer(self.posture, "double", m)
+        self._home: Array | None = None
+        self._home_pointer: object = None
         self._motors = [self._torque_level(ability)] if ability else []
         self._giving = [self._compliance_level(compliance)] if compliance else []
         first = 3 + len(points) + len(self._motors) + len(self._giving)
@@ -208,6 +211,12 @@ class ChainLevels:
         """Write the levels of a stop, which does not return from outside, but for ``braking``."""
         self._c.homing = 0.0
         return bool(lib.chain_limits(self._c) == 0)
+
+    def draw(self, home: Array, stiffness: float, damping: float) -> None:
+        """Let ``posture`` draw the manipulator home, (m,), as with springs [1/s^2] and dampers [1/s]."""
+        if home is not self._home:  # bound once: it always comes in the same array
+            self._home, self._home_pointer = home, pointer(home, "const double", self.m, name="home")
+        lib.chain_draw(self._c, self._home_pointer, stiffness, damping, self._posture)
 
     def outline(self) -> list[tuple[str, str]]:
         """Name of every level, and the unit of its slack."""

@@ -10,9 +10,9 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 
-from ..binding import pointer
+from ..binding import bind, pointer
 from ..models import Array, Robot
-from ._kernels import lib
+from ._kernels import ffi, lib
 from .chain import CAUGHT, FREE, LOCKED
 from .limits import Limits
 from .serial import SerialChain
@@ -134,11 +134,15 @@ class ChainTwin:
         self.base = np.eye(4)
         self.q, self.qd = mechanism.start.copy(), np.zeros(n)
         self.M, self.force, self.twist = np.eye(n), np.zeros(n), np.zeros(6)
-        self._bias, self._spring = np.zeros(n), np.zeros(n)
-        self._diagonal = self.M.reshape(-1)[:: n + 1]
         self._chain.bind(self.q, self.qd)
-        self._dynamics = self._chain.dynamics_arguments(
-            self.q, self.qd, np.array([0.0, 0.0, -gravity]), self._bias, self.M
+        self._core = ffi.new(
+            "chain_twin *", {"n": n, "chain": self._chain.pointer, "gravity": (0.0, 0.0, -gravity)}
+        )
+        bind(
+            lib,
+            self._core,
+            **{name: getattr(mechanism, name) for name in ("inertia", "drive", "stiffness", "rest")},
+            **{"damping": self.damping, "q": self.q, "qd": self.qd, "M": self.M, "force": self.force},
         )
         self._state = [pointer(array, "double", n) for array in (self.q, self.qd)]
         self._qdd: Array | None = None
@@ -166,20 +170,12 @@ class ChainTwin:
 
     def update(self, wrench: Array) -> None:
         """Inertia, and force = J^T w - D qd + driving torques - c; what the locks do."""
-        mechanism, force = self._mechanism, self.force
-        lib.serial_dynamics(*self._dynamics)
-        self._diagonal += mechanism.inertia
+        force = self.force
         np.matmul(wrench, self.J, out=force)
-        force -= self._bias
-        np.multiply(self.damping, self.qd, out=self._spring)
-        force -= self._spring
-        np.subtract(mechanism.rest, self.q, out=self._spring)
-        self._spring *= mechanism.stiffness
-        force += self._spring
-        force += mechanism.drive
+        lib.chain_twin_update(self._core)
         if self.driving is not None:
             force += self.driving
-        for detent in mechanism.detents:
+        for detent in self._mechanism.detents:
             force[detent.joint] += detent.pull(float(self.q[detent.joint]))
         if self.held is not None:
             self._lock(self.held)

@@ -268,8 +268,8 @@ class ForceControl:
 
     def assemble(self) -> bool:
         """Form the levels of this tick; False where they cannot be formed (a singular posture)."""
-        if self._posture:
-            self._draw_home(self._posture)
+        if posture := self._posture:
+            self._chain.draw(posture.home, posture.stiffness, posture.damping)
         return self._chain.assemble()
 
     def optimise(self) -> bool:
@@ -285,12 +285,6 @@ class ForceControl:
         else:
             self._answer.update()
         return solved
-
-    def _draw_home(self, posture: Posture) -> None:
-        pull = self._chain.posture
-        np.subtract(posture.home, self.q, out=pull)
-        pull *= posture.stiffness
-        pull -= posture.damping * self.qd
 
     def _solve(self) -> Solution:
         chain, solver = self._chain, self._solver

@@ -77,7 +77,7 @@ CONTROL = (
     *("inertial_unit", "spd", "redundant", "guard", "nullspace"),
     *("limit_avoidance", "task_arm", "hand_wrench", "operator_law", "avatar_law", "panda_ik"),
     *("avatar_model", "link_passivity", "following", "handle_lead", "cartesian_twin", "copies"),
-    "shared_wrench",
+    *("shared_wrench", "chain_twin"),
 )
 
 DEVICES = ["wire.h", "codec.h", "image.h", "drives.h"]

@@ -234,22 +234,37 @@ static int find_reach(const chain *c, reach *r) {
     return 0;
 }
 
-/* (8) of what moves along `row` of the joints. */
-static bounds_interval in_reach(const chain *c, const reach *r, const double *row, double lower, double upper,
-                                double x, double v) {
+/* Accelerations by all motors together, and no more than by all joints as they are rated, along up to three
+ * rows of the joints, in either direction. */
+typedef struct {
+    double up[3], down[3];
+} together;
+
+static together move_along(const chain *c, const reach *r, const double *rows, int count) {
     const int m = c->m;
+    together a = {{0.0}, {0.0}};
+    if (!c->inertia) return a;
+    double y[3 * CHAIN_MAX_JOINTS], rated[3] = {0.0};
+    for (int j = 0; j < m; j++)
+        for (int k = 0; k < count; k++) y[count * j + k] = rows[m * k + j];
+    solve_inertia(m, r->L, y, count, count);
+    for (int j = 0; j < m; j++)
+        for (int k = 0; k < count; k++) {
+            const double moved = y[count * j + k];
+            a.up[k] += moved * (moved > 0.0 ? r->room_up[j] : -r->room_down[j]);
+            a.down[k] += moved * (moved > 0.0 ? r->room_down[j] : -r->room_up[j]);
+            rated[k] += fabs(rows[m * k + j]) * c->manipulator[j].acceleration;
+        }
+    for (int k = 0; k < count; k++) a.up[k] = fmin(a.up[k], rated[k]), a.down[k] = fmin(a.down[k], rated[k]);
+    return a;
+}
+
+/* (8) of what the motors can accelerate so hard. */
+static bounds_interval in_reach(const chain *c, double up, double down, double lower, double upper, double x,
+                                double v) {
     if (!c->inertia) return bounds_c(lower, upper, x, v, c->point_horizon);
-    /* accelerations by all motors together, and by all joints as they are rated */
-    double y[CHAIN_MAX_JOINTS], up = 0.0, down = 0.0, rated = 0.0;
-    memcpy(y, row, (size_t)m * sizeof *y);
-    solve_inertia(m, r->L, y, 1, 1);
-    for (int j = 0; j < m; j++) {
-        up += y[j] * (y[j] > 0.0 ? r->room_up[j] : -r->room_down[j]);
-        down += y[j] * (y[j] > 0.0 ? r->room_down[j] : -r->room_up[j]);
-        rated += fabs(row[j]) * c->manipulator[j].acceleration;
-    }
-    up = between(POINT_SHARE * fmin(up, rated), POINT_LEAST, POINT_MOST);
-    down = between(POINT_SHARE * fmin(down, rated), POINT_LEAST, POINT_MOST);
+    up = between(POINT_SHARE * up, POINT_LEAST, POINT_MOST);
+    down = between(POINT_SHARE * down, POINT_LEAST, POINT_MOST);
     const bounds_limits free = {lower, upper, INFINITY, INFINITY};
     const bounds_pace gently = pace(c);
     return bounds_able(&free, &gently, down, up, x, v);
@@ -311,8 +326,9 @@ static void sums(const chain *c, const reach *r) {
         double s = 0.0, sd = 0.0;
         for (int j = 0; j < m; j++)
             s += c->weight[m * k + j] * c->q[j], sd += c->weight[m * k + j] * c->qd[j];
+        const together a = move_along(c, r, c->weight + m * k, 1);
         const bounds_interval limit =
-            in_reach(c, r, c->weight + m * k, c->sum_lower[k], c->sum_upper[k], s, sd);
+            in_reach(c, a.up[0], a.down[0], c->sum_lower[k], c->sum_upper[k], s, sd);
         c->lb3[k] = limit.lower, c->ub3[k] = limit.upper;
     }
 }
@@ -321,9 +337,10 @@ static void sums(const chain *c, const reach *r) {
 static void box(const chain *c, const reach *r, const chain_point *point) {
     const int m = c->m, dim = dimension(c);
     const motion p = carried(c, point->x, point->J, point->drift);
+    const together a = move_along(c, r, point->J, 3);
     for (int i = 0; i < 3; i++) {
         const bounds_interval limit =
-            in_reach(c, r, point->J + m * i, point->lower[i], point->upper[i], p.x[i], p.v[i]);
+            in_reach(c, a.up[i], a.down[i], point->lower[i], point->upper[i], p.x[i], p.v[i]);
         for (int j = 0; j < m; j++) point->C[dim * i + j] = point->J[m * i + j];
         point->lb[i] = limit.lower - p.drift[i];
         point->ub[i] = limit.upper - p.drift[i];
@@ -390,6 +407,10 @@ int chain_assemble(chain *c, double homing) {
     c->homing = homing;
     if (chain_limits(c) < 0) return -1;
     return c->torques ? chain_dynamics(c) : chain_gauss(c);
+}
+
+void chain_draw(const chain *c, const double *home, double stiffness, double damping, double *pull) {
+    for (int i = 0; i < c->m; i++) pull[i] = stiffness * (home[i] - c->q[i]) - damping * c->qd[i];
 }
 
 void chain_range(const chain *c, const unsigned char *active) {

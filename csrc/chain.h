@@ -96,6 +96,9 @@ int chain_gauss(const chain *c);
  * `homing`. Returns 0, or -1 where they are unusable. */
 int chain_assemble(chain *c, double homing);
 
+/* Writes the acceleration (m) that draws the manipulator home (m): stiffness (home - q) - damping qd. */
+void chain_draw(const chain *c, const double *home, double stiffness, double damping, double *pull);
+
 /* Writes the bounds of level 10 from the flags of the constraint torques, (26) and (31). */
 void chain_range(const chain *c, const unsigned char *active);
 
