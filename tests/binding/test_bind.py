@@ -196,12 +196,15 @@ def test_an_argument_is_checked_the_same_way_and_kept() -> None:
 
 NO_ARRAYS = {
     *(
+        "chain_twin.chain",
         "look_ahead.chain",
         "redundant.chain",
         "nullspace.guard",
         "peers.outbox",
         "task_arm.chain",
         "task_arm.palm",
+        "tracking.chain",
+        "tracking_tool.drift",
     ),
     *(f"link_inbox.{part}" for part in ("now", "before", "next")),
     "link_outbox.now",
