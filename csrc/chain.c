@@ -278,8 +278,10 @@ static void torques(const chain *c) {
     if (!c->inertia) return;
     for (int i = 0; i < m; i++) {
         memcpy(c->C_torque + dim * i, c->inertia + m * i, (size_t)m * sizeof *c->C_torque);
-        c->lb_torque[i] = c->least[i] - c->load[i] - fmin(0.0, c->feedback[i]);
-        c->ub_torque[i] = c->most[i] - c->load[i] - fmax(0.0, c->feedback[i]);
+        /* where it alone asks for more than there is, the link gets all that the motor has against it */
+        const double room = c->most[i] - c->least[i], feedback = between(c->feedback[i], -room, room);
+        c->lb_torque[i] = c->least[i] - c->load[i] - fmin(0.0, feedback);
+        c->ub_torque[i] = fmax(c->lb_torque[i], c->most[i] - c->load[i] - fmax(0.0, feedback));
     }
 }
 

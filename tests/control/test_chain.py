@@ -274,6 +274,7 @@ def test_what_is_fed_back_takes_of_a_motors_torque_and_adds_none() -> None:
     root = rng.standard_normal((6, 6))
     ability.inertia[:] = root @ root.T + np.eye(6)
     ability.load[:], ability.feedback[:] = rng.uniform(-60.0, 60.0, 6), rng.uniform(-80.0, 80.0, 6)
+    ability.feedback[2], ability.feedback[4] = 1e4, -1e4  # a rotor that something throws
     ability.most[:], ability.least[:] = rng.uniform(100.0, 300.0, 6), -rng.uniform(100.0, 300.0, 6)
     chain = ChainLevels(
         *(inputs, MANIPULATOR, twin_limits(6), [], [], GAINS, HORIZONS, DT, "gauss", tuple(range(6))),
@@ -282,9 +283,14 @@ def test_what_is_fed_back_takes_of_a_motors_torque_and_adds_none() -> None:
     assert chain.assemble()
     motors = chain.levels[0]
     assert motors.lb is not None and motors.ub is not None
-    both = np.stack([ability.load, ability.load + ability.feedback])
-    np.testing.assert_allclose(motors.ub, (ability.most - both).min(axis=0))
-    np.testing.assert_allclose(motors.lb, (ability.least - both).max(axis=0))
+    both, thrown = np.stack([ability.load, ability.load + ability.feedback]), [2, 4]
+    kept = [0, 1, 3, 5]
+    np.testing.assert_allclose(motors.ub[kept], (ability.most - both).min(axis=0)[kept])
+    np.testing.assert_allclose(motors.lb[kept], (ability.least - both).max(axis=0)[kept])
+    against = np.array([ability.least[2], ability.most[4]]) - ability.load[thrown]
+    np.testing.assert_allclose(motors.lb[thrown], against)
+    np.testing.assert_allclose(motors.ub[thrown], against)
+    assert (motors.lb <= motors.ub).all()
 
 
 @pytest.mark.parametrize("share", [0.01, 0.1, 1.0])
