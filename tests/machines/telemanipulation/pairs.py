@@ -39,10 +39,10 @@ class Both(Pair):
     def reach(self, i: int, way: list[float]) -> None:
         """The hand of an arm wants to be so far from where its palm is now, from now on."""
         arm = self.leads.arms[i].arm
-        self.leads.hands[i]._own = (
-            [x + d for x, d in zip(arm.position, way, strict=True)],
-            arm.rotation.copy(),
-        )
+        hand = self.leads.hands[i]
+        hand.take()
+        hand.lead([x + d for x, d in zip(arm.position, way, strict=True)])
+        hand._target[:] = arm.rotation
 
     def palms(self, i: int) -> tuple[Array, Array]:
         """Where they are, the operator's and the avatar's [m]."""

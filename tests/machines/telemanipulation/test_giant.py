@@ -57,7 +57,10 @@ class Giants(Both):
         arm, ppu = self.leads.arm, self.leads.ppu
         here = arm.position + np.array([*ppu.position, 0.0])
         rotation = pin.exp3(base @ np.array(turn)) @ arm.rotation
-        self.leads.hand._own = ((here + base @ way).tolist(), rotation)
+        hand = self.leads.hand
+        hand.take()
+        hand.lead((here + base @ way).tolist())
+        hand._target[:] = rotation
 
     def cut(self) -> None:
         silent = Conditions(outages=[(0.0, 1e9)])
