@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import exp
 
 import numpy as np
 
@@ -12,8 +13,15 @@ from ._kernels import ffi, lib
 from .ability import Ability
 
 
+DOUBT, DOUBT_S = 0.3, 0.5
+"""Part of the torque that a plan's accelerations took which the model may get wrong, and for how long the doubt
+lasts: masses a fifth too light, on feedback that swings with some 2 Hz."""
+
+
 class Following:
     """Watches the joints of an arm, each on a leash.
+
+    What the model may get wrong of the accelerations that were planned lately comes on top of leash and strain.
 
     Attributes:
         led: where they were led in the last tick, (m,) [rad or m].
@@ -34,6 +42,9 @@ class Following:
         ability: Ability,
         able: Array,
         lately: int,
+        qdd: Array,
+        gain: Array,
+        dt: float,
     ) -> None:
         """Bind to arrays that are read where they are, (m,).
 
@@ -43,9 +54,12 @@ class Following:
             leash: see above.
             most: what the feedback may give alone [N m or N].
             longest: ticks for which it may give more.
-            ability: what it gives, and the loads of the motors.
+            ability: what it gives, the loads of the motors, and the inertia.
             able: what the motors may give now [N m or N].
             lately: ticks for which an overload is remembered.
+            qdd: planned accelerations [rad/s^2 or m/s^2].
+            gain: of the feedback from a joint's position [N m/rad or N/m].
+            dt: period [s].
         """
         n = len(names)
         self._names, self._lately, self._since = names, lately, 0
@@ -53,12 +67,15 @@ class Following:
         self._strained, self._astray = np.zeros(n, np.intc), np.zeros(n, np.bool_)
         self.nowhere = self.astray = [False] * n
         self.overload = ""
-        self._core = ffi.new("following *", {"n": n, "longest": longest})
+        self._planned = np.zeros(n)
+        doubts = {"doubt": DOUBT, "keep": exp(-dt / DOUBT_S)}
+        self._core = ffi.new("following *", {"n": n, "longest": longest, **doubts})
         bind(
             lib,
             self._core,
             **{"link": link, "led": self.led, "most": most, "able": able},
             **{"strain": ability.strain, "load": ability.load},
+            **{"inertia": ability.inertia, "qdd": qdd, "gain": gain, "planned": self._planned},
             **{"strained": self._strained, "astray": self._astray},
         )
         self._longer = np.zeros(n)
@@ -69,7 +86,7 @@ class Following:
     def reset(self, q: Array) -> None:
         """The joints are where they are led, (m,) [rad or m]."""
         self.led[:] = q
-        self._strained[:] = 0
+        self._strained[:], self._planned[:] = 0, 0.0
         self.overload = ""
 
     def judge(self, leash: Array | None, strains: bool) -> None:

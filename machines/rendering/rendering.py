@@ -121,6 +121,9 @@ class Rendering:
             ability,
             heat.able,
             round(OVERLOAD_S / dt),
+            control.qdd,
+            gains[0],
+            dt,
         )
         self._yield = 1.0 / gains[0] + 1.0 / elasticity.stiffness
         self._known, self._reckoned = 0, round(RECKONED_S / dt)

@@ -3,16 +3,17 @@
 import numpy as np
 import pytest
 from hapticd.control.ability import Ability
-from hapticd.control.following import Following
+from hapticd.control.following import DOUBT, DOUBT_S, Following
 
 LEASH, MOST, ABLE = np.array([0.1, 0.2, 0.3]), np.array([10.0, 20.0, 30.0]), np.array([50.0, 60.0, 70.0])
-LONGEST, LATELY = 3, 4
+LONGEST, LATELY, GAIN, DT = 3, 4, np.array([100.0, 200.0, 300.0]), 1e-2
 
 
-def made() -> tuple[Following, np.ndarray, Ability]:
+def made(qdd: np.ndarray | None = None) -> tuple[Following, np.ndarray, Ability]:
     link, ability = np.zeros(3), Ability(3)
-    names = "first", "second", "third"
-    return Following(names, link, LEASH, MOST, LONGEST, ability, ABLE, LATELY), link, ability
+    names, planned = ("first", "second", "third"), np.zeros(3) if qdd is None else qdd
+    watch = Following(names, link, LEASH, MOST, LONGEST, ability, ABLE, LATELY, planned, GAIN, DT)
+    return watch, link, ability
 
 
 def test_a_joint_is_astray_beyond_its_leash_or_where_it_is_no_number() -> None:
@@ -57,3 +58,31 @@ def test_the_first_motor_that_has_too_little_is_told_for_a_while() -> None:
         following.weigh()
         told.append(following.overload)
     assert told == ["second"] * LATELY + [""]
+
+
+def test_what_accelerations_took_lately_may_be_wrong_by_a_part() -> None:
+    qdd = np.array([4.0, -2.0, 0.0])
+    following, link, ability = made(qdd)
+    ability.inertia[:] = [[5.0, 1.0, 0.0], [1.0, 8.0, 0.5], [0.0, 0.5, 2.0]]
+    torque = np.abs(ability.inertia @ qdd)
+    for tick in range(60):
+        doubt = DOUBT * torque * np.exp(-tick * DT / DOUBT_S)
+        link[:], ability.strain[:] = LEASH + doubt / GAIN - 1e-9, MOST + doubt - 1e-9
+        following.judge(None, True)
+        assert following.astray is following.nowhere
+        qdd[:] = 0.0
+    link[:], ability.strain[:] = LEASH, MOST + doubt
+    for tick in range(1, LONGEST + 2):
+        following.judge(None, True)
+        assert following.astray == [tick > LONGEST] * 3
+    following.reset(link)
+    qdd[:] = 4.0, -2.0, 0.0
+    link[:] = LEASH + DOUBT * torque / GAIN + 1e-9
+    following.led[:] = 0.0
+    following.judge(None, False)
+    assert following.astray == [True] * 3
+    qdd[:] = 0.0
+    following.reset(np.zeros(3))
+    link[:] = LEASH + 1e-9
+    following.judge(None, False)
+    assert following.astray == [True] * 3, "no doubt is left of before a start"
