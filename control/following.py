@@ -12,16 +12,15 @@ from ..models import Array
 from ._kernels import ffi, lib
 from .ability import Ability
 
-
 DOUBT, DOUBT_S = 0.3, 0.5
-"""Part of the torque that a plan's accelerations took which the model may get wrong, and for how long the doubt
+"""Part of the torque that planned accelerations took which the model may get wrong, and for how long the doubt
 lasts: masses a fifth too light, on feedback that swings with some 2 Hz."""
 
 
 class Following:
     """Watches the joints of an arm, each on a leash.
 
-    What the model may get wrong of the accelerations that were planned lately comes on top of leash and strain.
+    What the model may get wrong of accelerations that were planned lately comes on top of leash and strain.
 
     Attributes:
         led: where they were led in the last tick, (m,) [rad or m].
