@@ -13,7 +13,7 @@ from ._kernels import ffi, lib
 from .ability import Ability
 
 DOUBT, DOUBT_S = 0.3, 0.5
-"""Part of the torque that planned accelerations took which the model may get wrong, and for how long the doubt
+"""Part of the torque that planned accelerations took which the model may get wrong, and for how long that
 lasts: masses a fifth too light, on feedback that swings with some 2 Hz."""
 
 
