@@ -6,14 +6,14 @@
 
 typedef struct {
     int n;
-    int longest;                                   /* ticks for which the feedback may strain a motor */
+    int longest;        /* ticks for which the feedback may strain a motor */
     double doubt, keep; /* part of a planned torque that may be wrong; what a tick leaves of that doubt */
     const double *link SHAPE(n), *led SHAPE(n);    /* measured, and where they were led */
     const double *strain SHAPE(n), *most SHAPE(n); /* what the feedback gives alone, and may give */
     const double *load SHAPE(n), *able SHAPE(n);   /* torques that are asked of motors, and that they have */
     const double *inertia SHAPE(n, n), *qdd SHAPE(n), *gain SHAPE(n); /* of the plan; of the feedback */
-    double *planned SHAPE(n); /* torque that accelerations took lately; updated */
-    int *strained SHAPE(n);                        /* ticks for which each motor has been strained; updated */
+    double *planned SHAPE(n);       /* torque that accelerations took lately; updated */
+    int *strained SHAPE(n);         /* ticks for which each motor has been strained; updated */
     unsigned char *astray SHAPE(n); /* result: which joints do not follow; what is no number does not */
 } following;
 
