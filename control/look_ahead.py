@@ -63,6 +63,21 @@ Body = Capsule | Box | Plane
 
 
 @dataclass(frozen=True, slots=True)
+class Room:
+    """Where limits keep a point of the machine, in a stop, too.
+
+    Attributes:
+        joint: that carries it; at: in the joint's frame, (3,) [m].
+        lower, upper: corners along the axes of the base, (3,) [m].
+    """
+
+    joint: int
+    at: Array
+    lower: Sequence[float]
+    upper: Sequence[float]
+
+
+@dataclass(frozen=True, slots=True)
 class Stop:
     """How a stop goes, one entry a joint.
 
@@ -118,6 +133,7 @@ class LookAhead:
         margin: float,
         q: Array,
         stop: Stop,
+        rooms: Sequence[Room] = (),
     ) -> None:
         """Bind to the joints (n,) and what a stop would do, which are read where they are.
 
@@ -127,6 +143,7 @@ class LookAhead:
             margin: no pair may come nearer [m].
             q: measured, (n,) [rad or m].
             stop: of a machine at this tick.
+            rooms: that points of it do not leave; a stop is followed as far as none would.
 
         Raises:
             ModelError: the robot is no serial chain.
@@ -142,7 +159,8 @@ class LookAhead:
         table = ffi.new("look_ahead_body[]", [_constants(body) for body in bodies] or 1)
         numbers = [[index[id(first)], index[id(second)]] for first, second in self.pairs]
         m = len(stop.ability.load) if stop.ability else 0
-        sizes = {"n": n, "bodies": len(table), "pairs": count, "m": m}
+        kept = ffi.new("look_ahead_room[]", [_room(room) for room in rooms])
+        sizes = {"n": n, "bodies": len(table), "pairs": count, "m": m, "rooms": len(rooms)}
         self._core = ffi.new("look_ahead *", {**sizes, "chain": self._chain.pointer, "margin": margin})
         reach = np.array([reaches(robot, *pair) for pair in self.pairs]).reshape(count, n)
         self._known, self._distances = np.zeros(count), np.zeros(count)
@@ -150,6 +168,7 @@ class LookAhead:
             lib,
             self._core,
             body=table,
+            room=kept,
             pair=ffi.new("look_ahead_pair[]", numbers),
             reach=reach,
             q=q,
@@ -232,6 +251,11 @@ def serial_lengths(robot: Robot) -> list[tuple[float, float, bool]]:
     placements = [float(np.linalg.norm(place.translation)) for place in list(robot.model.jointPlacements)[1:]]
     rows = zip(placements, robot.lower.tolist(), robot.upper.tolist(), robot.sliding, strict=True)
     return [(length, max(-low, high) if slides else 0.0, slides) for length, low, high, slides in rows]
+
+
+def _room(room: Room) -> dict[str, object]:
+    at, lower, upper = (list(map(float, x)) for x in (room.at, room.lower, room.upper))
+    return {"joint": room.joint, "at": at, "lower": lower, "upper": upper}
 
 
 def _constants(body: Body) -> dict[str, object]:

@@ -5,9 +5,12 @@
 
 /* Instants of a stop that are looked at anyhow: between two of them what approaches ever more slowly cannot
  * hide. */
-enum { INSTANTS = 24, BISECTIONS = 40 };
+enum { INSTANTS = 24, BISECTIONS = 40, EXIT_BISECTIONS = 8 };
 /* By so much may come nearer what is nearer than the margin: measurements tremble [m]. */
 static const double SLACK = 2e-3;
+/* By so much a point may leave its room, or be further outside than it is, before a stop is none that the
+ * machine does: its limits are kept on the way to rest, too [m]. */
+static const double LEAVES = 10e-3;
 /* Share of what is within a motor's reach that a stop counts on, and the least of a rated deceleration. */
 static const double BRAKING_SHARE = 0.7, LEAST_SHARE = 0.1;
 /* What is slower stands [rad/s or m/s]. */
@@ -26,12 +29,12 @@ static double clamp(double x, double lower, double upper) {
 }
 
 /* A point of a body, in the axes of the base. */
-static void place(const posture *at, const look_ahead_body *body, const double *local, double *x) {
-    if (body->joint < 0) {
+static void place(const posture *at, int joint, const double *local, double *x) {
+    if (joint < 0) {
         for (int k = 0; k < 3; k++) x[k] = local[k];
         return;
     }
-    const double *R = at->R + 9 * body->joint, *p = at->p + 3 * body->joint;
+    const double *R = at->R + 9 * joint, *p = at->p + 3 * joint;
     for (int k = 0; k < 3; k++) x[k] = p[k] + dot(R + 3 * k, local);
 }
 
@@ -106,10 +109,10 @@ static double distance(const look_ahead *l, int pair, const posture *at) {
     const look_ahead_body *const first = &l->body[l->pair[pair].first];
     const look_ahead_body *const second = &l->body[l->pair[pair].second];
     double p[3], q[3], a[3], b[3];
-    place(at, first, first->a, p), place(at, first, first->b, q);
+    place(at, first->joint, first->a, p), place(at, first->joint, first->b, q);
     if (second->kind == LOOK_BOX) return segment_box(p, q, second) - first->radius;
     if (second->kind == LOOK_PLANE) return segment_plane(p, q, second) - first->radius;
-    place(at, second, second->a, a), place(at, second, second->b, b);
+    place(at, second->joint, second->a, a), place(at, second->joint, second->b, b);
     return segments(p, q, a, b) - first->radius - second->radius;
 }
 
@@ -182,12 +185,37 @@ static int find_near(look_ahead *l, const double *ahead, int *near) {
     return count;
 }
 
+/* Whether a point of the machine is further out of its room than there, where the stop begins, and than
+ * limits let it. */
+static int leaves(const look_ahead *l, const posture *begin, const posture *there) {
+    for (int i = 0; i < l->rooms; i++) {
+        const look_ahead_room *const room = &l->room[i];
+        double x[3], now[3];
+        place(there, room->joint, room->at, x), place(begin, room->joint, room->at, now);
+        for (int k = 0; k < 3; k++)
+            if (x[k] > fmax(room->upper[k], now[k]) + LEAVES || x[k] < fmin(room->lower[k], now[k]) - LEAVES)
+                return 1;
+    }
+    return 0;
+}
+
+/* Where the joints are within t of a stop; how fast they go then, and the way that is left. */
+static void go_on(const look_ahead *l, const double *braking, double t, posture *there, double *speed,
+                  double *left) {
+    double q[SERIAL_MAX_JOINTS];
+    for (int i = 0; i < l->n; i++) q[i] = l->q[i] + way(l, braking, i, t, &speed[i], &left[i]);
+    assume(l, q, there);
+}
+
 /* Follows the pairs that may come too near through a stop in which the joints brake so hard. */
 static int follow(look_ahead *l, const double *braking, const int *candidates, int count) {
     const int n = l->n;
-    double left[SERIAL_MAX_JOINTS], speed[SERIAL_MAX_JOINTS], q[SERIAL_MAX_JOINTS], end = 0.0;
+    double left[SERIAL_MAX_JOINTS], speed[SERIAL_MAX_JOINTS], end = 0.0;
     double gap[LOOK_MAX_PAIRS];
     int near[LOOK_MAX_PAIRS];
+    posture begin;
+    if (!count) return -1;
+    assume(l, l->q, &begin);
     for (int i = 0; i < n; i++) {
         end = fmax(end, l->reaction[i] + fabs(l->rate[i]) / braking[i]);
         way(l, braking, i, 0.0, &speed[i], &left[i]);
@@ -199,10 +227,17 @@ static int follow(look_ahead *l, const double *braking, const int *candidates, i
     for (double t = 0.0; count && t < end;) {
         double step = end;
         for (int j = 0; j < count; j++) step = fmin(step, gap[j] / fmax(along(l, near[j], speed), 1e-12));
+        double inside = t;
         t = fmin(end, t + fmax(step, end / INSTANTS));
-        for (int i = 0; i < n; i++) q[i] = l->q[i] + way(l, braking, i, t, &speed[i], &left[i]);
         posture there;
-        assume(l, q, &there), l->looks++;
+        go_on(l, braking, t, &there, speed, left), l->looks++;
+        const int left_room = leaves(l, &begin, &there);
+        for (int k = 0; left_room && k < EXIT_BISECTIONS; k++) { /* what is met before is met */
+            const double middle = 0.5 * (inside + t);
+            go_on(l, braking, middle, &there, speed, left);
+            *(leaves(l, &begin, &there) ? &t : &inside) = middle;
+        }
+        if (left_room) go_on(l, braking, inside, &there, speed, left);
         int kept = 0, met = -1;
         double worst = 0.0;
         for (int j = 0; j < count; j++) {
@@ -214,7 +249,7 @@ static int follow(look_ahead *l, const double *braking, const int *candidates, i
             }
             if (over <= along(l, k, left)) near[kept] = k, gap[kept++] = fmax(over, 0.0);
         }
-        if (met >= 0) return met;
+        if (met >= 0 || left_room) return met;
         count = kept;
     }
     return -1;

@@ -24,12 +24,21 @@ typedef struct {
     int first, second; /* bodies; the first is a capsule */
 } look_ahead_pair;
 
+/* A point of the machine that is kept in a room, whatever the machine does. */
+typedef struct {
+    int joint;                 /* the one that carries it */
+    double at[3];              /* in its frame */
+    double lower[3], upper[3]; /* along the axes of the base */
+} look_ahead_room;
+
 typedef struct {
     int n, bodies, pairs; /* at most SERIAL_MAX_JOINTS, any number, LOOK_MAX_PAIRS */
-    int m;                /* the last joints, whose motors may give less than they are rated for */
+    int rooms;
+    int m; /* the last joints, whose motors may give less than they are rated for */
     const serial_chain *chain;
     const look_ahead_body *body SHAPE(bodies);
     const look_ahead_pair *pair SHAPE(pairs);
+    const look_ahead_room *room SHAPE(rooms);
     const double *reach SHAPE(pairs, n); /* most that a pair comes closer by a unit of a joint's way */
     double margin;                       /* no pair may come nearer [m] */
     /* inputs of a tick: where the joints are, how fast they go on until the stop is felt and for how long,

@@ -236,7 +236,9 @@ class Giant(ExchangesTwins):
             np.array([*[ppu.acceleration] * len(PPU_JOINTS), *m.acceleration]),
             control.ability,
         )
-        self._foresight = Foresight(config.look_ahead, robot, foreseen_limits(config), place, stop)
+        self._foresight = Foresight(
+            config.look_ahead, robot, foreseen_limits(config), place, stop, _boxes(config)
+        )
 
     def _kalman_of(self, config: GiantConfig, manipulator: Robot, dt: float) -> InertialKalman | None:
         """The estimator of rotors and links, where it is asked for."""
@@ -476,7 +478,7 @@ def _force_control(
         limits,
         [twin_of(twin) for twin in config.twins.values()],
         [JointSum(TILT, *m.tilt)],
-        [Box(point, giant.box.lower, giant.box.upper) for point in ("handle", ELBOW)],
+        _boxes(config),
         Gains(control.p_gain, control.p_gain, control.d_gain, control.d_gain),
         control.detection,
         dt,
@@ -485,6 +487,11 @@ def _force_control(
         limited=control.detection == "gauss",
         compliance=compliance_of(config.compliance, ratings.axes.torque, limits, yielding),
     )
+
+
+def _boxes(config: GiantConfig) -> list[Box]:
+    box = config.giant.box
+    return [Box(point, box.lower, box.upper) for point in ("handle", ELBOW)]
 
 
 def _gantry_limits(config: GiantConfig, dt: float) -> tuple[AxisLimits, ...]:

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from ...control.look_ahead import LookAhead, Stop
+from collections.abc import Sequence
+
+from ...control.force_control import Box
+from ...control.look_ahead import LookAhead, Room, Stop
 from ...models import Array, Robot
 from .sections import LookAhead as Section
 from .surroundings import watched
@@ -23,12 +26,19 @@ class Foresight:
     """
 
     def __init__(
-        self, section: Section | None, robot: Robot, limits: tuple[Array, Array], q: Array, stop: Stop
+        self,
+        section: Section | None,
+        robot: Robot,
+        limits: tuple[Array, Array],
+        q: Array,
+        stop: Stop,
+        boxes: Sequence[Box] = (),
     ) -> None:
-        """See ``LookAhead``; lower and upper limits of the joints, (n,) each [rad or m]."""
+        """See ``LookAhead``; lower and upper limits of the joints, (n,) each [rad or m]; boxes of frames."""
         self.ahead = self.pressed = ""
         pairs = watched(robot, section, limits)[0] if section else []
-        self._look = LookAhead(robot, pairs, section.margin, q, stop) if section and pairs else None
+        rooms = [_room(robot, box) for box in boxes]
+        self._look = LookAhead(robot, pairs, section.margin, q, stop, rooms) if section and pairs else None
 
     def reset(self) -> None:
         """A start: what is near may stay so, and leave."""
@@ -44,3 +54,8 @@ class Foresight:
     def hold(self) -> None:
         """The same of a machine that comes to rest and is held."""
         self.pressed = self._look.pressed(PRESSED_SHARE) if self._look else ""
+
+
+def _room(robot: Robot, box: Box) -> Room:
+    frame = robot.model.frames[robot.frame(box.frame)]
+    return Room(int(frame.parentJoint) - 1, frame.placement.translation.copy(), box.lower, box.upper)

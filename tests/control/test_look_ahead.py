@@ -8,7 +8,7 @@ import pinocchio as pin
 import pytest
 from hapticd.configs import read_text
 from hapticd.control.ability import Ability
-from hapticd.control.look_ahead import Box, Capsule, LookAhead, Plane, Stop
+from hapticd.control.look_ahead import Box, Capsule, LookAhead, Plane, Room, Stop
 from hapticd.models import Robot
 
 MARGIN = 0.02
@@ -180,6 +180,31 @@ def test_what_is_too_near_may_leave_and_come_no_nearer():
     assert look.update() is None
     q[0], stop.rate[0] = 0.769, 0.25  # 15.6 mm of way
     assert look.update()
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_a_stop_is_followed_as_far_as_limits_let_a_point_go(seed):
+    """What stands up to 10 mm beyond a room is met, or what is that near to where the point is outside it."""
+    rng = np.random.default_rng(seed)
+    q, stop = state()
+    stop.rated[:] = 2.0
+    side, at = rng.choice([-1.0, 1.0]), rng.uniform(-0.2, 0.2, 3)
+    pin.forwardKinematics(GIANT.model, GIANT.data, GIANT.configuration(q))
+    offset = GIANT.data.oMi[1].act(at)[0]
+    end = rng.uniform(0.3, 0.6)  # of the room
+    q[0] = side * (end + rng.uniform(-0.2, 0.05)) - offset
+    furthest = max(end, side * (q[0] + offset)) + 0.01
+    stop.rate[0] = side * 1.2  # goes on for 0.36 m
+    slide = Capsule("part", 0, at, at, 0.05)
+    corners = np.full(3, 5.0)
+    corners[0] = end
+    for gap, seen in ((-5e-3, True), (5e-3, False)):
+        centre = side * (furthest + 0.05 + MARGIN + gap + 0.1)
+        wall = Box("wall", np.array([centre, 0.0, 0.0]), np.array([0.1, 9.0, 9.0]))
+        watched = [(slide, wall)]
+        assert LookAhead(GIANT, watched, MARGIN, q, stop).update(), "without a room it is met"
+        look = LookAhead(GIANT, watched, MARGIN, q, stop, [Room(0, at, -corners, corners)])
+        assert (look.update() is not None) == seen
 
 
 def test_joints_that_make_up_for_one_another_are_foreseen_to_stop_sooner_than_their_motors_must():
