@@ -84,15 +84,6 @@ class SerialChain:
         state = [pointer(array, "const double", self.n) for array in (q, qd, qdd)]
         return [self._chain, *state, pointer(gravity, "const double", 3), pointer(tau, "double", self.n)]
 
-    def dynamics_arguments(
-        self, q: Array, qd: Array, gravity: Array, tau: Array, M: Array
-    ) -> Sequence[object]:
-        """Arguments of ``lib.serial_dynamics`` for these arrays: (n,), gravity (3,), M (n, n)."""
-        n = self.n
-        state = [pointer(array, "const double", n) for array in (q, qd)]
-        results = pointer(tau, "double", n), pointer(M, "double", n, n)
-        return [self._chain, *state, pointer(gravity, "const double", 3), *results]
-
     def _attach(self, robot: Robot, name: str, index: int) -> None:
         frame, constants = self.frames[index], self._c_frames[index]
         for key, value in serial.frame(robot, name).items():

@@ -70,10 +70,10 @@ class CartesianTwin:
         directions: Sequence[int] = ALL_DIRECTIONS,
     ) -> None:
         """Parameters in kg, kg m^2, N s/m, N m s/rad; limits as (linear, angular) in m, rad, s."""
-        self._directions = np.array(directions)
+        own = np.array(directions)
 
         def of_each(linear: float, angular: float) -> Array:
-            values: Array = np.repeat([linear, angular], 3)[self._directions]
+            values: Array = np.repeat([linear, angular], 3)[own]
             return values
 
         n = len(directions)
@@ -81,7 +81,7 @@ class CartesianTwin:
         unlimited = np.full(n, np.inf)
         self.limits = Limits(-unlimited, unlimited, of_each(*velocity), of_each(*acceleration))
         self.q, self.qd = np.zeros(n), np.zeros(n)
-        self.J, self.drift = np.eye(6)[:, self._directions].copy(), np.zeros(6)
+        self.J, self.drift = np.eye(6)[:, own].copy(), np.zeros(6)
         self.M = np.diag(of_each(mass, inertia))
         self.force = np.zeros(n)
         self.position, self.rotation = np.zeros(3), np.eye(3)

@@ -24,7 +24,8 @@ typedef struct {
     int first, second; /* bodies; the first is a capsule */
 } look_ahead_pair;
 
-/* A point of the machine that is kept in a room, whatever the machine does. */
+/* A point of the machine, and the room that its limits keep it in, in a stop, too, as long as all that they
+ * depend on is measured. */
 typedef struct {
     int joint;                 /* the one that carries it */
     double at[3];              /* in its frame */
@@ -33,8 +34,8 @@ typedef struct {
 
 typedef struct {
     int n, bodies, pairs; /* at most SERIAL_MAX_JOINTS, any number, LOOK_MAX_PAIRS */
-    int rooms;
-    int m; /* the last joints, whose motors may give less than they are rated for */
+    int rooms;            /* points that have one */
+    int m;                /* the last joints, whose motors may give less than they are rated for */
     const serial_chain *chain;
     const look_ahead_body *body SHAPE(bodies);
     const look_ahead_pair *pair SHAPE(pairs);

@@ -3,12 +3,22 @@
 import numpy as np
 import pinocchio as pin
 import pytest
+from hapticd.binding import pointer
 from hapticd.configs import read_text
 from hapticd.control._kernels import lib
 from hapticd.control.serial import SerialChain
 from hapticd.models import ModelError, Robot
 
 FRAMES = ["handle", "joint_4", "carriage", "imu_handle"]
+
+
+def dynamics_arguments(
+    chain: SerialChain, q: np.ndarray, qd: np.ndarray, gravity: np.ndarray, tau: np.ndarray, M: np.ndarray
+) -> list[object]:
+    """Of ``lib.serial_dynamics``."""
+    n = chain.n
+    read = [pointer(array, "const double", len(array)) for array in (q, qd, gravity)]
+    return [chain.pointer, *read, pointer(tau, "double", n), pointer(M, "double", n, n)]
 
 
 def giant() -> Robot:
@@ -51,7 +61,7 @@ def test_frames_and_torques_are_those_of_pinocchio(robot: Robot) -> None:
     chain.bind(q, qd)
     arguments = chain.torque_arguments(q, qd, qdd, gravity, tau)
     at_rest, M = np.zeros(n), np.zeros((n, n))
-    dynamics = chain.dynamics_arguments(q, qd, gravity, at_rest, M)
+    dynamics = dynamics_arguments(chain, q, qd, gravity, at_rest, M)
     model, data = robot.model, robot.data
     for _ in range(100):
         q[:], qd[:], qdd[:] = rng.uniform(-2, 2, n), rng.standard_normal(n), rng.standard_normal(n)
@@ -83,7 +93,7 @@ def test_what_is_found_together_is_to_the_bit_what_is_found_alone() -> None:
     n = chain.n
     q, qd, gravity = rng.standard_normal(n), rng.standard_normal(n), rng.standard_normal(3)
     at_rest, M, tau, none = np.zeros(n), np.zeros((n, n)), np.zeros(n), np.zeros(n)
-    lib.serial_dynamics(*chain.dynamics_arguments(q, qd, gravity, at_rest, M))
+    lib.serial_dynamics(*dynamics_arguments(chain, q, qd, gravity, at_rest, M))
     lib.serial_torques(*chain.torque_arguments(q, qd, none, gravity, tau))
     assert tau.tobytes() == at_rest.tobytes()
     for row, unit in zip(M, np.eye(n), strict=True):
