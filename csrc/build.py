@@ -92,7 +92,7 @@ control = partial(
 hqp = partial(
     module, "hapticd.hqp._hqp", ["hqp.h"], [path.name for path in sorted(HERE.glob("hqp*.c"))], "-O3"
 )
-LINK = ("link_age", "link_seal", "link")
+LINK = ("link_age", "link_seal", "link", "link_channel")
 link = partial(module, "hapticd.link._inbox", [f"{part}.h" for part in LINK], [f"{part}.c" for part in LINK])
 runtime = partial(module, "hapticd.runtime._rt", ["rt.h", "ring.h"], ["rt.c", "ring.c"])
 CHECKS = ("balance", "springs", "heat", "plausibility", "hard_limits", "gate")

@@ -79,9 +79,9 @@ typedef struct {
     int32_t error;     /* errno of the last one */
     /* what is to be opened, in the order of arrival unless some were shed */
     int32_t count;
+    uint8_t payload[1176]; /* of the newest one that is authentic; near to what else is touched */
     uint64_t counter[64];
     uint8_t datagram[64][1232];
-    uint8_t payload[1176]; /* of the newest one that is authentic */
 } link_inbox;
 
 /* Replaces what is to be opened by what waits in `fd`, without blocking. Returns how many. */
@@ -104,7 +104,8 @@ typedef struct {
     uint64_t session;
     int32_t size; /* bytes of a payload, 1 to LINK_LARGEST - LINK_HEADER - LINK_STAMPS - LINK_TAG */
     int32_t direction;
-    const link_sealing *now; /* key of the epoch */
+    uint64_t epoch;          /* of the counters that are sealed */
+    const link_sealing *now; /* its key */
     int64_t sent;            /* datagrams */
     int64_t unsent;          /* the kernel did not take them */
     int64_t unreachable;     /* times the network said that nobody listens there */

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import socket
 import struct
-import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Final, NamedTuple
@@ -22,12 +21,12 @@ STAMPS: Final = struct.Struct("<QQI")
 that was [ns]; csrc/link.c writes and reads all of these."""
 TO_AVATAR, TO_OPERATOR = 0, 1
 """Directions."""
-LAST: Final = 1 << 48
+LAST: Final = 1 << lib.LINK_COUNTER_BITS
 """Counter at which a session ends; at 1 kHz after 8900 years."""
 ALARM: Final = 100
 """Packets dropped within a second that nobody explains by a network alone."""
 EPOCH_BITS: Final = lib.LINK_EPOCH_BITS
-EPOCH: Final = (1 << EPOCH_BITS) - 1
+OVER, OPENS, WATCH = lib.LINK_OVER, lib.LINK_OPENS, lib.LINK_WATCH
 SECOND: Final = 1_000_000_000
 COUNTED_IN_C: Final = (
     *("received", "reordered", "stale", "unproven", "forged"),
@@ -37,9 +36,16 @@ COUNTED_IN_C: Final = (
 Clock = Callable[[], int]
 
 
+# a packet's way is short, and caches are cold: what is looked up or called for each one is felt
+_send, _receive, _received = lib.link_channel_send, lib.link_channel_receive, tuple.__new__
+
+
 def clock() -> int:
     """Nanoseconds since the host booted, sleep included; no change of the time of day moves it."""
-    return time.clock_gettime_ns(time.CLOCK_BOOTTIME)
+    return int(lib.link_clock())
+
+
+_clock: Final = clock
 
 
 class SessionKeys(NamedTuple):
@@ -106,7 +112,8 @@ class Counts:
 class Channel:
     """A session between this station and the other one over a connected datagram socket.
 
-    It neither blocks nor raises for anything that comes from the network. One thread uses it.
+    It neither blocks nor raises for anything that comes from the network. One thread sends and receives;
+    any may close it.
     """
 
     def __init__(
@@ -123,25 +130,23 @@ class Channel:
         """
         sock.setblocking(False)
         self._socket, self._clock, self.terms = sock, clock, terms
+        self._given: Final = None if clock is _clock else clock
         self.session: Final = keys.session
         roots = (keys.to_avatar, keys.to_operator)
         self._seals, self._opens = Ratchet(roots[sends]), Ratchet(roots[1 - sends])
-        self._counter = 0
-        self._inbox = inbox = ffi.new("link_inbox *")
+        self._at = at = ffi.new("link_channel *")
+        at.fd, at.good, at.lease = sock.fileno(), clock(), round(terms.lease * SECOND)
+        at.since = at.now = at.good
+        self._inbox, self._outbox = inbox, outbox = at.inbox, at.outbox
         inbox.session, inbox.direction, inbox.size = keys.session, 1 - sends, terms.receives + OVERHEAD
         inbox.window.seen = 2**64 - 1
-        self._lease, inbox.oldest, inbox.deaf = (
-            round(seconds * SECOND) for seconds in (terms.lease, terms.oldest, terms.deaf)
-        )
+        inbox.oldest, inbox.deaf = round(terms.oldest * SECOND), round(terms.deaf * SECOND)
         self._payload = memoryview(ffi.buffer(inbox.payload))[: terms.receives]
-        self._outbox = outbox = ffi.new("link_outbox *")
-        outbox.session, outbox.direction, outbox.size = keys.session, sends, terms.sends
-        self._give_keys(0)
-        self._fd = sock.fileno()
-        self._good = self._since = clock()
+        self._size: Final = terms.sends
+        outbox.session, outbox.direction, outbox.size = keys.session, sends, self._size
+        self._seal_with(0)
+        self._open_with(0)
         self._refused_before = 0
-        self.over = False
-        """The lease is over, or the channel closed; nothing is sent or received any more."""
         self.alarm = False
         """More than ALARM packets a second are dropped that no honest station sent."""
 
@@ -151,62 +156,59 @@ class Channel:
 
     def close(self) -> None:
         """Forget the keys and give the socket back."""
-        self.over, self._fd = True, -1
+        lib.link_channel_close(self._at)
+        self._at.fd = -1
         self._socket.close()
         self._seals = self._opens = Ratchet(bytes(32))
-        self._give_keys(0)
+        self._seal_with(0)
+        self._open_with(0)
+
+    @property
+    def over(self) -> bool:
+        """The lease is over, or the channel closed; nothing is sent or received any more."""
+        return bool(self._at.over)
 
     @property
     def silent(self) -> float:
         """Since the last packet that may move something, or since the session began [s]."""
-        return (self._clock() - self._good) / SECOND
+        return float((self._clock() - self._at.good) / SECOND)
 
     @property
     def expired(self) -> bool:
         """Whether the lease is over by now."""
-        self.over = self.over or self._clock() - self._good > self._lease
+        if self._clock() - self._at.good > self._at.lease:
+            self._at.over = True
         return self.over
 
-    def send(self, payload: bytes) -> None:
+    def send(self, payload: bytes) -> bool:
         """Seal and send; what the kernel does not take is counted and gone.
+
+        Returns:
+            Whether the session goes on.
 
         Raises:
             ValueError: the payload is not as long as was agreed on.
         """
-        if len(payload) != self.terms.sends:
-            raise ValueError(f"{len(payload)} bytes to send; {self.terms.sends} were agreed on")
-        now, counter = self._clock(), self._counter + 1
-        self.over = self.over or now - self._good > self._lease or counter >= LAST
-        if self.over:
-            self._outbox.unsent += 1
-            return
-        self._counter = counter  # before it is used: none is ever used twice
-        if not counter & EPOCH:
-            self._seals.reached(counter >> EPOCH_BITS)
-            self._give_keys(self._inbox.epoch)
-        lib.link_send(self._fd, self._outbox, self._inbox, counter, now, payload)
+        if len(payload) != self._size:
+            raise ValueError(f"{len(payload)} bytes to send; {self._size} were agreed on")
+        if self._given:
+            self._at.given = self._given()
+        while said := _send(self._at, payload):
+            if said == OVER:
+                return False
+            self._seal_with((self._at.counter + 1) >> EPOCH_BITS)
+        return True
 
     def receive(self) -> Received | None:
         """The newest authentic packet since the last call, if it is fresh enough to move something."""
-        if self.over:
-            return None
-        inbox = self._inbox
-        lib.link_receive(self._fd, inbox)
-        now = self._clock()
-        if now - self._good > self._lease:
-            self.over = True
-            return None
-        if now - self._since >= SECOND:
-            self._watch(now)
-        age = lib.link_open(inbox, now)
-        epoch = inbox.window.newest >> EPOCH_BITS
-        if epoch != inbox.epoch:
-            self._opens.reached(epoch)
-            self._give_keys(epoch)
+        if self._given:
+            self._at.given = self._given()
+        age = _receive(self._at)
         if age < 0:
-            return None
-        self._good = now
-        return Received(self._payload.tobytes(), age / SECOND)
+            age = self._answered(age)
+            if age < 0:
+                return None
+        return _received(Received, (self._payload.tobytes(), age / SECOND))
 
     def counts(self) -> Counts:
         """What has become of all packets so far."""
@@ -220,18 +222,32 @@ class Channel:
             **{name: getattr(inbox, name) for name in COUNTED_IN_C},
         )
 
-    def _give_keys(self, epoch: int) -> None:
-        """C seals with the key that the ratchet has, opens with that epoch's and its neighbours'."""
+    def _answered(self, said: int) -> int:
+        """After what C asks for, the age of the newest [ns]; below 0 where none is to move something."""
+        while said == OPENS:
+            self._open_with(self._inbox.window.newest >> EPOCH_BITS)
+            said = _receive(self._at)
+        if said != WATCH:
+            return said
+        self._watch(self._at.now)
+        return int(self._at.age)
+
+    def _seal_with(self, epoch: int) -> None:
+        self._seals.reached(epoch)
+        self._outbox.epoch, self._outbox.now = epoch, _pointer(self._seals.now)
+
+    def _open_with(self, epoch: int) -> None:
+        """The keys of that epoch and of its neighbours."""
         inbox, opens = self._inbox, self._opens
+        opens.reached(epoch)
         inbox.epoch = epoch
         inbox.before, inbox.now, inbox.next = map(_pointer, map(opens.at, (epoch - 1, epoch, epoch + 1)))
-        self._outbox.now = _pointer(self._seals.now)
 
     def _watch(self, now: int) -> None:
         """Once a second: whether too many packets are dropped."""
         refused = self.counts().refused
-        self.alarm = (refused - self._refused_before) * SECOND > ALARM * (now - self._since)
-        self._refused_before, self._since = refused, now
+        self.alarm = (refused - self._refused_before) * SECOND > ALARM * (now - self._at.since)
+        self._refused_before, self._at.since = refused, now
 
 
 def _pointer(sealing: Sealing | None) -> Any:

@@ -27,6 +27,7 @@ class End:
     """A port (`hapticd.link.port.Port`) whose sessions come and go.
 
     ``send`` and ``receive`` never wait for the network, nor for a handshake: that is in a thread of its own.
+    They are one thread's; all else is anybody's.
     """
 
     def __init__(self, terms: Terms, sends: int, clock: Clock = clock) -> None:
@@ -72,26 +73,19 @@ class End:
 
     def send(self, payload: bytes) -> None:
         """As `Port.send`; without a session nothing is sent."""
-        with self._lock:
-            channel = self._channel
-            if channel:
-                channel.send(payload)
-                if channel.over:
-                    self._living()
+        channel = self._channel
+        if channel and not channel.send(payload):
+            self._look(channel)
 
     def receive(self) -> Received | None:
         """As `Port.receive`."""
-        with self._lock:
-            channel = self._channel
-            if not channel:
-                return None
-            received = channel.receive()
-            if channel.over:
-                self._living()
-            elif channel.alarm != self._alarm:
-                self._alarm = channel.alarm
-                self._say("attack" if self._alarm else "attack_over", f"packets dropped: {channel.counts()}")
-            return received
+        channel = self._channel
+        if not channel:
+            return None
+        received = channel.receive()
+        if received is None or channel.alarm is not self._alarm:
+            self._look(channel)
+        return received
 
     def fileno(self) -> int:
         """Of the session's socket, for whoever waits for packets; -1 without a session."""
@@ -114,6 +108,17 @@ class End:
 
     def _say(self, code: str, text: str) -> None:
         self._events.append(Event(code, text))
+
+    def _look(self, channel: Channel) -> None:
+        """What that session's last call changed."""
+        if not channel.over and channel.alarm is self._alarm:
+            return
+        with self._lock:
+            if channel is not self._channel:
+                return
+            if self._living() and channel.alarm is not self._alarm:
+                self._alarm = channel.alarm
+                self._say("attack" if self._alarm else "attack_over", f"packets dropped: {channel.counts()}")
 
     def _living(self) -> Channel | None:
         """The session, if its lease is not over; the lock is held."""

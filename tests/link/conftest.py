@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import socket
+import time
 from collections.abc import Callable, Iterator
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
@@ -69,6 +70,15 @@ class Pair(NamedTuple):
             self.avatar.send(bytes(24))
             self.operator.receive()
             self.time.wait(1e-3)
+
+
+def until(true: Callable[[], bool]) -> None:
+    """Wait for what a thread does."""
+    for _ in range(6000):
+        if true():
+            return
+        time.sleep(0.01)
+    raise AssertionError("it did not happen")
 
 
 KEYS = SessionKeys(0x1122334455667788, bytes(range(32)), bytes(range(32, 64)))

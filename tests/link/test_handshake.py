@@ -6,7 +6,7 @@ import socket
 import ssl
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import replace
 from datetime import UTC, datetime
@@ -28,7 +28,7 @@ from hapticd.link.terms import checksums
 
 from .conftest import AVATAR as AVATAR_TERMS
 from .conftest import OPERATOR as OPERATOR_TERMS
-from .conftest import Ticker
+from .conftest import Ticker, until
 
 LOOPBACK = "127.0.0.1"
 ALICE = Station("alice", Role.OPERATOR)
@@ -41,15 +41,6 @@ AVATAR = replace(AVATAR_TERMS, lease=30.0, oldest=5.0)
 def patience(monkeypatch: pytest.MonkeyPatch) -> None:
     for module in (host_module, caller_module):
         monkeypatch.setattr(module, "PATIENCE", 30.0)
-
-
-def until(true: Callable[[], bool]) -> None:
-    """Wait for what a thread does."""
-    for _ in range(6000):
-        if true():
-            return
-        time.sleep(0.01)
-    raise AssertionError("it did not happen")
 
 
 @contextmanager
