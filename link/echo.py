@@ -26,8 +26,8 @@ IDLE_MS = 20
 
 
 def terms(size: int) -> Terms:
-    """Of both ends of a measurement: a delay is measured, not judged."""
-    return Terms(sends=size, receives=size, oldest=1.0)
+    """Of both ends of a measurement: delays and silences are measured, not judged."""
+    return Terms(sends=size, receives=size, oldest=1.0, lease=60.0, deaf=60.0)
 
 
 def forged(host: Host, size: int) -> bytes:
@@ -58,9 +58,10 @@ def main(folder: Path, size: int) -> None:
                 received = host.receive()
                 answer = received.payload if received else answer
                 host.send(answer)  # also what is not judged yet is answered: so both learn of each other
-                wrong = forged(host, size)
-                for _ in range(answer[-1]):
-                    os.write(link, wrong)
+                if asked := answer[-1]:
+                    wrong = forged(host, size)
+                    for _ in range(asked):
+                        os.write(link, wrong)
             else:
                 host.close()
                 plain.close()

@@ -1,13 +1,18 @@
 """`hapticd link keygen` and `hapticd link test`."""
 
 import json
+import socket
 import sys
 from pathlib import Path
 
 import pytest
+from hapticd.link.channel import TO_AVATAR, TO_OPERATOR, Channel
 from hapticd.link.credentials import load
+from hapticd.link.echo import terms
 from hapticd.link.stations import Role
 from hapticd.runtime.command_line.cli import main
+
+from .conftest import KEYS, Pair, Ticker
 
 
 def test_keygen_makes_an_avatar_and_an_operator_and_says_what_to_copy_where(
@@ -56,6 +61,30 @@ def test_test_measures_plain_udp_the_link_and_a_flood(
         assert found[way]["sent"] == 20
         assert 0.0 < found[way]["p50_us"] <= found[way]["p99_us"] <= found[way]["max_us"]
     assert found["ratio_p50"] == pytest.approx(found["link"]["p50_us"] / found["plain"]["p50_us"], rel=0.02)
+
+
+def test_a_session_that_is_measured_outlasts_the_turns_of_plain_udp() -> None:
+    """Two rounds of a thousand packets at 1 kHz, and a host that stalls."""
+    left, right = socket.socketpair(socket.AF_UNIX, socket.SOCK_DGRAM)
+    time = Ticker()
+    both = Pair(
+        Channel(left, KEYS, TO_AVATAR, terms(40), time),
+        Channel(right, KEYS, TO_OPERATOR, terms(40), time),
+        time,
+    )
+
+    def turn() -> bool:
+        both.operator.send(bytes(40))
+        there = both.avatar.receive()
+        both.avatar.send(bytes(40))
+        here = both.operator.receive()
+        return here is not None and there is not None
+
+    assert [turn() for _ in range(3)] == [False, True, True]
+    time.wait(4.0)
+    assert turn() and not both.operator.expired
+    for end in both[:2]:
+        end.close()
 
 
 def test_a_missing_package_is_named_with_what_to_type(
