@@ -109,6 +109,7 @@ class Brakes:
 
     Attributes:
         closed: (fingers,) bool.
+        bits: the same as a word, bit i of finger i.
     """
 
     def __init__(self, fingers: Sequence[Sequence[int]], dt: float) -> None:
@@ -116,27 +117,28 @@ class Brakes:
         self._fingers = [list(own) for own in fingers]
         self._gain, self._dwell = -expm1(-dt / FILTER_S), round(DWELL_S / dt)
         n = len(fingers)
-        self._seen, self._since = np.zeros(n), np.full(n, self._dwell)
+        self._seen, self._since = [0.0] * n, [self._dwell] * n
         self.closed: NDArray[np.bool_] = np.zeros(n, np.bool_)
-
-    @property
-    def bits(self) -> int:
-        """The closed ones as a word, bit i of finger i."""
-        return sum(1 << i for i in np.flatnonzero(self.closed).tolist())
+        self.bits = 0
 
     def release(self) -> None:
         """Open all of them at once: a stop, or a link that is gone, waits for nothing."""
-        self.closed[:] = False
-        self._seen[:], self._since[:] = 0.0, self._dwell
+        self.closed[:], self.bits = False, 0
+        n = len(self._fingers)
+        self._seen, self._since = [0.0] * n, [self._dwell] * n
 
     def update(self, current: Array) -> NDArray[np.bool_]:
         """Take the currents of the drives (n,) [A], positive where they close; own buffer."""
         felt = current.tolist()
-        most = [max((felt[i] for i in own), default=0.0) for own in self._fingers]
-        self._seen += self._gain * (np.array([x if 0.0 < x < inf else 0.0 for x in most]) - self._seen)
-        self._since += 1
-        turn = np.where(self.closed, self._seen < OFF, self._seen > ON) & (self._since >= self._dwell)
-        if turn.any():
-            self.closed ^= turn
-            self._since[turn] = 0
+        for i, own in enumerate(self._fingers):
+            most = max([felt[k] for k in own], default=0.0)
+            seen = self._seen[i]
+            seen += self._gain * ((most if 0.0 < most < inf else 0.0) - seen)
+            self._seen[i] = seen
+            self._since[i] += 1
+            turns = seen < OFF if self.bits >> i & 1 else seen > ON
+            if turns and self._since[i] >= self._dwell:
+                self.bits ^= 1 << i
+                self.closed[i] ^= True
+                self._since[i] = 0
         return self.closed

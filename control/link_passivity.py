@@ -60,37 +60,37 @@ more: with too little his hand sticks where it pressed too deep while the wall's
 class Port:
     """What both sides report, in the tick and since ``reset``."""
 
-    _core: Any
+    _tank: Any
 
     @property
     def level(self) -> float:
         """Energy in the tank [J]; below 0: a debt."""
-        return float(self._core.tank.level)
+        return float(self._tank.level)
 
     @property
     def sent(self) -> float:
         """Handed over to the other side in all [J]; goes with every packet."""
-        return float(self._core.tank.sent)
+        return float(self._tank.sent)
 
     @property
     def taken(self) -> float:
         """Work that the layer has kept from being done, in all [J]."""
-        return float(self._core.tank.taken)
+        return float(self._tank.taken)
 
     @property
     def spilt(self) -> float:
         """Energy that found no room in the tank, in all [J]."""
-        return float(self._core.tank.spilt)
+        return float(self._tank.spilt)
 
     @property
     def damping(self) -> float:
         """Of this tick: [N s/m] at the operator's hand, [m/(N s)] at the avatar's reference; 0 for none."""
-        return float(self._core.tank.damping)
+        return float(self._tank.damping)
 
     @property
     def why(self) -> int:
         """Of this tick: EMPTY, DEBT, DRIFT, FILLS; 0 where the layer does nothing."""
-        return int(self._core.tank.why)
+        return int(self._tank.why)
 
 
 class OperatorPort(Port):
@@ -123,6 +123,7 @@ class OperatorPort(Port):
                 "harvest": HARVEST,
             },
         )
+        self._tank = self._core.tank
         bind(
             lib,
             self._core,
@@ -184,6 +185,7 @@ class AvatarPort(Port):
                 "turn": 0.5,
             },
         )
+        self._tank = self._core.tank
         bind(
             lib,
             self._core,

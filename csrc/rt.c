@@ -2,6 +2,7 @@
 
 #include <errno.h>
 #include <signal.h>
+#include <string.h>
 #include <sys/mman.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
@@ -99,6 +100,14 @@ void rt_histogram_add(rt_histogram *h, int64_t ns) {
     h->sum += ns;
     if (ns > h->largest) h->largest = ns;
     h->bucket[bucket_of(ns)]++;
+}
+
+void rt_histogram_add_each(rt_histogram *h, int n, const uint8_t *ns) {
+    for (int i = 0; i < n; i++) {
+        uint32_t one;
+        memcpy(&one, ns + (size_t)i * sizeof(one), sizeof(one));
+        rt_histogram_add(&h[i], one);
+    }
 }
 
 int64_t rt_histogram_quantile(const rt_histogram *h, double q) {

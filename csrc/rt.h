@@ -54,6 +54,9 @@ typedef struct {
 
 void rt_histogram_add(rt_histogram *h, int64_t ns);
 
+/* One duration each into `n` histograms; `ns` are the bytes of as many uint32_t. */
+void rt_histogram_add_each(rt_histogram *h, int n, const uint8_t *ns);
+
 /* Upper edge of the bucket that holds the quantile q in [0, 1], never above the largest value; 0 if empty. */
 int64_t rt_histogram_quantile(const rt_histogram *h, double q);
 

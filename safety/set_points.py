@@ -110,7 +110,7 @@ class SetPointGate:
         low, high = np.maximum(last - self._step, self._lower), np.minimum(last + self._step, self._upper)
         safe = np.minimum(np.maximum(wanted, low), high)
         bad = safe != wanted  # as is what is not a number
-        clamped = bool(bad.any())
+        clamped = bool(np.count_nonzero(bad))
         np.copyto(last, safe, where=safe == safe)
         self._write()
         self.clamps += clamped

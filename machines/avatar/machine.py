@@ -15,7 +15,7 @@ from ...control.notice import Notice
 from ...devices.image import ProcessImage
 from ...devices.remote import BEHIND, ENGAGED, STOPPED, TOLD, WAITING, packed, unpacked
 from ...devices.remote_operator import RemoteOperators
-from ...models import Robot
+from ...models import Array, Robot
 from ...runtime.core.stages import Mark
 from ..telemanipulation.arm import SIDES, StationArm
 from ..telemanipulation.station import Station, sane_pose
@@ -223,14 +223,24 @@ class AvatarStation(Station):
         if self._damped[i].update(float(np.abs(port.drift[:3]).max())):
             self.notes.append(f"{self.arms[i].side} arm: the link's energy is used up; it stays behind")
 
+    def _numbers(self) -> Sequence[Sequence[Array]]:
+        arms, laws = self.arms, self._laws
+        return (
+            [arm.task.q for arm in arms],
+            [arm.task.palm.position for arm in arms],
+            [law.goal for law in laws],
+            [law.commanded for law in laws],
+            [law.error for law in laws],
+            [arm.force.wrench for arm in arms],
+            [arm.avoidance.torque for arm in arms],
+            [law.torque for law in laws],
+        )
+
     def fill(self) -> None:
         """See ``state_layout``."""
+        self._copy_numbers()
         logged = self._logged
         for i, (arm, law, lease) in enumerate(zip(self.arms, self._laws, self.leases, strict=True)):
-            logged["q"][i], logged["position"][i] = arm.task.q, arm.task.palm.position
-            logged["goal"][i], logged["commanded"][i] = law.goal, law.commanded
-            logged["error"][i], logged["wrench"][i] = law.error, arm.force.wrench
-            logged["limits"][i], logged["torque"][i] = arm.avoidance.torque, law.torque
             logged["share"][i], logged["age"][i] = law.share, self._remote.age[i]
             port = self._ports[i]
             logged["tank"][i], logged["taken"][i], logged["drift"][i] = port.level, port.taken, port.drift

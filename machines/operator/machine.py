@@ -19,7 +19,7 @@ from ...devices.buttons import ButtonRows
 from ...devices.image import ProcessImage
 from ...devices.remote import ACTS, CLUTCHED, ENGAGED, STOPPED, TOLD, packed
 from ...devices.remote_avatar import RemoteAvatars
-from ...models import ModelError, Robot
+from ...models import Array, ModelError, Robot
 from ...runtime.core.stages import Mark
 from ..telemanipulation.arm import PALM, SIDES, StationArm, chain_of, quaternion
 from ..telemanipulation.far_arm import QUIET_S, FarArm, push
@@ -290,31 +290,41 @@ class OperatorStation(Station):
         model = self._models[i]
         if model is None:
             return
-        acts = bool(self._limits[i].any())
+        acts = bool(np.count_nonzero(self._limits[i]))
         pushed = [abs(torque) * acts for torque in model.limits.torque.tolist()]
         self._pushed[i][1] = max(pushed)
         if there.update(max(pushed)):
             self.notes.append(_pushed(f"{arm.side} avatar arm", pushed, model.limits))
 
+    def _numbers(self) -> Sequence[Sequence[Array]]:
+        arms, laws = self.arms, self._laws
+        return (
+            [arm.task.q for arm in arms],
+            [arm.task.palm.position for arm in arms],
+            [clutch.position for clutch in self._clutches],
+            [arm.force.wrench for arm in arms],
+            list(self._felt_there),
+            [arm.avoidance.alpha for arm in arms],
+            [arm.avoidance.torque for arm in arms],
+            [law.avatar for law in laws],
+            [law.torque for law in laws],
+        )
+
     def fill(self) -> None:
         """See ``state_layout``."""
+        self._copy_numbers()
         logged = self._logged
-        rows = zip(self.arms, self._laws, self.leases, self._clutches, strict=True)
-        for i, (arm, law, lease, clutch) in enumerate(rows):
-            logged["q"][i], logged["position"][i] = arm.task.q, arm.task.palm.position
-            logged["goal"][i], logged["hand"][i] = clutch.position, arm.force.wrench
-            logged["felt"][i], logged["alpha"][i] = self._felt_there[i], arm.avoidance.alpha
-            logged["own_limits"][i], logged["avatar_limits"][i] = arm.avoidance.torque, law.avatar
-            logged["torque"][i], logged["share"][i] = law.torque, self.far[i].fader.share
-            logged["age"][i], logged["act"][i] = self._remote.age[i], self._acts[i]
-            port = self.far[i].port
+        for i, (arm, lease, clutch) in enumerate(zip(self.arms, self.leases, self._clutches, strict=True)):
+            far, port, cue = self.far[i], self.far[i].port, self._cues[i]
+            logged["share"][i], logged["age"][i] = far.fader.share, self._remote.age[i]
+            logged["act"][i] = self._acts[i]
             logged["tank"][i], logged["taken"][i], logged["damping"][i] = port.level, port.taken, port.damping
             logged["standing"][i], logged["stopped"][i] = lease.number, bool(arm.stopped)
             if (model := self._models[i]) is not None:
                 logged["foreseen"][i] = model.q
             logged["brakes"][i] = self.gloves[i].brakes.bits if self.gloves else 0
             logged["cause"][i], logged["amount"][i] = self._causes[i], self._amounts[i]
-            logged["announced"][i], logged["cue"][i] = self._cues[i].cause, self._cues[i].force
+            logged["announced"][i], logged["cue"][i] = cue.cause, cue.force
             logged["clutched"][i], logged["near"][i] = clutch.open, arm.avoidance.near
         if self.body is not None:
             logged["head"][:], logged["paddle"][:] = self.body.head, self.body.paddle

@@ -14,7 +14,7 @@ from ...control.standstill import Standstill
 from ...devices.force_torque import ForceTorques
 from ...devices.image import ProcessImage
 from ...devices.torque_drive import JointDrives
-from ...models import Robot
+from ...models import Array, Robot
 from ...runtime.core.machine import DRIFT, REST_S
 from ...runtime.core.measured import alive, sensor
 from ...runtime.core.sections import Config
@@ -177,6 +177,20 @@ class Station(ABC):
     def bind_state(self, state: NDArray[np.void]) -> None:
         """See ``Machine``."""
         self._logged = {name: state[name][0] for name in state.dtype.names or ()}
+        fields = self._numbers()
+        arrays = [array for field in fields for array in field]
+        doubles = state.view(np.uint8)[: 8 * sum(map(len, arrays))].view(np.float64)
+        names = list(self._logged)[: len(fields)]
+        assert [self._logged[name].size for name in names] == [sum(map(len, field)) for field in fields]
+        self._copied = arrays, doubles
+
+    @abstractmethod
+    def _numbers(self) -> Sequence[Sequence[Array]]:
+        """What the first fields of the state are copied from: of each, what both arms have, side by side."""
+
+    def _copy_numbers(self) -> None:
+        arrays, doubles = self._copied
+        np.concatenate(arrays, out=doubles)
 
     def _command(self) -> None:
         self.commands = [x for arm in self.arms for x in arm.torque.tolist()]

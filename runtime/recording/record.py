@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import struct
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -54,7 +54,6 @@ HEAD = (
 """
 LONGEST_SILENCE = 0xFFFF
 _HEAD = struct.Struct("<" + "".join(code for _, _, code in HEAD))
-_STAGES = struct.Struct(f"<{len(Stage)}I")
 _NAMES = [name for name, _, _ in HEAD]
 _TIMED = slice(
     struct.calcsize("<" + "".join(code for _, _, code in HEAD[: _NAMES.index(TIMING[0])])),
@@ -73,11 +72,6 @@ def head(fixed: np.void) -> dict[str, Any]:
     """The scalars that a record begins with, from its fixed part; by name numpy takes ten times as long."""
     data: Any = fixed  # a buffer, which its type conceals
     return dict(zip(_NAMES, _HEAD.unpack_from(data), strict=True))
-
-
-def stages(head: Mapping[str, Any]) -> tuple[int, ...]:
-    """How long each stage of a tick took [ns], from the head of its record."""
-    return _STAGES.unpack(head["stage_ns"])
 
 
 def describe(dtype: np.dtype[np.void]) -> str:

@@ -20,10 +20,10 @@ from ..core.modes import Mode
 from ..core.stages import Stage
 from ..core.stops import END
 from ..timing.forensics import KEPT, LateTick
-from ..timing.histogram import Histogram
+from ..timing.histogram import Histogram, Histograms
 from ..timing.vitals import Vitals
 from ..timing.watch import Overstay
-from .record import head, stages
+from .record import head
 
 
 @dataclass(slots=True)
@@ -166,7 +166,7 @@ class Summary:
     _mode: int = Mode.BRINGUP
     lateness: Histogram = field(default_factory=Histogram)
     compute: Histogram = field(default_factory=Histogram)
-    stages: list[Histogram] = field(default_factory=lambda: [Histogram() for _ in Stage])
+    stages: Histograms = field(default_factory=lambda: Histograms(len(Stage)))
     modes: Counter[int] = field(default_factory=Counter)
     late: int = 0
     blamed: Counter[str] = field(default_factory=Counter)
@@ -205,12 +205,11 @@ class Summary:
             return
         self.missing += self.expected - said["working_counter"]
         self.put_right += said["reaction"] == Reaction.SANITISE
-        reason = said["reason"].rstrip(b"\0").decode()
-        self.stop = reason if said["latched"] and reason != END else ""
+        reason = said["reason"].rstrip(b"\0").decode() if said["latched"] else ""
+        self.stop = reason if reason != END else ""
         state = fixed["state"]
         if mode in (Mode.ENGAGING, Mode.ACTIVE):
-            for histogram, ns in zip(self.stages, stages(said), strict=True):
-                histogram.add(ns)
+            self.stages.add(said["stage_ns"])
             for figure, value in zip(self.counted, self.figures.values(state), strict=True):
                 figure.add(value)
         for extent, value in zip(self.extents, self.limits.values(state), strict=True):
@@ -240,7 +239,7 @@ class Summary:
             rate_hz=float(self.rate),
             lateness_us=self.lateness.summary(),
             compute_us=self.compute.summary(),
-            stages_us={stage.name.lower(): self.stages[stage].summary() for stage in Stage},
+            stages_us={stage.name.lower(): self.stages.each[stage].summary() for stage in Stage},
             figures=[figure.report() for figure in self.counted if figure.ticks],
             modes={Mode(mode).name: count for mode, count in sorted(self.modes.items())},
             stop=self.stop,

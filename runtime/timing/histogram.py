@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from .._rt import ffi, lib
 
 Quantiles = dict[str, float]
@@ -10,8 +12,9 @@ Quantiles = dict[str, float]
 class Histogram:
     """Durations in nanoseconds."""
 
-    def __init__(self) -> None:
-        self._h = ffi.new("rt_histogram *")
+    def __init__(self, at: Any = None) -> None:
+        """An empty one, or the one that is there."""
+        self._h = ffi.new("rt_histogram *") if at is None else at
 
     def add(self, ns: int) -> None:
         """Count one duration; negative ones count as zero."""
@@ -41,6 +44,24 @@ class Histogram:
             "p999": self.quantile(0.999),
             "max": int(self._h.largest) / 1e3,
         }
+
+
+class Histograms:
+    """Of durations that come together, a histogram each.
+
+    Attributes:
+        each: they.
+    """
+
+    def __init__(self, n: int) -> None:
+        self._rows, self._n = ffi.new("rt_histogram[]", n), n
+        self.each = tuple(Histogram(self._rows + i) for i in range(n))
+
+    def add(self, ns: bytes) -> None:
+        """Count a duration in each: n uint32 in nanoseconds, little endian."""
+        if len(ns) != 4 * self._n:
+            raise ValueError(f"{len(ns)} bytes; {self._n} durations have {4 * self._n}")
+        lib.rt_histogram_add_each(self._rows, self._n, ns)
 
 
 def nanosleep_loop(period_ns: int, ticks: int) -> tuple[Histogram, int]:

@@ -43,6 +43,7 @@ def test_whatever_the_current_no_brake_turns_twice_within_its_dwell(seed: int) -
     seen, gain = np.zeros(3), 1.0 - np.exp(-DT / FILTER_S)
     for k, current in enumerate(currents):
         closed = brakes.update(current)
+        assert brakes.bits == sum(1 << i for i in np.flatnonzero(closed))
         felt = np.maximum([max(current[0], current[1]), current[2], 0.0], 0.0)
         seen += gain * (felt - seen)
         for i in np.flatnonzero(closed != before):
@@ -53,6 +54,9 @@ def test_whatever_the_current_no_brake_turns_twice_within_its_dwell(seed: int) -
         before = closed.copy()
     assert not brakes.closed[2]
     assert (changed[:2] > 0).all()
+    brakes.update(np.full(3, 2.0))
+    brakes.release()
+    assert not brakes.closed.any() and brakes.bits == 0
 
 
 def test_a_brake_closes_within_a_tenth_of_a_second_of_a_firm_grasp_and_opens_again() -> None:

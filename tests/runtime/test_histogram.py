@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hapticd.runtime.timing.histogram import Histogram, nanosleep_loop
+from hapticd.runtime.timing.histogram import Histogram, Histograms, nanosleep_loop
 
 
 @pytest.mark.parametrize("scale", [50.0, 5e3, 5e5, 5e8])
@@ -30,6 +30,21 @@ def test_an_empty_histogram_is_all_zero_and_negative_values_count_as_zero() -> N
     assert histogram.quantile(0.5) == 0.0
     histogram.add(2**62)
     assert histogram.summary()["max"] == 2**62 / 1e3
+
+
+def test_durations_that_come_together_go_to_a_histogram_each() -> None:
+    rng = np.random.default_rng(4)
+    rows = rng.integers(0, 2**32, (500, 5), dtype=np.uint32)
+    together, alone = Histograms(5), [Histogram() for _ in range(5)]
+    for row in rows:
+        together.add(row.astype("<u4").tobytes())
+        for histogram, ns in zip(alone, row.tolist(), strict=True):
+            histogram.add(ns)
+    assert [each.cells() for each in together.each] == [each.cells() for each in alone]
+    assert [each.summary() for each in together.each] == [each.summary() for each in alone]
+    for wrong in (b"", bytes(16), bytes(24)):
+        with pytest.raises(ValueError, match="5 durations have 20"):
+            together.add(wrong)
 
 
 def test_the_bare_c_loop_counts_every_deadline() -> None:

@@ -10,6 +10,9 @@ from hapticd.runtime.live.lockstep import Lockstep, unswept
 LED_S = 8.0
 """Both palms have been led about for three seconds by then."""
 
+COPIED = ("q", "position", "goal", "commanded", "error", "wrench", "limits", "torque")
+"""Fields of the log that are the arms' own arrays."""
+
 
 def test_it_follows_the_hands_that_lead_it_and_never_stays_behind_for_want_of_energy() -> None:
     bench = Lockstep(build(config.load("avatar")))
@@ -22,6 +25,16 @@ def test_it_follows_the_hands_that_lead_it_and_never_stays_behind_for_want_of_en
             bench.tick()
             said += [str(event) for event in bench.outputs.events]
     machine.fill()
+    for i, arm in enumerate(machine.arms):
+        law, row = machine._laws[i], {name: state[0][name][i] for name in COPIED}
+        of = {
+            **{"q": arm.task.q, "position": arm.task.palm.position, "wrench": arm.force.wrench},
+            **{"goal": law.goal, "commanded": law.commanded, "error": law.error},
+            **{"limits": arm.avoidance.torque, "torque": law.torque},
+        }
+        assert {name: values.tolist() for name, values in row.items()} == {
+            name: values.tolist() for name, values in of.items()
+        }
     assert not any("stays behind" in text for text in said), said
     assert (np.linalg.norm(state[0]["goal"] - state[0]["commanded"], axis=1) < 1e-3).all()
     assert (np.linalg.norm(state[0]["position"] - state[0]["goal"], axis=1) < 0.05).all()

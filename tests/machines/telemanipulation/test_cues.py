@@ -61,6 +61,22 @@ def test_each_cause_is_felt_at_the_handle_at_its_own_frequency(pair: Both) -> No
 
 
 @in_a_copy
+def test_each_number_of_the_log_is_that_of_its_own_arm(pair: Both) -> None:
+    pair.go(0.05)
+    station, state = pair.machines[0], logged(pair)
+    for i, arm in enumerate(station.arms):
+        law = station._laws[i]
+        of = {
+            **{"q": arm.task.q, "position": arm.task.palm.position, "goal": station._clutches[i].position},
+            **{"hand": arm.force.wrench, "felt": station._felt_there[i], "alpha": arm.avoidance.alpha},
+            **{"own_limits": arm.avoidance.torque, "avatar_limits": law.avatar, "torque": law.torque},
+        }
+        for name, values in of.items():
+            assert state[name][i].tolist() == values.tolist(), name
+    assert (state["position"][0] != state["position"][1]).any()
+
+
+@in_a_copy
 def test_a_silent_link_is_felt_until_it_is_back_and_nothing_is_felt_before(pair: Both) -> None:
     assert causes(pair) == [QUIET] * 2 and not any(cue.force for cue in pair.machines[0]._cues)
     cut(pair)
