@@ -111,7 +111,8 @@ class SerialArm(ExchangesTwins):
             control.qd, np.full(robot.nv, REACTION_S), control.qd, rated.acceleration, control.ability
         )
         self._foresight = Foresight(
-            config.look_ahead, described, foreseen_limits(config, robot), self._joints.link_position, stop
+            config.look_ahead,
+            *(described, foreseen_limits(config, robot), self._joints.link_position, stop, _boxes(config)),
         )
         sums, boxes = len(arm.sums or ()), len(arm.boxes or ())
         self.levels, self.remarks = levels_of(control), REMARKS
@@ -319,7 +320,7 @@ def force_control(config: ArmConfig, robot: Robot, dt: float) -> ForceControl:
         ratings.limits,
         [twin_of(twin, coupled) for twin in config.twins.values()],
         joint_sums(config),
-        [Box(box.frame, box.lower, box.upper) for box in arm.boxes or ()],
+        _boxes(config),
         Gains(gains.p_gain, gains.p_gain, gains.d_gain, gains.d_gain),
         gains.detection,
         dt,
@@ -330,6 +331,10 @@ def force_control(config: ArmConfig, robot: Robot, dt: float) -> ForceControl:
         limited=gains.detection == "gauss",
         compliance=compliance_of(config.compliance, ratings.axes.torque, ratings.limits, yielding),
     )
+
+
+def _boxes(config: ArmConfig) -> list[Box]:
+    return [Box(box.frame, box.lower, box.upper) for box in config.arm.boxes or ()]
 
 
 def joint_sums(config: ArmConfig) -> list[JointSum]:

@@ -221,6 +221,12 @@ def test_a_strong_hand_that_stopped_the_giant_stops_it_no_more(seed: int, second
     assert max(found.excess.values()) < 0.005
 
 
+def test_an_arm_that_stops_along_a_wall_of_its_box_meets_nothing_beyond_it() -> None:
+    """Its stop from there, followed to its end, would take the handle through the wall to a link."""
+    doubt = Doubt(model=False, errors=True)
+    assert not session(load("panda"), 5303, 9.0, Temper(150.0, 12.0, 2.0), doubt=doubt).stop
+
+
 def test_a_hand_s_power_is_what_the_plant_s_steps_count_as_its_work() -> None:
     lockstep = Lockstep(build(load("panda")))
     plant: Any = lockstep.plant
