@@ -14,8 +14,8 @@ from ..runtime.configuration.system import Stance, System
 from ..runtime.core.sections import Config
 from .temper import Temper
 
-PRESS_S = 0.3
-"""When the dead-man switch is pressed."""
+PRESS_S, PRESS_TICKS = 0.3, 150
+"""When the dead-man switch is pressed at the soonest: a machine needs some hundred ticks to be ready."""
 STILL_S = (0.6, 4.0)
 """How long a hand stays where it is: some move while the machine still engages."""
 LEG_M = (0.1, 1.8)
@@ -63,7 +63,8 @@ def stranger(
     }
     traits |= {"away": None}  # it never lets go
     own = {name: value for name, value in traits.items() if name in hand.__struct_fields__}
-    press = msgspec.structs.replace(hand.dead_man[0], at=PRESS_S, pressed=True)
+    pressed = max(PRESS_S, PRESS_TICKS / config.loop.rate)
+    press = msgspec.structs.replace(hand.dead_man[0], at=pressed, pressed=True)
     speed = random.uniform(SLOWEST, 1.0) * temper.speed
     path = [
         msgspec.structs.replace(hand.path[0], at=at, **_coordinates(hand.path[0], stance.pose(place)))

@@ -24,6 +24,7 @@ from ..rendering.check import (
     check_friction,
     check_gains,
     check_inertia,
+    check_motors,
     check_peak,
     check_ramp,
     check_range,
@@ -250,10 +251,10 @@ def _gains(config: ArmConfig, robot: Robot) -> Found:
     if all(joint.stiffness is None for joint in joints.values()):
         inverse = _whole(robot, _typical(config), rotor)
         return check_gains({"arm.joints": (fastest(inverse, p), fastest(inverse, d))}, dt)
-    return check_gains(
-        {f"arm.joints.{name}.d_gain": (p[i] / rotor[i], d[i] / rotor[i]) for i, name in enumerate(joints)},
-        dt,
-    )
+    spring = np.array([joint.stiffness or 0.0 for joint in joints.values()])
+    motors = (np.array([p, d, spring]) / rotor).T.tolist()
+    keys = [f"arm.joints.{name}.d_gain" for name in joints]
+    return check_motors(dict(zip(keys, map(tuple, motors), strict=True)), dt)
 
 
 def _whole(robot: Robot, q: Array, rotor: Array) -> Array:

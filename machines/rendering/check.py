@@ -12,7 +12,7 @@ from ...devices.device import Device
 from ...devices.torque_drive import TorqueDrive
 from ...models import Array, Robot
 from ...runtime.core.machine import RAMP_SHARE
-from ...runtime.core.sampling import controls, fastest, integrates
+from ...runtime.core.sampling import controls, fastest, integrates, steady
 from .rendering import sensor_pose
 from .sections import ForceControl, Handle, Twin, Twins
 from .twin import check_twins
@@ -139,6 +139,16 @@ def check_gains(pairs: Mapping[str, tuple[float, float]], dt: float) -> Found:
         (key, problem, "lower the gains, or raise the rate")
         for key, (stiffness, damping) in pairs.items()
         if not controls(stiffness, damping, dt)
+    ]
+
+
+def check_motors(motors: Mapping[str, tuple[float, float, float]], dt: float) -> Found:
+    """Motors that swing up, by keys: gains of position and speed, and the spring behind, over inertia."""
+    problem = f"swings its motor up by itself: it acts faster than one period of {dt:g} s and a spring let it"
+    return [
+        (key, problem, "lower the gains, or raise the rate")
+        for key, (stiffness, damping, spring) in motors.items()
+        if not steady(stiffness, damping, spring, dt)
     ]
 
 

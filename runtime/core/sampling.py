@@ -43,3 +43,23 @@ def controls(stiffness: float, damping: float, dt: float) -> bool:
         dt: [s].
     """
     return dt * damping < 1.0 and dt * dt * stiffness < 1.0
+
+
+def steady(stiffness: float, damping: float, spring: float, dt: float) -> bool:
+    """Whether a motor behind a spring comes to rest whose position and speed are held a period late.
+
+    Until the next period x swings about u_k / K, with u_k = -k x_(k-1) - d v_(k-1). Of what rubs nothing is
+    counted on.
+
+    Args:
+        stiffness: k over inertia [1/s^2].
+        damping: d over inertia [1/s].
+        spring: K over inertia, 0 for none [1/s^2].
+        dt: [s].
+    """
+    turn = np.sqrt(spring) * dt
+    fall = dt * np.sinc(turn / np.pi)  # sin(turn) / sqrt(K)
+    free = [[np.cos(turn), fall], [-spring * fall, np.cos(turn)]]
+    held = np.outer([0.5 * (dt * np.sinc(0.5 * turn / np.pi)) ** 2, fall], [-stiffness, -damping])
+    period = np.block([[np.array(free), held], [np.eye(2), np.zeros((2, 2))]])
+    return bool(np.abs(np.linalg.eigvals(period)).max() < 1.0)

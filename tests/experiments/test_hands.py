@@ -142,6 +142,18 @@ def test_strangers_stop_nothing_and_pass_no_limit_by_more_than_its_margin(machin
     assert max(tally.worst_excess.values()) < loaded.config.safety.position_margin
 
 
+def test_a_hand_waits_until_a_slow_machine_is_ready() -> None:
+    loaded = load("panda")
+    config: Any = loaded.config
+    plant = msgspec.structs.replace(config.simulation.arm, substeps=12)
+    slow = msgspec.structs.replace(
+        config,
+        loop=msgspec.structs.replace(config.loop, rate=260.0),
+        simulation=msgspec.structs.replace(config.simulation, arm=plant),
+    )
+    assert session(replace(loaded, config=slow), 1, 1.5, Temper()).stop != NOT_STARTED
+
+
 def test_extents_are_those_of_every_tick_beyond_where_it_began() -> None:
     bench = Lockstep(build(load("rhi")))
     kept, rows = Kept(bench), []

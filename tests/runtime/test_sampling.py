@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hapticd.runtime.core.sampling import controls, fastest, integrates
+from hapticd.runtime.core.sampling import controls, fastest, integrates, steady
 
 
 def swings(stiffness: float, damping: float, h: float) -> float:
@@ -35,3 +35,23 @@ def test_the_fastest_mode_is_that_of_the_product() -> None:
     root = rng.standard_normal((4, 4))
     inverse, gains = root @ root.T, rng.uniform(0.0, 3.0, 4)
     assert fastest(inverse, gains) == pytest.approx(np.linalg.eigvals(inverse * gains).real.max())
+
+
+@pytest.mark.parametrize(("hz", "stable"), [(200.0, False), (215.0, False), (235.0, True), (1000.0, True)])
+def test_a_motor_behind_a_spring_swings_up_where_its_gains_come_too_late(hz: float, stable: bool) -> None:
+    """Joint 1 of the Panda, in steps so short that each is exact enough."""
+    inertia, spring, p, d, steps = 0.6, 12000.0, 2400.0, 72.0, 200
+    x, v, torque, most = 1e-3, 0.0, 0.0, 0.0
+    for k in range(1200):
+        torque, later = -p * x - d * v, torque
+        h = 1.0 / (hz * steps)
+        for _ in range(steps):
+            v += h * (later - spring * x) / inertia
+            x += h * v
+        most = max(most, abs(x)) if k > 1100 else most
+    assert steady(p / inertia, d / inertia, spring / inertia, 1.0 / hz) is stable is (most < 1e-3)
+
+
+def test_a_motor_that_nothing_springs_back_is_judged_as_well() -> None:
+    assert steady(4000.0, 120.0, 0.0, 2e-3)
+    assert not steady(4000.0, 520.0, 0.0, 2e-3)

@@ -40,7 +40,7 @@ def findings(*changes: tuple[str, str], model: str = GOOD) -> dict[str, str]:
         ),
         ([("0.0009 0.0009 0.0003", "0.0009 0.0003 0.0003")], "simulation.giant.handle_inertia", "rigid body"),
         ([("substeps = 3", "substeps = 1")], "simulation.giant.substeps", "too few"),
-        ([('d_gain = "180', 'd_gain = "1800')], "giant.tracking.d_gain", "one period"),
+        ([('d_gain = "180', 'd_gain = "1800')], "giant.tracking.d_gain[0]", "one period"),
         ([('d_gain = "20 1/s"', 'd_gain = "1000 1/s"')], "giant.force_control.d_gain", "one period"),
         ([('damping = "8 N s/m"', 'damping = "8000 N s/m"')], "giant.twin.damping", "one period"),
         (
