@@ -188,7 +188,9 @@ def table(tally: Tally, worst: str) -> list[str]:
         lines.append("worst excess of each limit, in thousandths of its unit (negative: not reached):")
     lines += [f"  {name:20}{1e3 * excess:10.2f}" for name, excess in tally.worst_excess.items()]
     lines.append(f"most energy that a hand got back beyond what it had put in: {tally.returned:.3f} J")
-    if tally.covered is not None:
+    if tally.covered is None:
+        lines.append("  (springs, drives and weights of what is rendered may give some of it)")
+    else:
         mean, least = 1e2 * tally.covered, 1e2 * min(tally.shares)
         lines.append(f"of the way that an ideal twin goes the handle went {mean:.1f} % (least {least:.1f} %)")
     lines.append(f"the worst again: {worst}")
