@@ -50,7 +50,8 @@ examples:
   {program} study usability --participant sim1 --observer hand
       a simulated hand does the tasks, and rates nothing
 
-exit status: 0 complete, 1 broken off, no consent, or a session failed, 2 bad usage or study, 3 by safety"""
+exit status: 0 complete, 1 broken off, no consent, or a session failed, 2 bad usage or study, 3 by safety,
+             130 by Ctrl-C"""
 OBSERVER = ("threshold", "scale", "guess", "lapse")
 HAND = "hand"
 """The observer that does things."""
