@@ -38,7 +38,7 @@ class RigidArm:
         self.position, self.velocity, self.rotation = np.zeros(3), np.zeros(3), np.eye(3)
         self.hold = hold = Hold(3)
         self._inverse, self._J, self._dry = np.zeros((n, n)), np.zeros((3, n)), np.zeros(n)
-        self._next = np.zeros(n)
+        self._next, self._upper = np.zeros(n), np.triu(np.ones((n, n), bool))
         self._speeds = pointer(self._next, "double", n)
         self._chain = chain(hold, self._inverse, self._J, self._dry, np.zeros(n))
         self.reset(self.q)
@@ -78,8 +78,7 @@ class RigidArm:
     def _observe(self) -> None:
         model, data, T = self._robot.model, self._robot.data, self._T
         pin.computeAllTerms(model, data, self._robot.configuration(T @ self.q), T @ self.qd)
-        upper = np.triu(data.M)
-        self._M = T.T @ (upper + np.triu(upper, 1).T) @ T + self._rotor
+        self._M = T.T @ np.where(self._upper, data.M, data.M.T) @ T + self._rotor
         self._inverse[:] = np.linalg.inv(self._M)
         self._bias = T.T @ data.nle
         pose = pin.updateFramePlacement(model, data, self._frame)
