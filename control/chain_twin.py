@@ -99,7 +99,7 @@ class ChainTwin:
         start: where the joints are put by ``reset``, (n,) [rad or m].
         partial: False: E has all its directions.
         driving: torques beside those of the mechanism, (n,) [N m or N]; None for none. Their owner writes
-            them before each ``update``.
+            and fades them before each ``update``.
     """
 
     def __init__(
@@ -168,15 +168,16 @@ class ChainTwin:
     def follow(self, position: Array, rotation: Array) -> None:
         """Nothing."""
 
-    def update(self, wrench: Array) -> None:
-        """Inertia, and force = J^T w - D qd + driving torques - c; what the locks do."""
+    def update(self, wrench: Array, share: float = 1.0) -> None:
+        """Inertia, and force = J^T w - D qd + share (driving torques - weight) - c; what the locks do."""
         force = self.force
+        self._core.share = share
         np.matmul(wrench, self.J, out=force)
         lib.chain_twin_update(self._core)
         if self.driving is not None:
             force += self.driving
         for detent in self._mechanism.detents:
-            force[detent.joint] += detent.pull(float(self.q[detent.joint]))
+            force[detent.joint] += share * detent.pull(float(self.q[detent.joint]))
         if self.held is not None:
             self._lock(self.held)
 

@@ -251,17 +251,18 @@ class ForceControl:
         self._at[:] = self.handle.position
         self._at[:2] += self.base.q
 
-    def prepare(self, wrench: Array) -> None:
+    def prepare(self, wrench: Array, gain: float = 1.0) -> None:
         """Kinematics and dynamics of this tick.
 
         Args:
             wrench: of the operator at the handle in B, (6,) [N, N m].
+            gain: 0 to 1, how far what drives the twin besides moves it while the machine engages.
         """
         self.arm.update()
         if self.twin.partial:
             self._place()
             self.twin.follow(self._at, self.handle.rotation)
-        self.twin.update(wrench)
+        self.twin.update(wrench, gain)
         if self.share[0] < 1.0:
             self.twin.force *= self.share
             self.twin.force -= self.slowing * (self.twin.M @ self.twin.qd)

@@ -44,8 +44,11 @@ class Twin(Protocol):
     def follow(self, position: Array, rotation: Array) -> None:
         """Take over the handle's pose, as for ``reset``, where E has no direction to move in."""
 
-    def update(self, wrench: Array) -> None:
-        """Compute J, drift, M, force, pose and twist of E under a wrench (6,) at E in B [N, N m]."""
+    def update(self, wrench: Array, share: float = 1.0) -> None:
+        """Compute J, drift, M, force, pose and twist of E under a wrench (6,) at E in B [N, N m].
+
+        ``share`` is that of what drives the joints besides: 0 to 1, while it fades in.
+        """
 
     def integrate(self, qdd: Array, dt: float) -> None:
         """Advance q and qd by dt under constant acceleration."""
@@ -120,8 +123,8 @@ class CartesianTwin:
         lib.rotation_exp(*reversed(self._turn))
         np.matmul(self._relative, rotation, out=self.rotation)
 
-    def update(self, wrench: Array) -> None:
-        """Force = w - D v; everything else is constant."""
+    def update(self, wrench: Array, share: float = 1.0) -> None:
+        """Force = w - D v; everything else is constant, and nothing else drives it."""
         if wrench is not self._wrench:  # bound once: it always comes in the same array
             self._wrench, self._wrench_pointer = wrench, pointer(wrench, "const double", 6, name="wrench")
         lib.cartesian_twin_feel(self._core, self._wrench_pointer)

@@ -9,6 +9,7 @@ typedef struct {
     int n; /* joints */
     const serial_chain *chain;
     double gravity[3]; /* that the chain's weight is felt with */
+    double share;      /* of what drives the joints besides the wrench: drives, springs, weight */
     /* of the joints: inertia of their drives, viscous damping, constant torque, springs and where they are
      * slack */
     const double *inertia SHAPE(n), *damping SHAPE(n), *drive SHAPE(n), *stiffness SHAPE(n), *rest SHAPE(n);

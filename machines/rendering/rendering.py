@@ -188,7 +188,7 @@ class Rendering:
 
         Args:
             wrench: measured, at the handle in B [N, N m].
-            gain: 0 to 1, how far it moves the machine while it engages.
+            gain: 0 to 1, how far it moves the machine while it engages; what drives the twin besides lags behind.
             trust: 0 to 1, how far it is believed.
             base: acceleration of what carries the arm, (2,) [m/s^2].
         """
@@ -203,7 +203,7 @@ class Rendering:
         self._contradicted = 0
         self._judge(wrench, 1.0 - held)
         self.exchange.update()
-        control.prepare(self._moving())
+        control.prepare(self._moving(), gain * gain)  # a hand can hold against what drives the twin
         if control.ability:
             self._tracking.forecast(base)
             self._weigh()

@@ -150,7 +150,7 @@ class LeadingTwin:
         np.matmul(rotation, self._felt[:3], out=wrench[:3])
         np.matmul(rotation, self._felt[3:], out=wrench[3:])
         np.matmul(wrench, palm.palm.J, out=self.driving)
-        self.driving += palm.null
+        self.driving += gain * palm.null
 
     def rest(self) -> None:
         """The twin is not rendered in this tick."""
