@@ -188,7 +188,8 @@ class Rendering:
 
         Args:
             wrench: measured, at the handle in B [N, N m].
-            gain: 0 to 1, how far it moves the machine while it engages; what drives the twin besides lags behind.
+            gain: 0 to 1, how far it moves the machine while it engages; what drives the twin besides
+                lags behind.
             trust: 0 to 1, how far it is believed.
             base: acceleration of what carries the arm, (2,) [m/s^2].
         """
