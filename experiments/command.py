@@ -184,9 +184,14 @@ def _quiet(_: str) -> None:
     """Of several at a time each tells only that it is done."""
 
 
+def _plain(number: Any) -> Any:
+    """A number of numpy's, as JSON has it."""
+    return number.item()
+
+
 def _show(done: Done, folder: Path | None, as_json: bool) -> None:
     if as_json:
-        print(msgspec.json.encode({"experiment": done.name, **done.figures}).decode())
+        print(msgspec.json.encode({"experiment": done.name, **done.figures}, enc_hook=_plain).decode())
     else:
         print("\n".join(_table(done)))
     if not folder:

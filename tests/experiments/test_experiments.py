@@ -245,6 +245,20 @@ def test_every_experiment_has_its_section_and_its_plot_in_the_docs() -> None:
         assert (ROOT / "docs" / "figures" / f"{name}.svg").exists()
 
 
+def test_figures_of_every_kind_of_number_are_printed_as_json(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    counted = Outcome(
+        [],
+        {"touched": np.arange(3).sum(), "all": np.bool_(True), "least": np.float32(0.5)},
+        lambda figure: None,
+    )
+    monkeypatch.setattr("hapticd.experiments.rhi_fig6.run", lambda progress: counted)
+    assert main(["experiment", "rhi_fig6", "--json"]) == 0
+    found = msgspec.json.decode(capsys.readouterr().out)
+    assert found == {"experiment": "rhi_fig6", "touched": 3, "all": True, "least": 0.5}
+
+
 def test_the_command_line_writes_plot_and_rows_where_it_is_told_and_nowhere_else(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
