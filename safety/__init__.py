@@ -5,15 +5,16 @@ from .check import Trust
 from .gate import AxisLimits, Gate
 from .heat import Heat, Peak
 from .latch import TRIP_WORDS, StopLatch, Trip, describe, refusal
-from .monitor import Monitor
+from .monitor import Monitor, overloaded
 from .observation import Observation, Thresholds
 from .plausibility import Axes, Course, Findings, Motion, Pairs, Plausibility, Values
 from .set_points import SetPoint, SetPointGate
 from .springs import Balance, Springs
 from .standstill import Standstill, strayed
-from .verdict import PASS, Reaction, Verdict, strongest
+from .verdict import OUTPUT_BEYOND_LIMIT, PASS, Reaction, Verdict, strongest
 
 __all__ = [
+    "OUTPUT_BEYOND_LIMIT",
     "PASS",
     "TRIP_WORDS",
     "Axes",
@@ -43,6 +44,7 @@ __all__ = [
     "Values",
     "Verdict",
     "describe",
+    "overloaded",
     "refusal",
     "refusals",
     "strayed",

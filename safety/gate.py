@@ -18,7 +18,7 @@ from ..binding import bind
 from ._plausibility import ffi, lib
 from .heat import ADMITTED, Heat, Peak
 from .tally import WINDOW, Rule, Tally
-from .verdict import PASS, Reaction, Verdict
+from .verdict import OUTPUT_BEYOND_LIMIT, PASS, Reaction, Verdict
 
 Array = NDArray[np.float64]
 
@@ -208,7 +208,7 @@ class Gate:
         )
         if clamped.stops:
             detail = f"{said or 'commands exceed limits'}, {self._clamped.count} ticks"
-            return Verdict(clamped, "output_beyond_limit", detail)
+            return Verdict(clamped, OUTPUT_BEYOND_LIMIT, detail)
         return Verdict(Reaction.SANITISE, "output_clamped", said)
 
     def _why(self, i: int, what: int) -> str:

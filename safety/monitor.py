@@ -215,7 +215,7 @@ _unbalanced = _contradictions(
 )
 
 
-def _overloaded(seen: Observation, verdict: Verdict) -> Verdict:
+def overloaded(seen: Observation, verdict: Verdict) -> Verdict:
     """The same, called by its cause where a hand is stronger than the machine."""
     if not seen.overload:
         return verdict
@@ -248,7 +248,7 @@ def _limits(t: Thresholds, trust: Trust) -> Check:
         )
         detail = f"{name} at {q:g} with {qd:g} per second; allowed {lower:g} to {upper:g}, {speed:g}"
         if reaction and seen.armed:
-            return _overloaded(seen, Verdict(reaction, "beyond_limit", detail))
+            return overloaded(seen, Verdict(reaction, "beyond_limit", detail))
         return Verdict(Reaction.RECORD, "near_limit", detail)
 
     return Check(check, (tally,))
@@ -263,7 +263,7 @@ def _following(t: Thresholds, trust: Trust) -> Check:
         if not (astray and reaction):
             return PASS
         name = t.axes[list(seen.astray).index(True)]
-        return _overloaded(seen, Verdict(reaction, "not_following", f"{name} does not follow its controller"))
+        return overloaded(seen, Verdict(reaction, "not_following", f"{name} does not follow its controller"))
 
     return Check(check, (tally,))
 

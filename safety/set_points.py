@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from .gate import CLAMPED_HOLD_S, CLAMPS_BEFORE_HOLD, OFTEN, OFTEN_WINDOW
 from .tally import Rule, Tally
-from .verdict import PASS, Reaction, Verdict
+from .verdict import OUTPUT_BEYOND_LIMIT, PASS, Reaction, Verdict
 
 Values = NDArray[np.float64]
 
@@ -120,7 +120,7 @@ class SetPointGate:
         where = self._points[int(bad.argmax())].name if clamped else "set points"
         if reaction.stops:
             detail = f"{where} is told what it may not, {self._clamped.count} ticks"
-            return Verdict(reaction, "output_beyond_limit", detail)
+            return Verdict(reaction, OUTPUT_BEYOND_LIMIT, detail)
         return Verdict(reaction, "output_clamped", f"{where} is told what it may not")
 
     def _write(self) -> None:

@@ -47,6 +47,9 @@ class Verdict:
 
 PASS = Verdict(Reaction.PASS)
 
+OUTPUT_BEYOND_LIMIT = "output_beyond_limit"
+"""Reason of a stop by a gate that had to change what was commanded, for too long."""
+
 
 def strongest(first: Verdict, second: Verdict) -> Verdict:
     """The stronger of two verdicts; the first on a tie."""

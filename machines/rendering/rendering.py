@@ -317,6 +317,8 @@ class Rendering:
         if control.ability:
             self._tracking.forecast(base, planned=False)
         self._settled |= not carried and max(map(abs, control.qd.tolist())) < SETTLED
+        if self._settled and control.ability:
+            self._weigh()
         self.coordinated = together and not self._settled and control.stop()
         if not self.coordinated:
             control.brake()

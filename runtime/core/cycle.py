@@ -8,7 +8,18 @@ import numpy as np
 
 from ...devices.image import Emergency, ProcessImage
 from ...devices.safety_plc import SafetySignals
-from ...safety import PASS, Gate, Permission, Reaction, SetPointGate, Standstill, Verdict, strongest
+from ...safety import (
+    OUTPUT_BEYOND_LIMIT,
+    PASS,
+    Gate,
+    Permission,
+    Reaction,
+    SetPointGate,
+    Standstill,
+    Verdict,
+    overloaded,
+    strongest,
+)
 from .bring_up import BringUp
 from .drives import Drives, TorqueOff
 from .events import Event, EventKind
@@ -198,6 +209,8 @@ class Cycle:
             tick,
             self.stops.dropped,
         )
+        if admitted.reason == OUTPUT_BEYOND_LIMIT:
+            admitted = overloaded(self.senses.seen, admitted)
         if not self.gate.enable:
             self.drives.disable()
         if self.set_points is not None:

@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import inf
+from typing import Any
 
 import numpy as np
 import pytest
 from hapticd.control.look_ahead import standing
 from hapticd.machines.giant.machine import foreseen_limits
 from hapticd.machines.rendering.surroundings import watched
+from hapticd.runtime.configuration.config import load
+from hapticd.runtime.configuration.session import build
 from hapticd.runtime.core.modes import Command, Mode
+from hapticd.runtime.live.lockstep import Lockstep
+from msgspec.structs import replace as replaced
 
 from .conftest import Bench
 
@@ -103,3 +109,27 @@ def test_without_the_look_ahead_the_same_hand_hits_the_table() -> None:
     room.until(Mode.ACTIVE, limit=4000)
     room.run(1500)
     assert room.least < -0.01
+
+
+def test_a_hand_that_is_stronger_than_a_machine_that_holds_overloads_it_and_no_gate_is_blamed() -> None:
+    loaded = load("giant")
+    config: Any = loaded.config
+    hand, look = config.simulation.hand, config.look_ahead
+    first, down = hand.path[0], list(hand.path[0].position)
+    down[2] -= 0.5
+    still = [replaced(first, at=at) for at in (0.0, 0.1, 0.2, 3.8, 3.9, 4.0)]
+    pulls = [replaced(first, at=at, position=tuple(down)) for at in (5.0, 5.1, 5.2, 9.0)]
+    strong = replaced(hand, path=(*still, *pulls), force=250.0, stiffness=3000.0)
+    over = replaced(
+        config,
+        look_ahead=replaced(look, floor=type(look.floor)(-1.0)),
+        simulation=replaced(config.simulation, hand=strong, touches={}),
+    )
+    lockstep = Lockstep(build(replace(loaded, config=over)))
+    modes = set()
+    while lockstep.mode is not Mode.STOPPED and lockstep.inputs.tick < 9000:
+        lockstep.tick()
+        modes.add(lockstep.mode)
+    last = lockstep.session.cycle.stops.last
+    assert last is not None and Mode.HOLDING in modes
+    assert last.verdict.reason == "overloaded" and "joint_4" in last.verdict.detail
