@@ -306,7 +306,8 @@ def _keys(key: str, section: s.ChainTwin) -> Found:
 def _lock(at: str, key: str, name: str, joints: dict[str, s.TwinJoint]) -> Found:
     others = [other for other in joints if other != name]
     if key not in others:
-        return [(at, f"no other joint '{key}'", f"known: {', '.join(others)}")]
+        mend = f"known: {', '.join(others)}" if others else "give the chain another joint"
+        return [(at, f"no other joint '{key}'", mend)]
     if not _turns(joints[key]):
         return [(at, f"'{key}' slides", "let the key be a joint that turns")]
     return []
