@@ -251,18 +251,18 @@ class ForceControl:
         self._at[:] = self.handle.position
         self._at[:2] += self.base.q
 
-    def prepare(self, wrench: Array, gain: float = 1.0) -> None:
+    def prepare(self, wrench: Array, share: float = 1.0) -> None:
         """Kinematics and dynamics of this tick.
 
         Args:
             wrench: of the operator at the handle in B, (6,) [N, N m].
-            gain: 0 to 1, how far what drives the twin besides moves it while the machine engages.
+            share: of what drives the twin besides, 0 to 1, while it fades in.
         """
         self.arm.update()
         if self.twin.partial:
             self._place()
             self.twin.follow(self._at, self.handle.rotation)
-        self.twin.update(wrench, gain)
+        self.twin.update(wrench, share)
         if self.share[0] < 1.0:
             self.twin.force *= self.share
             self.twin.force -= self.slowing * (self.twin.M @ self.twin.qd)

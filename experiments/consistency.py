@@ -62,11 +62,14 @@ class Judge:
         self._gains = gains
         self._gravity = np.array([0.0, 0.0, -gravity])
 
-    def judge(self, wrench: Array) -> Judgement:
-        """The tick under the operator's wrench (6,) at the handle in B [N, N m]."""
+    def judge(self, wrench: Array, share: float = 1.0) -> Judgement:
+        """The tick under the operator's wrench (6,) at the handle in B [N, N m].
+
+        ``share`` is that of what drives the chain besides: 0 to 1, while it fades in.
+        """
         control, twin = self._control, self._twin
         m, n = control.arm.n, len(twin.q)
-        M, force, J_a, drift_a = self._dynamics(wrench)
+        M, force, J_a, drift_a = self._dynamics(wrench, share)
         free = np.linalg.solve(M, force)
         A, b = self._coupling(J_a, drift_a)
         C, c, sides = self._tight()
@@ -86,13 +89,13 @@ class Judge:
         pulling = unique and bool((pushes[sides != 0.0] < -PULLING * most).any())
         return Judgement(float(np.abs(told - expected).max() / scale), len(C), pulling)
 
-    def _dynamics(self, wrench: Array) -> tuple[Array, Array, Array, Array]:
+    def _dynamics(self, wrench: Array, share: float) -> tuple[Array, Array, Array, Array]:
         """Inertia, generalised force, and the end's Jacobian and drift in B."""
         robot, mechanism, twin = self._robot, self._mechanism, self._twin
         model, data = robot.model, robot.data
         q, v = robot.configuration(twin.q), twin.qd
         R = twin.base[:3, :3]
-        model.gravity.linear = R.T @ self._gravity
+        model.gravity.linear = R.T @ (share * self._gravity)
         M = np.triu(pin.crba(model, data, q))
         M = M + np.triu(M, 1).T + np.diag(mechanism.inertia)
         bias = pin.nonLinearEffects(model, data, q, v)
@@ -102,10 +105,11 @@ class Judge:
         drift = pin.getFrameClassicalAcceleration(model, data, self._end, frame)
         J_a = np.vstack([R @ J[:3], R @ J[3:]])
         spring = mechanism.stiffness * (mechanism.rest - twin.q)
-        force = J_a.T @ wrench - bias - mechanism.damping * v + spring + mechanism.drive
+        driven = share * (spring + mechanism.drive)
+        force = J_a.T @ wrench - bias - mechanism.damping * v + driven
         for detent in mechanism.detents:
             x = (twin.q[detent.joint] - detent.at) / detent.width
-            force[detent.joint] -= detent.torque * x * np.exp((1.0 - x * x) / 2.0)
+            force[detent.joint] -= share * detent.torque * x * np.exp((1.0 - x * x) / 2.0)
         return M, force, J_a, np.concatenate([R @ drift.linear, R @ drift.angular])
 
     def _coupling(self, J_a: Array, drift_a: Array) -> tuple[Array, Array]:

@@ -111,9 +111,9 @@ class Watch:
         self._rows: dict[str, list[NDArray[Any]]] = {"active": [], "qdd": [], "beyond": [], "force": []}
         prepare = self.control.prepare
 
-        def pulled(wrench: Array) -> None:
+        def pulled(wrench: Array, share: float) -> None:
             self._moving[:] = wrench  # not what is measured: foretold
-            prepare(wrench)
+            prepare(wrench, share)
 
         self.control.prepare = pulled  # type: ignore[method-assign]
 

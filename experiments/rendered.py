@@ -100,12 +100,13 @@ class Watch:
         self._active: list[bytes] = []
         self._rows: list[tuple[Array, Array, Array, NDArray[np.uint8]]] = []
         self._times: list[float] = []
-        self._moving = np.zeros(6)
+        self._moving, self._share = np.zeros(6), 1.0
         prepare, advance = control.prepare, control.advance
 
-        def pulled(wrench: Array) -> None:
+        def pulled(wrench: Array, share: float) -> None:
             self._moving[:] = wrench  # not what is measured: foretold, and damped
-            prepare(wrench)
+            self._share = share
+            prepare(wrench, share)
 
         def watched() -> None:
             if session.cycle.mode in MOVED:
@@ -117,7 +118,7 @@ class Watch:
     def _look(self) -> None:
         control, felt = self._control, self._machine.felt
         twin = control.twin
-        self.judgements.append(self._judge.judge(self._moving))
+        self.judgements.append(self._judge.judge(self._moving, self._share))
         self._active.append(control.active.tobytes())
         held = np.zeros(len(twin.q), np.uint8) if twin.held is None else twin.held.copy()
         self._rows.append((twin.q.copy(), twin.qd.copy(), felt @ twin.J, held))
