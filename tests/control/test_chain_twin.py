@@ -38,8 +38,8 @@ def at_state(twin: ChainTwin, seed: int) -> np.random.Generator:
 
 
 @pytest.mark.parametrize("name", TWINS)
-@pytest.mark.parametrize("gravity", [0.0, 9.81])
-def test_the_equation_of_motion_is_pinocchios(name: str, gravity: float) -> None:
+@pytest.mark.parametrize(("gravity", "share"), [(0.0, 1.0), (9.81, 1.0), (9.81, 0.3)])
+def test_the_equation_of_motion_is_pinocchios(name: str, gravity: float, share: float) -> None:
     described = section(name)
     robot = robot_of(described)
     mechanism = mechanism_of(described, robot)
@@ -50,17 +50,17 @@ def test_the_equation_of_motion_is_pinocchios(name: str, gravity: float) -> None
     for seed in range(5):
         rng = at_state(twin, seed)
         wrench = rng.standard_normal(6)
-        twin.update(wrench)
+        twin.update(wrench, share)
         R, model = twin.base[:3, :3], robot.model.copy()
         data, frame = model.createData(), robot.frame(end)
-        model.gravity.linear = R.T @ [0.0, 0.0, -gravity]
+        model.gravity.linear = R.T @ [0.0, 0.0, -share * gravity]
         q = robot.configuration(twin.q).copy()
         M = np.triu(pin.crba(model, data, q))
         M = M + np.triu(M, 1).T + np.diag(mechanism.inertia)
         J = pin.computeFrameJacobian(model, data, q, frame, pin.LOCAL_WORLD_ALIGNED)
         J = np.vstack([R @ J[:3], R @ J[3:]])
         torque = J.T @ wrench - pin.nonLinearEffects(model, data, q, twin.qd) - mechanism.damping * twin.qd
-        torque += mechanism.drive + mechanism.stiffness * (mechanism.rest - twin.q)
+        torque += share * (mechanism.drive + mechanism.stiffness * (mechanism.rest - twin.q))
         np.testing.assert_allclose(twin.M, M, atol=1e-10)
         np.testing.assert_allclose(twin.force, torque, atol=1e-9)
         np.testing.assert_allclose(twin.J, J, atol=1e-12)

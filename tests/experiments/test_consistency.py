@@ -107,8 +107,8 @@ def test_a_wrong_mass_is_found_out(monkeypatch: pytest.MonkeyPatch) -> None:
     assert rendered.tick(wrench).deviation < 1e-9
     update = type(twin).update
 
-    def heavier(self: Any, wrench: np.ndarray) -> None:
-        update(self, wrench)
+    def heavier(self: Any, wrench: np.ndarray, share: float) -> None:
+        update(self, wrench, share)
         self.M[1, 1] *= 1.02
 
     monkeypatch.setattr(type(twin), "update", heavier)
