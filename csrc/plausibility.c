@@ -103,21 +103,28 @@ int plausible_travel(const plausible_course *c, int elapsed) {
     return wrong;
 }
 
+/* Part of a pair's reach by which a deflection that lags behind is as good as one that does not. */
+static const double SLOW = 0.25;
+
 int plausible_agree(const plausible_pairs *p) {
     int mismatched = 0;
     for (int i = 0; i < p->n; i++) {
         const double deflection = p->motor[i] - p->link[i];
+        const int yields = p->compliance[i] > 0.0;
+        const double lag = yields ? p->relaxing * fabs(deflection - p->deflection[i]) : 0.0;
         if (!(fabs(p->load[i] - p->load_stood[i]) <= p->quantum[i])) {
+            /* only a swift one: a link encoder that errs moves it, too; before the first tick nothing is
+             * known */
+            p->lag_stood[i] = isnan(p->load_stood[i]) ? 0.0 : fmax(0.0, lag - SLOW * p->reach[i]);
             p->load_stood[i] = p->load[i];
             p->deflection_stood[i] = deflection;
         }
-        const int yields = p->compliance[i] > 0.0;
         const double fit = fmax(p->least[i], fmin(p->most[i], deflection / p->load[i]));
         const double apart = deflection - fit * p->load[i];
         const double tolerance = p->tolerance[i] * (yields ? fmin(1.0, fit / p->compliance[i]) : 1.0);
-        const double lag = yields ? p->relaxing * fabs(deflection - p->deflection[i]) : 0.0;
         p->deflection[i] = deflection;
-        const int stuck = !(fabs(deflection - p->deflection_stood[i]) <= p->reach[i]);
+        const double stays = p->reach[i] + p->lag_stood[i];
+        const int stuck = !(fabs(deflection - p->deflection_stood[i]) <= stays);
         p->mismatched[i] = stuck || !(fabs(apart) <= tolerance + lag);
         mismatched += p->mismatched[i];
     }

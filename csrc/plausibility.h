@@ -107,6 +107,7 @@ typedef struct {
     const double *reach SHAPE(n); /* change of motor less link that does not come without the load torque's */
     double *load_stood SHAPE(n);  /* where the load torque stands */
     double *deflection_stood SHAPE(n); /* motor less link when it got there */
+    double *lag_stood SHAPE(n);        /* how far that may have lagged behind besides */
     uint8_t *mismatched SHAPE(n);      /* 1 where they contradict each other */
 } plausible_pairs;
 

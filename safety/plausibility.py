@@ -275,6 +275,7 @@ class Pairs:
             deflection=np.zeros(n),
             load_stood=np.full(n, np.nan),
             deflection_stood=np.zeros(n),
+            lag_stood=np.zeros(n),
             mismatched=self.mismatched,
         )
 

@@ -218,6 +218,20 @@ def test_a_torque_that_stands_still_while_its_spring_yields_contradicts_it() -> 
     assert pairs.fine()
 
 
+def test_a_spring_that_relaxes_after_its_torque_is_none_whose_sensor_froze() -> None:
+    """The deflection lags by two ticks behind a torque that falls and then stays; then the sensor freezes."""
+    motor, link, load = np.array([0.1]), np.array([0.1]), np.array([0.0])
+    pairs = Pairs(motor, link, load, [1 / 9000], [1.7e-3], ([2.6], [0.87e-3]), 2.0)
+    torques = [80.0, 80.0, 80.0, 74.0, 68.0, 62.0, 56.0, 50.0] + [50.0] * 12
+    for k, torque in enumerate(torques):
+        load[0], motor[0] = torque, 0.1 + torques[max(0, k - 2)] / 9000
+        assert pairs.fine(), k
+    for _ in range(5):
+        motor[0] += 0.6e-3
+        last = pairs.fine()
+    assert not last
+
+
 class Compared:
     """An axis whose position and velocity are compared over ten ticks."""
 
