@@ -111,7 +111,7 @@ class Watch:
         self._rows: dict[str, list[NDArray[Any]]] = {"active": [], "qdd": [], "beyond": [], "force": []}
         prepare = self.control.prepare
 
-        def pulled(wrench: Array, share: float) -> None:
+        def pulled(wrench: Array, share: float = 1.0) -> None:
             self._moving[:] = wrench  # not what is measured: foretold
             prepare(wrench, share)
 

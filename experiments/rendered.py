@@ -103,7 +103,7 @@ class Watch:
         self._moving, self._share = np.zeros(6), 1.0
         prepare, advance = control.prepare, control.advance
 
-        def pulled(wrench: Array, share: float) -> None:
+        def pulled(wrench: Array, share: float = 1.0) -> None:
             self._moving[:] = wrench  # not what is measured: foretold, and damped
             self._share = share
             prepare(wrench, share)
