@@ -203,7 +203,7 @@ class SerialArm(ExchangesTwins):
 
     def engage(self) -> None:
         """Commanded state = measured link side, twin on the handle, everything at rest."""
-        self._rendering.engage(self._joints.link_position)
+        self._rendering.engage(self._joints.link_position, self._estimator.wrench)
         self._foresight.reset()
         self.solved = True
 

@@ -313,7 +313,7 @@ class Giant(ExchangesTwins):
         self._observer.reset()
         if self.leading:
             self.leading.engage()
-        self._rendering.engage(self._joints.link_position)
+        self._rendering.engage(self._joints.link_position, self._estimator.wrench)
         self._prepositioning.reset()
         self._base[:] = 0.0
         self._foresight.reset()

@@ -48,6 +48,9 @@ RECKONED_S = 50e-3
 """After a start, and after a wrench that was not believed, nothing gives way for so long [s]."""
 FEEDFORWARD_GAIN = 10.0
 """The feedforward of the operator's wrench fades in so many times as fast as the wrench itself."""
+CARRIED = 0.1
+"""Part of a motor's torque that a hand may ask of it when its brake opens, and be met as slowly as that. One
+that asks more hangs on the brake: the motor takes over what the springs show of it."""
 
 
 class Rendering:
@@ -105,10 +108,12 @@ class Rendering:
         self.astray, self.overload = [False] * n, ""
         self.doubtful = False
         self._believed = 0.0
+        self._carried = False
         self._contradicted, self._longest_contradiction = 0, round(CONTRADICTED_S / dt)
         self._settled = self.coordinated = False
         rated = np.array([axis.command for axis in axes], float)
         self._link = joints.link_position
+        self._rated = rated
         # the feedback alone then gives this part of a motor's torque
         self._most_fed_back = ASTRAY_SHARE * rated
         ability = control.ability or Ability(n)
@@ -157,8 +162,11 @@ class Rendering:
         """Whether no joint is commanded to move."""
         return max(map(abs, self.control.qd.tolist())) < AT_REST
 
-    def engage(self, q: Array) -> None:
-        """Twin on the handle, everything at rest at measured joints (m,), even a little outside limits."""
+    def engage(self, q: Array, wrench: Array) -> None:
+        """Twin on the handle, everything at rest at measured joints (m,), even a little outside limits.
+
+        ``wrench`` is measured at the handle in B, (6,) [N, N m]: what hangs on the brakes.
+        """
         control = self.control
         self.exchange.reset()
         control.reset(q)
@@ -167,6 +175,7 @@ class Rendering:
         self._settled = False
         self.wrench[:] = self._believed = 0.0
         self._contradicted = self._known = 0
+        self._carried = bool((np.abs(wrench @ control.handle.J) > CARRIED * self._rated).any())
         if control.compliance:
             control.compliance.reset()
         self._tracking.reset()
@@ -197,10 +206,12 @@ class Rendering:
             self._estimate(self._estimator)
         control = self.control
         self._settled = False
-        held = trust * min(1.0, FEEDFORWARD_GAIN * gain)
+        risen = min(1.0, FEEDFORWARD_GAIN * gain)
+        self._carried = self._carried and (risen < 1.0 or self._tracking.contradicted)
+        held = trust if self._carried else trust * risen
         self._shared.take(wrench, trust * gain, held)
         self._believed = held
-        self._tracking.doubt(False)
+        self._tracking.doubt(self._carried)
         self._contradicted = 0
         self._judge(wrench, 1.0 - held)
         self.exchange.update()

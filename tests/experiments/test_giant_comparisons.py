@@ -116,8 +116,12 @@ def test_kinds_of_limits_are_told_apart_by_their_names() -> None:
     assert giant_stops.worst([found, {**found, "PPU": 5e-3}]) == [2e-3, 3e-3, 5e-3]
 
 
-def test_a_stop_under_a_random_hand_keeps_the_limits_and_a_new_press_works() -> None:
-    found = giant_stops.stopped(GIANT, 3, 50.0)
+@pytest.mark.parametrize(
+    ("seed", "force"),
+    [(3, 50.0), pytest.param(130089, 150.0, id="the hand hangs on the brake of a joint beyond its limit")],
+)
+def test_a_stop_under_a_random_hand_keeps_the_limits_and_a_new_press_works(seed: int, force: float) -> None:
+    found = giant_stops.stopped(GIANT, seed, force)
     assert found.cause == "stop command (R2)" and found.speed > 0.1
     assert found.pressed, found.said
     for kind, most in giant_stops.LEAST.items():
