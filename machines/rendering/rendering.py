@@ -50,7 +50,7 @@ FEEDFORWARD_GAIN = 10.0
 """The feedforward of the operator's wrench fades in so many times as fast as the wrench itself."""
 CARRIED = 0.1
 """Part of a motor's torque that a hand may ask of it when its brake opens, and be met as slowly as that. One
-that asks more hangs on the brake: the motor takes over what the springs show of it."""
+that asks more hangs on the brake: the motor takes it over at once, if the springs show it."""
 
 
 class Rendering:
@@ -108,7 +108,7 @@ class Rendering:
         self.astray, self.overload = [False] * n, ""
         self.doubtful = False
         self._believed = 0.0
-        self._carried = False
+        self._carried, self._begun = False, 0
         self._contradicted, self._longest_contradiction = 0, round(CONTRADICTED_S / dt)
         self._settled = self.coordinated = False
         rated = np.array([axis.command for axis in axes], float)
@@ -176,6 +176,7 @@ class Rendering:
         self.wrench[:] = self._believed = 0.0
         self._contradicted = self._known = 0
         self._carried = bool((np.abs(wrench @ control.handle.J) > CARRIED * self._rated).any())
+        self._begun = 0
         if control.compliance:
             control.compliance.reset()
         self._tracking.reset()
@@ -207,11 +208,9 @@ class Rendering:
         control = self.control
         self._settled = False
         risen = min(1.0, FEEDFORWARD_GAIN * gain)
-        self._carried = self._carried and (risen < 1.0 or self._tracking.contradicted)
-        held = trust if self._carried else trust * risen
+        held = trust * (1.0 if self._hangs() else risen)
         self._shared.take(wrench, trust * gain, held)
         self._believed = held
-        self._tracking.doubt(self._carried)
         self._contradicted = 0
         self._judge(wrench, 1.0 - held)
         self.exchange.update()
@@ -229,6 +228,14 @@ class Rendering:
         if not regular:
             control.brake()
         return solved
+
+    def _hangs(self) -> bool:
+        """Whether the joints hold all of the wrench from the start: what springs show of it at first decides."""
+        self._begun += 1
+        if self._begun == 2:
+            self._carried = self._carried and not self._tracking.contradicted
+        self._tracking.doubt(self._carried and self._begun == 1)
+        return self._carried
 
     def _give_way(self, compliance: Compliance, wrench: Array, trust: float, base: Array) -> None:
         """To what pushes beside the wrench (6,), as long as that is believed."""

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hapticd.experiments.collisions import AWAY, REASON, TOWARDS, Motion, Truth, Verdict, _place, draw, judge
+from hapticd.experiments.collisions import AWAY, TOWARDS, Motion, Truth, Verdict, _place, draw, judge
 from hapticd.experiments.giant_collisions import FIRST
 from hapticd.machines.arm.machine import foreseen_limits
 from hapticd.machines.rendering import foresight
@@ -32,7 +32,7 @@ DOZEN = 12
 def test_a_motion_to_a_contact_is_halted_before_it(seed: int, met: str) -> None:
     verdict = judge(load("panda"), seed)
     ahead, without = verdict.ahead, verdict.without
-    assert ahead.stop == REASON and f"would have met {met} in " in ahead.detail
+    assert ahead.stop == "collision_ahead" and f"would have met {met} in " in ahead.detail
     assert without and without.contact < inf
     assert ahead.contact == inf and ahead.least > 0.0
     assert verdict.kind == "halted"
@@ -56,7 +56,8 @@ def test_what_is_pushed_too_near_while_it_is_held_is_switched_off(monkeypatch: p
     lockstep.run(400)
     assert cycle.mode is Mode.STOPPED
     assert cycle.stops.last and cycle.stops.last.verdict.reaction is Reaction.RAMP
-    assert cycle.stops.last.verdict.reason == REASON and "handle" in cycle.stops.last.verdict.detail
+    verdict = cycle.stops.last.verdict
+    assert verdict.reason == "collision_ahead" and "handle" in verdict.detail
 
 
 @pytest.mark.parametrize("seed", FREE)
