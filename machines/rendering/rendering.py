@@ -230,7 +230,7 @@ class Rendering:
         return solved
 
     def _hangs(self) -> bool:
-        """Whether the joints hold all of the wrench from the start: what springs show of it at first decides."""
+        """Whether the joints hold all of the wrench from the start, for their springs show it at first."""
         self._begun += 1
         if self._begun == 2:
             self._carried = self._carried and not self._tracking.contradicted
