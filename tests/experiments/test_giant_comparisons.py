@@ -18,6 +18,8 @@ from hapticd.machines.giant.names import PPU_JOINTS
 from hapticd.machines.giant.plant import GiantPlant
 from hapticd.runtime.configuration import config
 from hapticd.runtime.configuration.session import build
+from hapticd.runtime.core.modes import Mode
+from hapticd.runtime.live.lockstep import Lockstep
 from hapticd.sim.force_torque import SimForceTorque
 from hapticd.sim.hand import Path
 from hapticd.sim.imu import SimImu
@@ -181,3 +183,24 @@ def test_biases_are_what_the_sensors_show_too_much() -> None:
     np.testing.assert_allclose(np.array(sensor.wrench) - before[0], wrench, atol=0.2)
     for unit, truth in zip(units, before[1:], strict=True):
         np.testing.assert_allclose(np.array(unit.acceleration) - truth, acceleration, atol=0.1)
+
+
+def test_motors_take_over_no_pull_at_a_start_that_only_the_sensor_shows() -> None:
+    lockstep = Lockstep(build(GIANT))
+    person = giant_stops.Person(lockstep)
+    assert person.wait(6.0, person.mode(Mode.ACTIVE))
+    person.press(False)
+    assert person.wait(2.0, person.mode(Mode.STOPPED)) and person.reset()
+    arm = person.plant.arm
+    giant_rest._bias(person.plant, np.array([100.0, 100.0, 0.0, 0.0, 0.0, 0.0]), np.zeros(3))
+    person.wait(0.2)
+    person.press(True)
+    assert person.wait(2.0, person.mode(Mode.ENGAGING))
+    there, most = arm.q.copy(), 0.0
+
+    def watch() -> None:
+        nonlocal most
+        most = max(most, float(np.abs(arm.q - there).max()))
+
+    person.wait(0.05, watch=watch)
+    assert most < 0.014  # 13 mrad where it fades in, 17 where all of it is taken over
