@@ -11,6 +11,8 @@ static const double SLACK = 2e-3;
 /* By so much a point may leave its room, or be further outside than it is, before a stop is none that the
  * machine does: its limits are kept on the way to rest, too [m]. */
 static const double LEAVES = 10e-3;
+/* By so much, before limits make the stop another one [m]. */
+static const double TOUCHES = 2e-3;
 /* Share of what is within a motor's reach that a stop counts on, and the least of a rated deceleration. */
 static const double BRAKING_SHARE = 0.7, LEAST_SHARE = 0.1;
 /* What is slower stands [rad/s or m/s]. */
@@ -185,18 +187,18 @@ static int find_near(look_ahead *l, const double *ahead, int *near) {
     return count;
 }
 
-/* Whether a point of the machine is further out of its room than there, where the stop begins, and than
- * limits let it. */
-static int leaves(const look_ahead *l, const posture *begin, const posture *there) {
+/* The joint that carries a point of the machine which is by so much further out of its room, and than where
+ * the stop begins; or -1. */
+static int leaves(const look_ahead *l, const posture *begin, const posture *there, double by) {
     for (int i = 0; i < l->rooms; i++) {
         const look_ahead_room *const room = &l->room[i];
         double x[3], now[3];
         place(there, room->joint, room->at, x), place(begin, room->joint, room->at, now);
         for (int k = 0; k < 3; k++)
-            if (x[k] > fmax(room->upper[k], now[k]) + LEAVES || x[k] < fmin(room->lower[k], now[k]) - LEAVES)
-                return 1;
+            if (x[k] > fmax(room->upper[k], now[k]) + by || x[k] < fmin(room->lower[k], now[k]) - by)
+                return room->joint;
     }
-    return 0;
+    return -1;
 }
 
 /* Where the joints are within t of a stop; how fast they go then, and the way that is left. */
@@ -207,8 +209,9 @@ static void go_on(const look_ahead *l, const double *braking, double t, posture 
     assume(l, q, there);
 }
 
-/* Follows the pairs that may come too near through a stop in which the joints brake so hard. */
-static int follow(look_ahead *l, const double *braking, const int *candidates, int count) {
+/* Follows the pairs that may come too near through a stop in which the joints brake so hard. exit: the joint
+ * whose point left its room; else as it was. */
+static int follow(look_ahead *l, const double *braking, const int *from, int count, int *exit) {
     const int n = l->n;
     double left[SERIAL_MAX_JOINTS], speed[SERIAL_MAX_JOINTS], end = 0.0;
     double gap[LOOK_MAX_PAIRS];
@@ -221,7 +224,7 @@ static int follow(look_ahead *l, const double *braking, const int *candidates, i
         way(l, braking, i, 0.0, &speed[i], &left[i]);
     }
     for (int j = 0; j < count; j++) {
-        near[j] = candidates[j];
+        near[j] = from[j];
         gap[j] = l->known[near[j]] - l->allowed[near[j]];
     }
     for (double t = 0.0; count && t < end;) {
@@ -231,11 +234,13 @@ static int follow(look_ahead *l, const double *braking, const int *candidates, i
         t = fmin(end, t + fmax(step, end / INSTANTS));
         posture there;
         go_on(l, braking, t, &there, speed, left), l->looks++;
-        const int left_room = leaves(l, &begin, &there);
+        const int outside = leaves(l, &begin, &there, TOUCHES);
+        if (outside >= 0) *exit = outside;
+        const int left_room = outside >= 0 && leaves(l, &begin, &there, LEAVES) >= 0;
         for (int k = 0; left_room && k < EXIT_BISECTIONS; k++) { /* what is met before is met */
             const double middle = 0.5 * (inside + t);
             go_on(l, braking, middle, &there, speed, left);
-            *(leaves(l, &begin, &there) ? &t : &inside) = middle;
+            *(leaves(l, &begin, &there, LEAVES) >= 0 ? &t : &inside) = middle;
         }
         if (left_room) go_on(l, braking, inside, &there, speed, left);
         int kept = 0, met = -1;
@@ -255,16 +260,33 @@ static int follow(look_ahead *l, const double *braking, const int *candidates, i
     return -1;
 }
 
+/* How hard each joint brakes where all come to rest with the slowest. */
+static void together(const look_ahead *l, double *braking) {
+    double end = 0.0;
+    for (int i = 0; i < l->n; i++) end = fmax(end, l->reaction[i] + fabs(l->rate[i]) / l->rated[i]);
+    for (int i = 0; i < l->n; i++)
+        braking[i] = l->rate[i] == 0.0 ? l->rated[i] : fabs(l->rate[i]) / (end - l->reaction[i]);
+}
+
 int look_ahead_update(look_ahead *l) {
-    double ahead[SERIAL_MAX_JOINTS], speed;
-    int near[LOOK_MAX_PAIRS];
+    double slowest[SERIAL_MAX_JOINTS], braking[SERIAL_MAX_JOINTS], ahead[SERIAL_MAX_JOINTS], speed;
+    int near[LOOK_MAX_PAIRS], exit = -1, passed;
     brake(l);
-    for (int i = 0; i < l->n; i++) way(l, l->braking, i, 0.0, &speed, &ahead[i]);
+    together(l, slowest);
+    for (int i = 0; i < l->n; i++) braking[i] = fmin(slowest[i], l->braking[i]);
+    for (int i = 0; i < l->n; i++) way(l, braking, i, 0.0, &speed, &ahead[i]);
     l->looks = 0;
     const int count = find_near(l, ahead, near);
-    const int met = follow(l, l->braking, near, count);
+    int met = follow(l, l->braking, near, count, &exit);
     /* joints that make up for one another's motion do so no longer where some of them stop sooner */
-    return met < 0 ? follow(l, l->rated, near, count) : met;
+    if (met < 0) met = follow(l, l->rated, near, count, &exit);
+    /* limits keep a point in its room: a joint that moves it makes up for the others until they stand */
+    for (int i = l->n - l->m; met < 0 && i <= exit; i++) {
+        if (fabs(l->rate[i]) < STILL) continue;
+        for (int k = 0; k < l->n; k++) braking[k] = k == i ? slowest[k] : l->rated[k];
+        met = follow(l, braking, near, count, &passed);
+    }
+    return met;
 }
 
 int look_ahead_pressed(look_ahead *l, double share) {

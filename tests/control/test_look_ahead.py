@@ -230,3 +230,36 @@ def test_joints_that_make_up_for_one_another_are_foreseen_to_stop_sooner_than_th
     met = look.update()
     assert met
     assert met.after < MARGIN
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_an_arm_that_keeps_a_point_at_its_wall_turns_until_its_gantry_stands(seed):
+    """A gantry carries the elbow to the wall of its room, from where the arm takes it back: its hand goes on."""
+    rng = np.random.default_rng(seed)
+    q, stop = state()
+    stop = replace(stop, ability=Ability(6))
+    stop.ability.inertia[:] = np.eye(6)
+    stop.ability.most[:], stop.ability.least[:] = 1e4, -1e4
+    stop.rated[:] = [0.7, 0.7, *[25.0] * 6]
+    q[2] = rng.uniform(0.3, 1.2)
+    elbow, hand = np.array([0.5, 0.0, 0.0]), np.array([1.0, 0.0, 0.0])
+
+    def places(q):
+        pin.forwardKinematics(GIANT.model, GIANT.data, GIANT.configuration(q))
+        return [GIANT.data.oMi[3].act(at) for at in (elbow, hand)]
+
+    begin, _ = places(q)
+    arm = begin - GIANT.data.oMi[3].translation
+    stop.rate[0] = stop.drift[0] = 0.3  # stands after 0.43 s, 64 mm further
+    stop.rate[2] = stop.drift[2] = 0.3 / float(arm[1])  # the elbow stays where it is along x
+    end = q.copy()
+    end[0] += 0.5 * stop.rate[0] * 0.3 / 0.7
+    end[2] += 0.5 * stop.rate[2] * 0.3 / 0.7
+    tip = Capsule("hand", 2, hand, hand, 0.05)
+    way = places(end)[1] - places(q)[1]
+    along = way / np.linalg.norm(way)
+    wall = Plane("wall", places(end)[1] + 0.05 * along, -along)  # touched where they stand together
+    room = Room(2, elbow, np.full(3, -9.0), np.array([begin[0], 9.0, 9.0]))
+    free, kept = (LookAhead(GIANT, [(tip, wall)], MARGIN, q, stop, rooms) for rooms in ((), [room]))
+    assert free.update() is None, "an arm that stands sooner ends farther from it"
+    assert kept.update()
