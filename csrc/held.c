@@ -105,17 +105,26 @@ static void rub(const held *c, double h, gripped *g, double *v) {
         if (stuck[i]) v[i] = 0.0; /* exactly: what sticks does not creep */
 }
 
-/* Whether a part of the wrench is beyond the hand's strength; it is then brought there. */
-static int beyond(const held *c, int part) {
-    double *w = c->wrench + 3 * part, size = sqrt(w[0] * w[0] + w[1] * w[1] + w[2] * w[2]);
-    if (size <= c->strength[part]) return 0;
-    for (int i = 0; i < 3; i++) w[i] *= c->strength[part] / size;
-    return 1;
+static double size(const double *w) {
+    return sqrt(w[0] * w[0] + w[1] * w[1] + w[2] * w[2]);
+}
+
+/* The part of the wrench that is the most times what the hand has strength for, brought there; or -1. The
+ * other may be strong only because this one was. */
+static int beyond(const held *c, int parts, const int *fixed) {
+    double most = 1.0;
+    int found = -1;
+    for (int k = 0; k < parts; k++) {
+        const double times = fixed[k] ? 0.0 : size(c->wrench + 3 * k) / c->strength[k];
+        if (times > most) most = times, found = k;
+    }
+    for (int i = 0; found >= 0 && i < 3; i++) c->wrench[3 * found + i] /= most;
+    return found;
 }
 
 void held_step(const held *c, double h, double *v) {
     const int n = c->n, parts = c->rows / 3;
-    int fixed[2] = {0, 0}, again, rubs = 0;
+    int fixed[2] = {0, 0}, strong, rubs = 0;
     double after[DRY_MAX];
     gripped g;
     for (int i = 0; i < n; i++) rubs |= c->dry[i] > 0.0;
@@ -133,10 +142,9 @@ void held_step(const held *c, double h, double *v) {
             memset(c->friction, 0, (size_t)n * sizeof *c->friction);
             pull(c, h, &g, NULL, after);
         }
-        again = 0;
-        for (int k = 0; k < parts; k++)
-            if (!fixed[k] && beyond(c, k)) fixed[k] = again = 1;
-    } while (again);
+        strong = beyond(c, parts, fixed);
+        if (strong >= 0) fixed[strong] = 1;
+    } while (strong >= 0);
     memcpy(v, after, (size_t)n * sizeof *v);
     for (int k = 0; k < c->rows; k++) c->error[k] += h * (c->rate[k] - along(c, k, v));
 }

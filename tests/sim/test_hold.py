@@ -78,13 +78,36 @@ def test_hand_and_friction_together_keep_momentum_and_each_its_own_law(rows: int
             if np.linalg.norm(w[part]) < strength * (1.0 - 1e-9):
                 np.testing.assert_allclose(w[part], spring[part], atol=1e-6 * np.abs(k * error).max())
             else:
-                assert np.linalg.norm(spring[part]) > 0.0
+                assert np.linalg.norm(spring[part]) >= strength * (1.0 - 1e-6)
                 assert np.linalg.norm(w[part]) == pytest.approx(strength)
         slides = np.abs(friction) >= dry * (1.0 - 1e-9)
         assert np.all(np.abs(friction) <= dry * (1.0 + 1e-9))
         assert np.all(v[~slides] == 0.0) and np.all((friction * v)[slides] <= 1e-9)
         stuck += int(np.count_nonzero(~slides))
     assert stuck > 100
+
+
+def test_only_what_its_own_law_asks_so_much_of_gives_all_its_strength() -> None:
+    """A hand that pulls with all its force does not turn its wrist for that."""
+    rng, n, h, turns = np.random.default_rng(7), 6, 5e-4, 0
+    held, inverse, J = Hold(6), np.zeros((n, n)), np.zeros((6, n))
+    core = chain(held, inverse, J, np.zeros(n), np.zeros(n))
+    held.stiffness[:], held.damping[:], held.strength[:] = (2000.0, 11.0), (23.0, 1.2), (28.0, 8.0)
+    for _ in range(200):
+        half = rng.standard_normal((n, n))
+        inverse[:], J[:] = np.linalg.inv(half @ half.T + 0.5 * np.eye(n)), rng.standard_normal((6, n))
+        held.error[:] = [*rng.standard_normal(3), *(0.2 * rng.standard_normal(3))]
+        held.rate[:] = 0.3 * rng.standard_normal(6)
+        v = 0.1 * rng.standard_normal(n)
+        lib.held_step(core, h, pointer(v, "double", n))
+        spring = np.repeat([2000.0, 11.0], 3) * held.error + np.repeat([23.0, 1.2], 3) * (held.rate - J @ v)
+        for part, strength in ((slice(3), 28.0), (slice(3, 6), 8.0)):
+            if np.linalg.norm(held.wrench[part]) >= strength * (1.0 - 1e-9):
+                assert np.linalg.norm(spring[part]) >= strength * (1.0 - 1e-6)
+            else:
+                np.testing.assert_allclose(held.wrench[part], spring[part], atol=1e-6)
+                turns += part.start == 3
+    assert turns > 100
 
 
 def test_smaller_steps_come_closer_to_the_overdamped_closed_form() -> None:
