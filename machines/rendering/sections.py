@@ -211,7 +211,7 @@ class ChainTwin(Strict, frozen=True, tag_field="kind", tag="chain"):
     What its end weighs in its lightest direction is made up to ``least_mass`` and ``least_inertia``.
     """
 
-    joints: dict[str, TwinJoint]
+    joints: dict[Name, TwinJoint]
     urdf: Name | None = None
     kept: KeptModel | None = None
     end: Name | None = None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 import pinocchio as pin
@@ -24,6 +24,8 @@ UP_TO_SPEED_S = 0.1
 MOST_JOINTS = 7
 LIGHTEST = 1e-4
 """Least eigenvalue of the inertia matrix at the start that a controller can follow [kg m^2 or kg]."""
+FOLLOWED, DAMPED = 2.0 * np.pi * 16.0, 0.3
+"""Rate at which the springs of a machine swing [rad/s]; damping ratio from which nothing builds up."""
 POSTURES = 50
 """In which it is looked how much a chain's end weighs."""
 Found = list[tuple[str, str, str]]
@@ -140,13 +142,33 @@ def remarks(twins: Mapping[str, s.Twin]) -> list[str]:
     """What people should know of twins that are fine."""
     found = []
     for name, section in twins.items():
-        mass, inertia = added(section) if isinstance(section, s.ChainTwin) else (0.0, 0.0)
+        if not isinstance(section, s.ChainTwin):
+            continue
+        which = "the twin" if len(twins) == 1 else f"the twin {name}"
+        mass, inertia = added(section)
         if mass or inertia:
-            which = "the twin" if len(twins) == 1 else f"the twin {name}"
             found.append(
                 f"the end of {which} would be lighter than a machine can render: {mass:.2g} kg and"
                 f" {inertia:.2g} kg m^2 are added there (least_mass, least_inertia)"
             )
+        found += [
+            f"joint {joint} of {which} swings on its spring with {rate / (2.0 * np.pi):.0f} Hz, faster than a"
+            " machine of some 16 Hz follows: it may tremble, and more and more; give it less stiffness, more"
+            " inertia, or damping"
+            for joint, rate in swinging(section)
+        ]
+    return found
+
+
+def swinging(section: s.ChainTwin) -> list[tuple[str, float]]:
+    """Joints that swing on their springs faster than a machine follows, at the start: names, [rad/s]."""
+    twin = chain_twin(section)
+    twin.update(np.zeros(6))
+    found = []
+    for name, joint, free, damping in _free(twin, section):
+        rate = ((joint.stiffness or 0.0) * free) ** 0.5
+        if rate > FOLLOWED and damping * free < 2.0 * DAMPED * rate:
+            found.append((name, rate))
     return found
 
 
@@ -318,6 +340,8 @@ def _chain(key: str, section: s.ChainTwin, dt: float) -> Found:
         robot = robot_of(section)
         lower, upper, _velocity, _ = limits_of(section, robot)
         found: Found = []
+        if robot.model.frames[robot.frame(end_of(section))].parentJoint == 0:
+            found.append((f"{key}.end", "stands: no joint moves it", "name a frame behind the joints"))
         for i, (name, joint) in enumerate(section.joints.items()):
             at = f"{key}.joints.{name}"
             if robot.sliding[i] == _turns(joint):
@@ -337,6 +361,12 @@ def _chain(key: str, section: s.ChainTwin, dt: float) -> Found:
         return [(key, str(error), "")]
 
 
+def _free(twin: ChainTwin, section: s.ChainTwin) -> Iterator[tuple[str, s.TwinJoint, float, float]]:
+    """Of each joint: its name, what the configuration says, acceleration for a unit of torque, damping."""
+    mobility = np.diag(np.linalg.inv(twin.M)).tolist()
+    return zip(section.joints, section.joints.values(), mobility, twin.damping.tolist(), strict=True)
+
+
 def _inertia(key: str, section: s.ChainTwin, dt: float) -> Found:
     """Inertia that is too light, springs and dampers that are too fast for it, at the start."""
     twin = chain_twin(section)
@@ -346,9 +376,7 @@ def _inertia(key: str, section: s.ChainTwin, dt: float) -> Found:
         problem = f"at the start some motion of the chain has an inertia of {least:.3g} kg m^2"
         return [(f"{key}.joints", problem, "give every joint an inertia, or its link a body")]
     found: Found = []
-    mobility = np.diag(np.linalg.inv(twin.M)).tolist()
-    rows = zip(section.joints.items(), mobility, twin.damping.tolist(), strict=True)
-    for (name, joint), free, damping in rows:
+    for name, joint, free, damping in _free(twin, section):
         stiffest = max(
             [joint.stiffness or 0.0, *(np.e**0.5 * d.torque / d.width for d in joint.detents or ())]
         )

@@ -230,6 +230,7 @@ WRONG = [
     ('at = "11 s"', 'at = "1e5 s"', "hand.path: lasts 100000 s; give at most 120 s"),
     ('at = "10 s"', 'at = "6.5 s"', "hand.path: its times do not rise"),
     ('kind = "chain"', 'kind = "chains"', "twin.kind"),
+    ("joints.knob]", 'joints."knob\\u001b"]', "give 1 to 100 characters that print"),
     ('kind = "chain"', 'kind = "chain"\nend = "tip"', "twin.end: names a frame, but there is no URDF"),
     ('kind = "chain"', 'kind = "chain"\nurdf = "panda.urdf"\nend = "handle"', "its joints are joint_1"),
     ('kind = "chain"', 'kind = "chain"\nurdf = "../panda.urdf"\nend = "handle"', "leaves the folder"),
@@ -243,6 +244,23 @@ def test_what_is_wrong_with_a_twin_is_said(tmp_path: Path, old: str, new: str, t
     with pytest.raises(ConfigError) as error:
         build(config.load(written(tmp_path, DRAWER.replace(old, new, 1))))
     assert told in str(error.value)
+
+
+def test_a_handle_that_no_joint_moves_is_no_end(tmp_path: Path) -> None:
+    text = read_text("twins/panda.toml")
+    assert 'end = "handle"' in text
+    with pytest.raises(ConfigError, match=r"twin\.end: stands: no joint moves it; name a frame behind"):
+        build(config.load(written(tmp_path, text.replace('end = "handle"', 'end = "universe"'))))
+
+
+@pytest.mark.parametrize(("stiffness", "damping", "said"), [(20e3, 20, 0), (300e3, 20, 1), (300e3, 2e3, 0)])
+def test_a_spring_that_swings_faster_than_a_machine_follows_is_said(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], stiffness: float, damping: float, said: int
+) -> None:
+    """Undamped, a twin on such a spring shook the hand that held it still, more and more."""
+    text = DRAWER.replace('"20 N s/m"', f'"{damping:g} N s/m"\nstiffness = "{stiffness:g} N/m"')
+    assert main(["check", "giant", "--twin", written(tmp_path, text).removeprefix("giant with ")]) == 0
+    assert capsys.readouterr().out.count("joint drawer of the twin swings on its spring with") == said
 
 
 def test_a_mistake_has_the_line_of_the_twins_own_file(tmp_path: Path) -> None:
