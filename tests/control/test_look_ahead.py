@@ -234,7 +234,7 @@ def test_joints_that_make_up_for_one_another_are_foreseen_to_stop_sooner_than_th
 
 @pytest.mark.parametrize("seed", range(10))
 def test_an_arm_that_keeps_a_point_at_its_wall_turns_until_its_gantry_stands(seed):
-    """A gantry carries the elbow to the wall of its room, from where the arm takes it back: its hand goes on."""
+    """A gantry carries the elbow to its wall, from where the arm takes it back: the hand goes on."""
     rng = np.random.default_rng(seed)
     q, stop = state()
     stop = replace(stop, ability=Ability(6))
