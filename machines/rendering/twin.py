@@ -25,7 +25,7 @@ MOST_JOINTS = 7
 LIGHTEST = 1e-4
 """Least eigenvalue of the inertia matrix at the start that a controller can follow [kg m^2 or kg]."""
 FOLLOWED, DAMPED = 2.0 * np.pi * 16.0, 0.3
-"""Rate at which the springs of a machine swing [rad/s]; damping ratio from which nothing builds up."""
+"""Rate at which machines swing on their springs [rad/s]; damping ratio with which a twin of 28 Hz is calm."""
 POSTURES = 50
 """In which it is looked how much a chain's end weighs."""
 Found = list[tuple[str, str, str]]
