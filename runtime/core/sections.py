@@ -25,7 +25,11 @@ from ...sim.sensors import Sensors
 Seed = Annotated[int, Meta(ge=0, le=2**53, description="a whole number")]
 Substeps = Annotated[int, Meta(ge=1, le=64, description="more would not keep up with real time")]
 Name = Annotated[
-    str, Meta(pattern=r"^[^\x00-\x1f\x7f-\x9f]{1,100}$", description="give 1 to 100 characters that print")
+    str,
+    Meta(
+        pattern=r"^[^\x00-\x1f\x7f-\x9f]{1,100}$",
+        description='write words in quotes, "like these", 1 to 100 characters that print',
+    ),
 ]
 
 

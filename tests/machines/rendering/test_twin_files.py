@@ -230,7 +230,7 @@ WRONG = [
     ('at = "11 s"', 'at = "1e5 s"', "hand.path: lasts 100000 s; give at most 120 s"),
     ('at = "10 s"', 'at = "6.5 s"', "hand.path: its times do not rise"),
     ('kind = "chain"', 'kind = "chains"', "twin.kind"),
-    ("joints.knob]", 'joints."knob\\u001b"]', "give 1 to 100 characters that print"),
+    ("joints.knob]", 'joints."knob\\u001b"]', "1 to 100 characters that print"),
     ('kind = "chain"', 'kind = "chain"\nend = "tip"', "twin.end: names a frame, but there is no URDF"),
     ('kind = "chain"', 'kind = "chain"\nurdf = "panda.urdf"\nend = "handle"', "its joints are joint_1"),
     ('kind = "chain"', 'kind = "chain"\nurdf = "../panda.urdf"\nend = "handle"', "leaves the folder"),
