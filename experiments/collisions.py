@@ -60,9 +60,6 @@ LEG = 0.7
 """How far from where it began a hand wants to lead an arm, in each direction [m]."""
 TOWARDS, AWAY = ("halted", "too late", "missed"), ("free", "kept away", "halted for nothing")
 """What becomes of motions with and without a contact where nothing halts; one that never began is neither."""
-OFF = 0.01
-"""How much farther from everything a stop may end than foreseen, and still was needed [m]: the machine is not
-as its controller believes."""
 
 
 class Truth:
@@ -173,8 +170,7 @@ class Verdict:
             return "too late"
         if without.contact < inf:
             return "halted"
-        near = min(without.least, ahead.least - OFF)
-        return "kept away" if near < self.margin else "halted for nothing"
+        return "kept away" if without.least < self.margin else "halted for nothing"
 
 
 def judge(loaded: Loaded, seed: int) -> Verdict:

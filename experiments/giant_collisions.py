@@ -94,8 +94,7 @@ def _rows(name: str, verdicts: Sequence[Verdict]) -> list[Row]:
             f"{name}: other motions that are halted",
             "-",
             f"{kinds['kept away'] + kinds['halted for nothing']} of {others}",
-            f"{kinds['kept away']} of them, or the stop itself, came within the margin, 10 mm for a stop's"
-            " doubt included",
+            f"{kinds['kept away']} of them would have passed something within the margin",
         ),
         Row(
             f"{name}: motions that are none of both",
