@@ -10,6 +10,8 @@ import numpy as np
 
 from ..link.port import Received
 
+Packet = tuple[float, int, float, bytes]
+"""When it arrives [s], its number, when it set out [s], what it holds."""
 AHEAD = 1024
 """Packets for which a direction draws at once."""
 
@@ -49,13 +51,13 @@ class Direction:
 
     def __init__(self, conditions: Conditions, random: np.random.Generator) -> None:
         self._conditions, self._random = conditions, random
-        self._under_way: list[tuple[float, int, float, bytes]] = []
+        self._under_way: list[Packet] = []
         self._draws: list[list[float]] = []
         self._sent, self._newest, self._losing = 0, -1, False
         self.lost = self.overtaken = 0
 
-    def send(self, payload: bytes, now: float) -> None:
-        """A packet sets out."""
+    def send(self, payload: bytes, now: float) -> Packet | None:
+        """A packet sets out; None where it is lost."""
         c = self._conditions
         if not self._draws:
             self._draws = self._random.random((AHEAD, 2)).tolist()
@@ -68,9 +70,12 @@ class Direction:
         self._losing = chance >= leave if self._losing else chance < enter
         if self._losing or any(begin <= now < end for begin, end in c.outages):
             self.lost += 1
-            return
-        arrival = now + c.delay + c.jitter * (2.0 * deviation - 1.0)
-        heappush(self._under_way, (arrival, self._sent, now, payload))
+            return None
+        return now + c.delay + c.jitter * (2.0 * deviation - 1.0), self._sent, now, payload
+
+    def carry(self, packet: Packet) -> None:
+        """One that set out is on its way."""
+        heappush(self._under_way, packet)
 
     def receive(self, now: float) -> Received | None:
         """The newest that has arrived and is newer than all before."""
@@ -92,7 +97,8 @@ class ModelPort:
 
     def send(self, payload: bytes) -> None:
         """Now."""
-        self._out.send(payload, self._network.time)
+        if packet := self._out.send(payload, self._network.time):
+            self._out.carry(packet)
 
     def receive(self) -> Received | None:
         """What has arrived by now."""

@@ -10,7 +10,8 @@ from ...runtime.command_line.arguments import Commands, file, name, number, seed
 from ...runtime.invocation import program
 
 DESCRIPTION = """Run an operator's station and an avatar together. In lockstep: one virtual time for both and
-for the network between them, as fast as it goes. Each station has a log of its own, which replays by itself.
+for the network between them, as fast as it goes, with a processor each where there are two. Each station has
+a log of its own, which replays by itself.
 
 The network is drawn at random from a seed: the same seed gives the same session, bit for bit.
 
@@ -98,6 +99,7 @@ def run(options: argparse.Namespace) -> int:
     """
     from ...runtime.configuration import config
     from ...sim.network_model import Conditions, NetworkModel
+    from .apart import run_apart
     from .pair import Pair, PairError, declared
     from .pair_run import pair_run, report
     from .peg import set_task
@@ -122,7 +124,8 @@ def run(options: argparse.Namespace) -> int:
     pair = Pair(stations[0], stations[1], NetworkModel(conditions, options.seed))
     task = set_task(pair, options.seed) if options.scene else None
     logs = _logs(options.logs)
-    outcomes, speed = pair_run(pair, stations, logs, options.duration, not options.json)
+    run_both = pair_run if task else run_apart  # what both have to do with is in one process
+    outcomes, speed = run_both(pair, stations, logs, options.duration, not options.json)
     print(report(stations, logs, outcomes, speed, options.json, task))
     return max(outcome.status for outcome in outcomes)
 

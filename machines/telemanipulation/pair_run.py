@@ -33,51 +33,68 @@ def pair_run(
         What became of each, and how many times faster than real time both ran together.
     """
     signals: list[int] = []
-    seconds = duration or stations[0].config.loop.duration or DEFAULT_S
     begin = perf_counter()
     with heard(signals.append), unswept():
-        both = [
-            Recorded(lockstep, loaded, log, _teller(name, tell))
-            for lockstep, loaded, log, name in zip(
-                (pair.operator, pair.avatar), stations, logs, NAMES, strict=True
-            )
-        ]
-        torn = _run(pair, both, round(seconds / pair.dt), signals)
-    for recorded in both:
-        recorded.ending.signals = tuple(signals)
+        both = recorded(pair, stations, logs, [teller(name, tell) for name in NAMES])
+        torn = _run(pair, both, ticks(pair, stations, duration), signals)
+    for each in both:
+        each.ending.signals = tuple(signals)
     speed = round(both[0].ticks * pair.dt / (perf_counter() - begin), 2)
-    return [recorded.outcome(torn, speed) for recorded in both], speed
+    return [each.outcome(torn, speed) for each in both], speed
 
 
-def _run(pair: Pair, both: Sequence[Recorded], ticks: int, signals: Sequence[int]) -> OSError | None:
+def _run(pair: Pair, both: Sequence[Recorded], count: int, signals: Sequence[int]) -> OSError | None:
     """What the disk said, if it took no more."""
     operator, avatar = both
     try:
-        while operator.ticks < ticks and not (signals or any(_over(recorded) for recorded in both)):
+        while operator.ticks < count and not (signals or any(over(each) for each in both)):
             pair.tick(operator.step, avatar.step)
         pair.tick(operator.end, avatar.end)
-        while not all(recorded.ended for recorded in both) and len(signals) < 2:
+        while not all(each.ended for each in both) and len(signals) < 2:
             pair.tick(operator.step, avatar.step)
-        for recorded in both:
-            recorded.finish()
+        for each in both:
+            each.finish()
     except OSError as error:
         return error
     finally:
-        for recorded in both:
-            recorded.close()
+        for each in both:
+            each.close()
     return None
 
 
-def _over(recorded: Recorded) -> bool:
-    return recorded.stream.full is not None or recorded.lockstep.mode is Mode.FAILED
+def recorded(
+    pair: Pair,
+    stations: Sequence[Loaded],
+    logs: Sequence[Path],
+    tellers: Sequence[Callable[[float, Event], None]],
+) -> list[Recorded]:
+    """Both sessions, and the beginning of their logs.
+
+    Raises:
+        LogWriteError: one of these cannot be written.
+    """
+    sessions = zip((pair.operator, pair.avatar), stations, logs, tellers, strict=True)
+    return [Recorded(*each) for each in sessions]
 
 
-def _teller(name: str, tell: bool) -> Callable[[float, Event], None]:
-    def say(time: float, event: Event) -> None:
+def ticks(pair: Pair, stations: Sequence[Loaded], duration: float | None) -> int:
+    """Of a session of a duration [s], or of that which the operator's configuration says."""
+    return round((duration or stations[0].config.loop.duration or DEFAULT_S) / pair.dt)
+
+
+def over(each: Recorded) -> bool:
+    """Whether a session cannot go on."""
+    return each.stream.full is not None or each.lockstep.mode is Mode.FAILED
+
+
+def teller(name: str, tell: bool, say: Callable[[str], object] = show) -> Callable[[float, Event], None]:
+    """What tells people of a station's events, or nothing."""
+
+    def told(time: float, event: Event) -> None:
         if tell:
-            show(f"{time:9.3f} s  {name:8}  {event}\n")
+            say(f"{time:9.3f} s  {name:8}  {event}\n")
 
-    return say
+    return told
 
 
 def report(
