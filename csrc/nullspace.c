@@ -7,6 +7,9 @@
 
 /* How much faster than it rises the posture's share may fall: the force is waiting for it. */
 static const double FALLING = 3.0;
+/* Parts of their limits by which the posture's torques may change in the time in which its share rises to
+ * all: a posture that arrives at speed is braked within a few periods. */
+static const double CHANGING = 2.0;
 /* Part of the trace of J M^-1 J^T below which a direction of the hand begins to count as one that motors
  * cannot move. */
 static const double HELD_STILL = 0.01;
@@ -199,6 +202,18 @@ static double retreating(const nullspace *s, const double *M, const double *S, c
     return AVOID * (size > s->cap ? s->cap / size : 1.0);
 }
 
+/* Let the null-space torque go towards the one that is wanted (n). */
+static void approach(const nullspace *s, const double *M, const double *S, const double *wanted) {
+    const int n = s->n;
+    const double most = CHANGING * s->slew;
+    double fastest = 0.0;
+    for (int i = 0; i < n; i++) fastest = fmax(fastest, fabs(wanted[i] - s->null[i]) / s->limit[i]);
+    const double share = fastest > most ? most / fastest : 1.0;
+    for (int i = 0; i < n; i++)
+        s->null[i] = share < 1.0 ? s->null[i] + share * (wanted[i] - s->null[i]) : wanted[i];
+    if (share < 1.0) project(s, M, S, s->null); /* what it was belonged to the posture of the period before */
+}
+
 int nullspace_secondary(nullspace *s, double omega) {
     const int n = s->n, m = s->m;
     double M[JOINTS * JOINTS], S[TASK * TASK], pull[JOINTS], projected[JOINTS];
@@ -239,8 +254,9 @@ int nullspace_secondary(nullspace *s, double omega) {
         for (int k = 0; k < n; k++) momentum += s->M[n * i + k] * s->qd[k];
         s->secondary[i] = -scale * pull[i] - away * retreat[i] - s->damping * s->qd[i] - rate * momentum;
     }
-    memcpy(s->null, s->secondary, sizeof(double) * (size_t)n);
-    project(s, M, S, s->null);
+    memcpy(projected, s->secondary, sizeof(double) * (size_t)n);
+    project(s, M, S, projected);
+    approach(s, M, S, projected);
     return isfinite(s->cost) && isfinite(s->drive);
 }
 

@@ -38,7 +38,7 @@ typedef struct {
     /* results of nullspace_secondary */
     double *gradient SHAPE(n);  /* dv/dq */
     double *secondary SHAPE(n); /* tau_s */
-    double *null SHAPE(n);      /* tau_N */
+    double *null SHAPE(n);      /* tau_N; of the tick before when called */
     double cost;                /* v */
     double drive;               /* norm of the projected pull on the posture, uncapped */
     /* results of nullspace_secondary for a hierarchy of tasks, which weighs torques by |L^-1 tau|, M = L L^T
@@ -51,7 +51,8 @@ typedef struct {
     double *torque SHAPE(n);
     double alpha; /* share of the wanted torque */
     double share; /* share of the null-space torque; of the tick before when called */
-    double slew;  /* largest rise of it in a call; it falls three times as fast */
+    double slew;  /* largest rise of it in a call; it falls three times as fast; half of what null changes by,
+                   * as a part of limit */
 } nullspace;
 
 /* Cost, gradient, secondary and null-space torque for D = omega D_free + (1 - omega) D_stiff, (12), (13),

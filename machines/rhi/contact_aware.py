@@ -159,6 +159,7 @@ class ContactAware:
         self.transition.reset()
         self.headroom.reset()
         self.tank.reset(granted)
+        self.space.null[:] = 0.0
         self.contact.reset()
         self._duration = self._transition_time()
         self.reserve = 1.0

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import inf
 
 import numpy as np
 
@@ -85,7 +86,7 @@ class NullSpace:
         gains: Gains,
         u: Array,
         span: Span | None = None,
-        slew: float = 1.0,
+        slew: float = inf,
     ) -> None:
         """Bind to an arm.
 
@@ -97,7 +98,9 @@ class NullSpace:
             u: first direction of motion and contact, (m,).
             span: limits of the motors; None for none.
             slew: largest rise of ``share`` in a ``compose``, and a third of the largest fall. Where a motor
-                saturates, a little more or less of the force would give the posture all or nothing.
+                saturates, a little more or less of the force would give the posture all or nothing. The
+                null-space torques change by no more than twice that part of their limits in a
+                ``secondary``.
         """
         n = arm.n
         self.limit = np.array(limit, float)

@@ -202,6 +202,29 @@ def test_the_share_of_the_posture_rises_and_falls_at_a_bounded_rate_and_the_forc
     assert np.diff(shares).max() == pytest.approx(0.02) and np.diff(shares).min() == pytest.approx(-0.06)
 
 
+def test_the_posture_s_torques_change_at_a_bounded_rate_and_leave_the_hand_alone(arm: RedundantArm) -> None:
+    """A posture that arrives at speed is braked at once by its damping."""
+    slew, rng = 0.03, np.random.default_rng(11)
+    slow = NullSpace(arm, LIMIT, home_shape(arm), GAINS, U, slew=slew)
+    free = NullSpace(arm, LIMIT, home_shape(arm), GAINS, U)
+    bounded = 0
+    for _ in range(40):
+        at_random(arm, rng)
+        hand = np.linalg.eigvalsh(arm.J @ np.linalg.solve(arm.M, arm.J.T))
+        if hand[0] < 0.01 * hand.sum():  # next to a singular posture the hand feels a little of it
+            continue
+        slow.null[:] = 0.0
+        for _ in range(200):
+            before = slow.null.copy()
+            assert slow.secondary(0.5) and free.secondary(0.5)
+            step = np.max(np.abs(slow.null - before) / LIMIT)
+            assert step <= 2.0 * slew + 1e-9
+            np.testing.assert_allclose(dynamic_inverse(arm.J, arm.M).T @ slow.null, 0.0, atol=1e-9)
+            bounded += not np.allclose(slow.null, free.null)
+        np.testing.assert_allclose(slow.null, free.null, atol=1e-9)
+    assert bounded > 100
+
+
 def test_what_motors_bear_leaves_the_coupling_force_its_torque(arm: RedundantArm) -> None:
     rng = np.random.default_rng(7)
     space = NullSpace(arm, LIMIT, home_shape(arm), GAINS, U)
