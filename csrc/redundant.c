@@ -2,6 +2,8 @@
 
 #include <string.h>
 
+#include "rotation.h"
+
 /* C (rows x n) = A (rows x n) T (n x n). */
 static void times(int rows, int n, const double *A, const double *T, double *C) {
     for (int a = 0; a < rows; a++)
@@ -22,23 +24,43 @@ static void transmit(const redundant *r, const double *q, double *joints) {
 
 static const double NONE[SERIAL_MAX_JOINTS];
 
+static double scale(const redundant *r, int a) {
+    return r->row[a] < 3 ? 1.0 : r->lever;
+}
+
+/* Rotation vector that takes the reference to the present orientation, in the axes of the base. */
+static void turned(const redundant *r, double *vector) {
+    double R[9];
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 3; j++) {
+            R[3 * i + j] = 0.0;
+            for (int k = 0; k < 3; k++)
+                R[3 * i + j] += r->frame.rotation[3 * i + k] * r->reference[3 * j + k];
+        }
+    rotation_log(R, vector);
+}
+
 static void kinematics(const redundant *r, const double *joints, const double *rates, double *x, double *J) {
     const int n = r->chain->n;
     double rows[REDUNDANT_MAX_TASK * SERIAL_MAX_JOINTS];
     serial_frames(r->chain, joints, rates, &r->frame, 1);
+    double turn[3] = {0.0};
+    if (r->m > 3) turned(r, turn);
     for (int a = 0; a < r->m; a++) {
-        x[a] = r->frame.position[r->row[a]];
-        memcpy(rows + n * a, r->frame.J + n * r->row[a], sizeof(double) * (size_t)n);
+        const int row = r->row[a];
+        x[a] = row < 3 ? r->frame.position[row] : r->lever * turn[row - 3];
+        for (int i = 0; i < n; i++) rows[n * a + i] = scale(r, a) * r->frame.J[n * row + i];
     }
     times(r->m, n, rows, r->transmission, J);
 }
 
 /* Column i of the chain's Jacobian turns with every joint k below it, and moves with every one above it:
- * dJ_i/dr_k = w_min(i,k) x J_max(i,k), w the angular part. */
+ * dJ_i/dr_k = w_min(i,k) x J_max(i,k), w the angular part, which itself only turns: w_k x w_i for k < i. */
 static double curvature(const redundant *r, int i, int k, int row) {
     const int n = r->chain->n, low = i < k ? i : k, high = i < k ? k : i;
     const int b = (row + 1) % 3, c = (row + 2) % 3;
-    const double *J = r->frame.J;
+    const double *J = r->frame.J, *w = J + 3 * n;
+    if (row >= 3) return k < i ? r->lever * (w[n * b + k] * w[n * c + i] - w[n * c + k] * w[n * b + i]) : 0.0;
     return J[n * (3 + b) + low] * J[n * c + high] - J[n * (3 + c) + low] * J[n * b + high];
 }
 
@@ -85,7 +107,7 @@ void redundant_update(const redundant *r) {
     serial_torques(r->chain, joints, NONE, NONE, r->gravity, load);
     times(1, n, load, r->transmission, r->weight);
     for (int a = 0; a < r->m; a++) {
-        r->drift[a] = r->frame.drift[r->row[a]];
+        r->drift[a] = scale(r, a) * r->frame.drift[r->row[a]];
         r->velocity[a] = 0.0;
         for (int i = 0; i < n; i++) r->velocity[a] += r->J[n * a + i] * r->qd[i];
     }

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import os
 import select
+import signal
 import socket
 import sys
 from contextlib import suppress
@@ -39,7 +40,8 @@ def forged(host: Host, size: int) -> bytes:
 
 
 def main(folder: Path, size: int) -> None:
-    """Echo until nobody asks any more."""
+    """Echo until nobody asks any more: Ctrl-C of a terminal is for who asks."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
     plain = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
     plain.bind((LOOPBACK, 0))
     host = Host(load(folder), terms(size), LOOPBACK)

@@ -148,6 +148,8 @@ class AvatarStation(Station):
     def engage(self) -> None:
         """See ``Machine``."""
         super().engage()
+        for arm, law in zip(self.arms, self._laws, strict=True):
+            law.goal[:] = arm.task.palm.position
         for hand, wanted in zip(self.hands, self._fingers, strict=True):
             hand.engage()
             wanted[:] = hand.law.target

@@ -209,7 +209,8 @@ class OperatorStation(Station):
     def engage(self) -> None:
         """See ``Machine``."""
         super().engage()
-        for cue in self._cues:
+        for arm, clutch, cue in zip(self.arms, self._clutches, self._cues, strict=True):
+            clutch.align(arm.task.palm.position, arm.task.palm.rotation)
             cue.reset()
         self._led = [False] * len(self.arms)
 

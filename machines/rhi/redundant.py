@@ -11,18 +11,27 @@ from ...control._kernels import ffi, lib
 from ...control.serial import Frame, SerialChain
 from ...models import Array, ModelError, Robot
 
-AXES = ("x", "y", "z")
+AXES = ("x", "y", "z", "rx", "ry", "rz")
+"""Directions in which a hand moves, and the axes about which it turns."""
+PLACE = 3
+"""How many of them say where the hand is."""
+LEVER = 0.1
+"""Of turns, where nothing else is said [m]."""
 
 
 class RedundantArm:
     """Task-space quantities of a serial robot whose motors drive its joints through a constant matrix.
 
-    With r = T q (joint angles from motor angles) J = J_r T and M = T^T M_r T + diag(rotor).
+    With r = T q (joint angles from motor angles) J = J_r T and M = T^T M_r T + diag(rotor). Where the hand
+    turns, too, a turn counts as the way of a point at a lever, so that every force of the task is in newtons.
 
     Attributes:
         n, m: numbers of motors and of task directions.
+        lever: of turns [m].
         q, qd: of the motors, (n,) [rad, s]; write here before ``update``.
-        position, velocity: of the hand along the task's directions, (m,) [m, s].
+        position, velocity: of the hand along the task's directions, (m,) [m, s]; turns from ``reference`` as
+            a rotation vector in the base's axes, times the lever.
+        reference: orientation of the hand that counts as not turned, (3, 3).
         J: (m, n); dJ: its derivatives by each q_k, (n, m, n).
         M: inertia matrix, (n, n) [kg m^2].
         drift: acceleration of the hand without any of the motors, (m,); bias: torques of the present
@@ -32,16 +41,23 @@ class RedundantArm:
     """
 
     def __init__(
-        self, robot: Robot, frame: str, task: Sequence[str], transmission: Array, rotor: Array
+        self,
+        robot: Robot,
+        frame: str,
+        task: Sequence[str],
+        transmission: Array,
+        rotor: Array,
+        lever: float = LEVER,
     ) -> None:
         """Take the constants of a robot.
 
         Args:
             robot: a serial chain with more joints than the task has directions.
             frame: that the hand holds.
-            task: distinct names of AXES.
+            task: distinct names of the first three of AXES, or all of them.
             transmission: T, (n, n), invertible.
             rotor: inertia of the motors, (n,) [kg m^2].
+            lever: of turns [m].
 
         Raises:
             ModelError: no serial chain, no such frame, no redundancy, or a T of another shape or rank.
@@ -52,9 +68,9 @@ class RedundantArm:
         _require(robot, m < n, f"{n} joints for {m} directions", "a redundant interface has more joints")
         _require(
             robot,
-            0 < m == len(set(task)) and set(task) <= set(AXES),
+            0 < m == len(set(task)) and (set(task) <= set(AXES[:PLACE]) or set(task) == set(AXES)),
             f"task {' '.join(task)}",
-            "name x, y, z once each",
+            "name x, y, z once each, and rx, ry, rz all or none",
         )
         T = np.ascontiguousarray(transmission, float)
         _require(
@@ -71,7 +87,9 @@ class RedundantArm:
         self.J, self.dJ, self.M = np.zeros((m, n)), np.zeros((n, m, n)), np.zeros((n, n))
         frame_of_hand: Frame = self._chain.frames[0]
         self.rotation = frame_of_hand.rotation
-        self._core = ffi.new("redundant *", {"m": m, "row": [AXES.index(name) for name in task]})
+        self.lever, self.reference = lever, np.eye(3)
+        rows = [AXES.index(name) for name in task]
+        self._core = ffi.new("redundant *", {"m": m, "row": rows, "lever": lever})
         self._core.chain, self._core.frame = self._chain.pointer, self._chain.frame_constants(0)
         bind(
             lib,
@@ -80,6 +98,7 @@ class RedundantArm:
             transmission=T,
             rotor=np.array(rotor, float),
             gravity=np.array(robot.model.gravity.linear, float),
+            reference=self.reference.ravel(),
             q=self.q,
             qd=self.qd,
             position=self.position,
@@ -101,6 +120,11 @@ class RedundantArm:
         self.q[:], self.qd[:] = q, 0.0
         self.update()
         return self
+
+    def refer(self, q: Array) -> None:
+        """From now on the hand is not turned in the configuration q (n,), at rest in which it leaves."""
+        self.reference[:] = self.at(q).rotation
+        self.update()
 
     def reach(self, q: Array) -> tuple[Array, Array]:
         """Positions (count, m) and Jacobians (count, m, n) of configurations (count, n)."""

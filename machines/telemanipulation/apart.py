@@ -27,7 +27,9 @@ from .pair_run import NAMES, over, recorded, teller, ticks
 
 LONGEST_WORD = 1 << 20
 """Of what one station says to the other at once [bytes]."""
-LOST = "its process ended before its time; its log ends there"
+LOOK_S = 0.2
+"""Between two looks, while the other one says nothing, whether a person has had enough of it [s]."""
+LOST = "its process ended before its time; its log has no end, and cannot be replayed"
 
 
 class Word(msgspec.Struct, frozen=True, array_like=True, tag=True):
@@ -97,6 +99,7 @@ class Half:
         self._said = self._heard = 0
         self._word: Word | None = None
         self.farewell: Farewell | None = None
+        other.settimeout(LOOK_S)
         plant: Any = session.lockstep.plant
         plant.link.port = self
 
@@ -146,6 +149,17 @@ class Half:
             each.close()
         return None
 
+    def _listen(self) -> bytes:
+        """What the other station says next; nothing where it is gone, or nobody waits for it any more."""
+        while True:
+            try:
+                return self._other.recv(LONGEST_WORD)
+            except TimeoutError:
+                if len(self._signals) > 1:
+                    return b""
+            except ConnectionResetError:
+                return b""
+
     def hear_out(self) -> None:
         """Say no more, and hear the other station to its end."""
         self._other.shutdown(socket.SHUT_WR)
@@ -168,10 +182,7 @@ class Half:
 
     def _hear(self) -> bool:
         """What the other station says next; whether it may say more."""
-        try:
-            words = self._other.recv(LONGEST_WORD)
-        except ConnectionResetError:
-            words = b""
+        words = self._listen()
         word = _decode(words) if words else GONE
         for said in word.told:
             show(said)
@@ -218,6 +229,8 @@ def run_apart(
             here.hear_out()
         finally:
             ends[0].close()
+            if here.farewell is None:
+                process.kill()  # it may be suspended
             process.join()
     speed = round(both[0].ticks * pair.dt / (perf_counter() - begin), 2)
     outcomes = [here.outcome(torn), here.farewell.outcome if here.farewell else Outcome(None, 1, LOST)]

@@ -120,7 +120,11 @@ def run(options: argparse.Namespace) -> int:
         raise PairError(f"no network is like that: {error}") from error
     stations = [config.load(each) for each in (options.operator, options.avatar)]
     if conditions.longest > 0.0:
-        stations = [declared(loaded, conditions.longest) for loaded in stations]
+        try:
+            stations = [declared(loaded, conditions.longest) for loaded in stations]
+        except config.ConfigError as error:
+            problem = f"no link is declared with a delay of up to {conditions.longest:g} s; give less --delay"
+            raise PairError(problem) from error
     pair = Pair(stations[0], stations[1], NetworkModel(conditions, options.seed))
     task = set_task(pair, options.seed) if options.scene else None
     logs = _logs(options.logs)

@@ -16,6 +16,10 @@ from ...sim.network_model import NetworkModel
 from .sections import Leads
 
 
+OPERATOR = "operator"
+"""The kind of a station whose person leads."""
+
+
 class PairError(HapticdError):
     """Two configurations that are not both ends of a telemanipulation.
 
@@ -38,11 +42,21 @@ def declared(loaded: Loaded, delay: float, *more: str) -> Loaded:
     Raises:
         ConfigError: no link is like that.
     """
-    station = "leads" if leads_of(loaded) else str(type(loaded.config).__struct_config__.tag)
+    station = "leads" if leads_of(loaded) else station_of(loaded)
     table = re.compile(rf"^\[{station}\.link\][^\[]*", re.MULTILINE)
     text = table.sub("", loaded.text).rstrip("\n")
     text += f"\n\n[{station}.link]\n" + "\n".join([f'delay = "{delay:g} s"', *more, ""])
     return replace(loaded, config=parse(text, loaded.source), text=text)
+
+
+def leads(loaded: Loaded) -> bool:
+    """Whether a station is the operator's, or a machine whose twin leads."""
+    return leads_of(loaded) is not None or station_of(loaded) == OPERATOR
+
+
+def station_of(loaded: Loaded) -> str:
+    """The kind of a machine, as its configuration says it."""
+    return str(type(loaded.config).__struct_config__.tag)
 
 
 def leads_of(loaded: Loaded) -> Leads | None:
@@ -56,7 +70,7 @@ def model_of(loaded: Loaded) -> str:
     if leads_of(loaded) is None:
         return loaded.model_text.strip()
     config: Any = loaded.config
-    section = getattr(config, str(type(config).__struct_config__.tag))
+    section = getattr(config, station_of(loaded))
     return str(section.twin.kept.urdf).strip()
 
 
@@ -72,7 +86,8 @@ class Pair:
         """Build both.
 
         Raises:
-            PairError: one of them simulates no station, or their rates or models differ.
+            PairError: one of them simulates no station, the first does not lead or the second does, or their
+                rates or models differ.
             ConfigError: see ``build``.
         """
         self.operator, self.avatar = (Lockstep(build(loaded)) for loaded in (operator, avatar))
@@ -85,6 +100,13 @@ class Pair:
             if not isinstance(link, Exchange):
                 raise PairError(f"{loaded.source} is no station of a telemanipulation")
             link.port = port
+        if not leads(operator) or leads(avatar):
+            said = "leads" if leads(avatar) else "follows"
+            raise PairError(
+                f"{operator.source} and {avatar.source} both {said}; name who leads first, then the avatar"
+                if leads(operator) == leads(avatar)
+                else f"{avatar.source} leads {operator.source}; name it first"
+            )
         if operator.config.loop.rate != avatar.config.loop.rate:
             raise PairError(f"{operator.source} and {avatar.source} have different rates; give both the same")
         if model_of(operator) != model_of(avatar):

@@ -1,8 +1,12 @@
 """`hapticd link keygen` and `hapticd link test`."""
 
 import json
+import os
+import signal
 import socket
+import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
@@ -96,3 +100,16 @@ def test_a_missing_package_is_named_with_what_to_type(
     monkeypatch.setitem(sys.modules, "cryptography", None)
     assert main(["link", "keygen", str(tmp_path / "keys")]) == 1
     assert "-m pip install 'hapticd[link]'" in capsys.readouterr().err
+
+
+def test_ctrl_c_ends_a_measurement_with_a_line() -> None:
+    command = [sys.executable, "-m", "hapticd.runtime", "link", "test", "--rounds", "1000"]
+    child = subprocess.Popen(command, stderr=subprocess.PIPE, text=True, start_new_session=True)
+    children = Path(f"/proc/{child.pid}/task/{child.pid}/children")
+    while not children.read_text():
+        time.sleep(0.02)
+    time.sleep(1.0)
+    os.killpg(child.pid, signal.SIGINT)
+    _, said = child.communicate(timeout=30)
+    assert child.returncode == 130
+    assert "Traceback" not in said and len(said.splitlines()) <= 2, said

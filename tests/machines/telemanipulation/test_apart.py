@@ -94,6 +94,18 @@ def test_a_signal_to_all_or_to_the_program_alone_ends_both(tmp_path: Path, group
         assert whole(log)
 
 
+def test_a_second_signal_ends_the_program_though_the_avatar_is_suspended(tmp_path: Path) -> None:
+    child, _ = begun(tmp_path)
+    other = the_other(child)
+    os.kill(other, signal.SIGSTOP)
+    for _ in range(2):
+        time.sleep(0.3)
+        os.kill(child.pid, signal.SIGINT)
+    child.communicate(timeout=30)
+    assert child.returncode != 0
+    assert not Path(f"/proc/{other}").exists()
+
+
 def test_an_avatar_whose_process_is_killed_ends_the_operator_s_session(tmp_path: Path) -> None:
     child, logs = begun(tmp_path)
     os.kill(the_other(child), signal.SIGKILL)

@@ -227,6 +227,9 @@ def test_the_same_seed_is_the_same_pair_and_each_replays_alone(tmp_path: Path) -
         logs.append([tmp_path / f"{name}-{station}.mcap" for station in ("operator", "avatar")])
         outcomes, _ = pair_run(pair, stations, logs[-1], 0.8, False)
         assert [outcome.status for outcome in outcomes] == [0, 0]
+        for outcome in outcomes:
+            (apart,) = [figure.max for figure in outcome.report.figures if figure.name == "palm to goal"]
+            assert apart < 100.0
     for here, there in zip(*logs, strict=True):
         assert here.read_bytes() == there.read_bytes()
     for log in logs[0]:
@@ -238,6 +241,9 @@ def test_what_is_no_pair_is_refused() -> None:
     network = NetworkModel(Conditions(), 1)
     with pytest.raises(PairError, match="no station"):
         Pair(config.load("operator"), config.load("rhi"), network)
+    for first, second in (("operator", "operator"), ("avatar", "avatar"), ("avatar", "operator")):
+        with pytest.raises(PairError, match="name"):
+            Pair(config.load(first), config.load(second), network)
 
 
 @pytest.mark.parametrize("seed", [3, 5])
