@@ -98,6 +98,7 @@ def run(options: argparse.Namespace) -> int:
         ConfigError: with file and line of everything that is wrong with a configuration.
     """
     from ...runtime.configuration import config
+    from ...runtime.errors import ConfigError
     from ...sim.network_model import Conditions, NetworkModel
     from .apart import run_apart
     from .pair import Pair, PairError, declared
@@ -122,7 +123,7 @@ def run(options: argparse.Namespace) -> int:
     if conditions.longest > 0.0:
         try:
             stations = [declared(loaded, conditions.longest) for loaded in stations]
-        except config.ConfigError as error:
+        except ConfigError as error:
             problem = f"no link is declared with a delay of up to {conditions.longest:g} s; give less --delay"
             raise PairError(problem) from error
     pair = Pair(stations[0], stations[1], NetworkModel(conditions, options.seed))

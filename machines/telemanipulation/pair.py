@@ -15,7 +15,6 @@ from ...sim.gateway import Exchange
 from ...sim.network_model import NetworkModel
 from .sections import Leads
 
-
 OPERATOR = "operator"
 """The kind of a station whose person leads."""
 
