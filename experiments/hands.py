@@ -89,7 +89,8 @@ def sessions(
     ``vary`` names one of the machine's variations.
 
     Raises:
-        HandsError: the configuration simulates nothing, or cannot simulate what the controller doubts.
+        HandsError: the configuration simulates nothing, or cannot simulate what the controller doubts, or
+            its limits leave the machine no room for a hand.
     """
     if loaded.config.simulation is None:
         raise HandsError(f"{loaded.source} has no [simulation]; add it, or name a built-in machine")
@@ -131,7 +132,10 @@ def session(
     robot = Robot.from_urdf(loaded.model_text, loaded.model_source)
     if vary:
         system = replace(system, stance=_variation(system, vary))
-    led = stranger(config, system, robot, seed, seconds, temper)
+    try:
+        led = stranger(config, system, robot, seed, seconds, temper)
+    except ValueError as error:
+        raise HandsError(f"seed {seed}: {error}") from error
     varied = replace(loaded, config=doubt.vary(led, seed))
     with unswept():
         return _session(Lockstep(build(varied)), seed, seconds, watch)

@@ -118,7 +118,8 @@ class Device:
     def controller(self) -> tuple[ContactAware, Environment]:
         """A new controller and what it renders."""
         rendered = environment(self.config.rhi.bodies)
-        return contact_aware(self.config, self.robot, rendered, 1.0 / RATE), rendered
+        arm = redundant_arm(self.config, self.robot)
+        return contact_aware(self.config, arm, rendered, 1.0 / RATE), rendered
 
     def plant(self, q: Array) -> RigidArm:
         """A plant at rest in a posture (n,)."""

@@ -33,6 +33,7 @@ WEAKEST = 0.4
 """Weakest hand, as a share of the strongest."""
 STIFFNESS, DAMPING = (300.0, 3000.0), (10.0, 40.0)
 """[N/m], [N s/m]."""
+OF_TURNS = ("rotational_stiffness", "rotational_damping", "torque")
 ANGULAR_STIFFNESS, ANGULAR_DAMPING = (10.0, 60.0), (0.4, 1.5)
 """[N m/rad], [N m s/rad]."""
 
@@ -62,7 +63,8 @@ def stranger(
         "torque": random.uniform(WEAKEST, 1.0) * temper.torque,
     }
     traits |= {"away": None}  # it never lets go
-    own = {name: value for name, value in traits.items() if name in hand.__struct_fields__}
+    known = [name for name in traits if stance.turns or name not in OF_TURNS]
+    own = {name: traits[name] for name in known if name in hand.__struct_fields__}
     pressed = max(PRESS_S, PRESS_TICKS / config.loop.rate)
     press = msgspec.structs.replace(hand.dead_man[0], at=pressed, pressed=True)
     speed = random.uniform(SLOWEST, 1.0) * temper.speed
@@ -95,7 +97,10 @@ def _place(point: Any) -> tuple[float, ...]:
 
 def _coordinates(point: Any, place: Sequence[float]) -> dict[str, tuple[float, ...]]:
     found = {"position": tuple(place[:3])}
-    return {**found, "angles": tuple(place[3:])} if hasattr(point, "angles") else found
+    for name in ("angles", "turned"):
+        if len(place) > 3 and hasattr(point, name):
+            found[name] = tuple(place[3:])
+    return found
 
 
 def _way(

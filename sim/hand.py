@@ -235,8 +235,11 @@ class PointHand:
         if self._own:
             self._own[:] = place[: len(self._own)]
 
-    def aim(self, hold: Hold, t: float, position: Sequence[float]) -> None:
-        """Tell its hold, of three rows, where it wants a handle at a position (3,) from time t on."""
+    def aim(self, hold: Hold, t: float, position: Sequence[float], rotation: Array | None = None) -> None:
+        """Tell its hold, of three rows, where it wants a handle at a position (3,) from time t on.
+
+        However it is turned, ``rotation``, is its own affair.
+        """
         self._handle = list(position)
         value, rate = (self._own, STILL) if self._own else self._course.at(t)
         hold.stiffness[0], hold.damping[0] = self._stiffness, self._damping

@@ -21,23 +21,35 @@ class RigidArm:
     brake is dry friction.
 
     Attributes:
-        hold: what the hand does to the frame's origin, three rows.
+        hold: what the hand does to the frame: to its origin alone, three rows, or six.
         q, qd, qdd: of the motors, (n,) [rad, s].
         position, velocity: of the frame's origin, (3,) [m, m/s]; rotation: of the frame, (3, 3).
+        twist: what the hold's wrench works along, (rows,).
     """
 
     def __init__(
-        self, robot: Robot, frame: str, transmission: Array, rotor: Array, friction: Array, brake: Array
+        self,
+        robot: Robot,
+        frame: str,
+        transmission: Array,
+        rotor: Array,
+        friction: Array,
+        brake: Array,
+        rows: int = 3,
     ) -> None:
-        """T (n, n); rotor inertia [kg m^2], friction [N m s/rad], torque of the brakes [N m], (n,)."""
+        """T (n, n); rotor inertia [kg m^2], friction [N m s/rad], torque of the brakes [N m], (n,).
+
+        ``rows``: of the hold.
+        """
         n = robot.nv
         self._robot, self._frame = robot, robot.frame(frame)
         self._T, self._rotor = np.array(transmission, float), np.diag(np.array(rotor, float))
         self._friction, self._brake = np.array(friction, float), np.array(brake, float)
         self.q, self.qd, self.qdd = np.zeros(n), np.zeros(n), np.zeros(n)
         self.position, self.velocity, self.rotation = np.zeros(3), np.zeros(3), np.eye(3)
-        self.hold = hold = Hold(3)
-        self._inverse, self._J, self._dry = np.zeros((n, n)), np.zeros((3, n)), np.zeros(n)
+        self.hold = hold = Hold(rows)
+        self._inverse, self._J, self._dry = np.zeros((n, n)), np.zeros((rows, n)), np.zeros(n)
+        self._moves = self._J[:3]
         self._next, self._upper = np.zeros(n), np.triu(np.ones((n, n), bool))
         self._speeds = pointer(self._next, "double", n)
         self._chain = chain(hold, self._inverse, self._J, self._dry, np.zeros(n))
@@ -57,7 +69,7 @@ class RigidArm:
             force: on the frame's origin besides the hand's, (3,) [N].
             h: [s].
         """
-        driven = torque - self._friction * self.qd - self._bias + self._J.T @ np.asarray(force)
+        driven = torque - self._friction * self.qd - self._bias + self._moves.T @ np.asarray(force)
         self.qdd = self._inverse @ driven
         self._dry[:] = self._brake * braked
         self._next[:] = self.qd + h * self.qdd
@@ -83,6 +95,6 @@ class RigidArm:
         self._bias = T.T @ data.nle
         pose = pin.updateFramePlacement(model, data, self._frame)
         J = pin.getFrameJacobian(model, data, self._frame, pin.LOCAL_WORLD_ALIGNED)
-        self._J[:] = J[:3] @ T
+        self._J[:] = J[: self.hold.rows] @ T
         self.position, self.rotation = pose.translation.copy(), pose.rotation.copy()
-        self.velocity = self._J @ self.qd
+        self.velocity, self.twist = self._moves @ self.qd, self._J @ self.qd

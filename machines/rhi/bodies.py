@@ -8,12 +8,14 @@ import numpy as np
 import pinocchio as pin
 
 from ...models import Array
-from .config import RhiAssist, RhiBody, RhiBox, RhiPlane, RhiResist, RhiSolid, RhiSphere, RhiTissue
+from .config import Rhi, RhiAssist, RhiBody, RhiBox, RhiPlane, RhiResist, RhiSolid, RhiSphere, RhiTissue
 from .environment import Body, Environment, Rendered
 from .fields import Assist, Resist
+from .redundant import PLACE, RedundantArm
 from .shapes import Box, Plane, Shape, Sphere
 from .solid import solid
 from .tissue import Spot, Tissue
+from .tool import Tool
 
 
 def environment(bodies: Mapping[str, RhiBody]) -> Environment:
@@ -23,6 +25,16 @@ def environment(bodies: Mapping[str, RhiBody]) -> Environment:
         SolidError: a surface encloses nothing, or would need too many nodes.
     """
     return Environment([_rendered(body) for body in bodies.values()])
+
+
+def surroundings(rhi: Rhi, arm: RedundantArm) -> Environment | Tool:
+    """What the hand meets: bodies, and with turns by the points of its tool, or else by its own place.
+
+    Raises:
+        SolidError: see ``environment``.
+    """
+    rendered = environment(rhi.bodies)
+    return Tool(rendered, rhi.task.tool or [(0.0, 0.0, 0.0)], arm) if arm.m > PLACE else rendered
 
 
 def _rendered(body: RhiBody) -> Rendered:

@@ -14,10 +14,12 @@ from ...runtime.core.machine import MOST_PERMILLE, RAMP_SHARE
 from ..rendering.check import check_no_peaks
 from .body_check import body_lengths, check_bodies
 from .config import RhiConfig
+from .directions import check_directions
 from .machine import drive_names, redundant_arm
 from .manipulability import velocity_ellipsoid
 from .model_check import check_model
 from .rates import check_rates
+from .redundant import PLACE
 
 Found = list[tuple[str, str, str]]
 LARGEST_CONDITION = 1e6
@@ -28,7 +30,12 @@ LARGEST_CONDITION_OF_T = 1e3
 
 def check_rhi(config: RhiConfig, robot: Robot) -> Found:
     """What only the model can tell of a redundant interface's configuration: key, problem, fix."""
-    found = _lengths(config, robot) or _transmission(config) or check_bodies(config.rhi.bodies)
+    found = (
+        _lengths(config, robot)
+        or _transmission(config)
+        or check_directions(config)
+        or check_bodies(config.rhi.bodies)
+    )
     if found:
         return found
     found = (
@@ -42,7 +49,7 @@ def check_rhi(config: RhiConfig, robot: Robot) -> Found:
 
 def _lengths(config: RhiConfig, robot: Robot) -> Found:
     """Entries per motor and per direction."""
-    rhi, n, m = config.rhi, robot.nv, len(config.rhi.task.directions)
+    rhi, n, m = config.rhi, robot.nv, min(PLACE, len(config.rhi.task.directions))
     motors, hold = rhi.motors, rhi.hold
     counted = {
         "rhi.motors.transmission": (len(motors.transmission), n),

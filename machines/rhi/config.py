@@ -8,6 +8,7 @@ from msgspec import Meta
 
 from ...configs.quantities import (
     Angles,
+    Angles3,
     AngularAccelerations,
     AngularDamping,
     AngularDampings,
@@ -16,10 +17,15 @@ from ...configs.quantities import (
     AngularStiffnesses,
     Damping,
     Force,
+    HandAngularDamping,
+    HandAngularStiffness,
+    HandTorque,
     Inertias,
     Lengths,
+    Lengths3,
     LimitMargin,
     NoiseForce,
+    NoiseTorque,
     Stiffness,
     Thickness,
     TimeConstant,
@@ -27,7 +33,7 @@ from ...configs.quantities import (
     Torques,
 )
 from ...configs.strict import Strict
-from ...runtime.core.sections import Config, Name, Simulation, Substeps
+from ...runtime.core.sections import Config, Hand, Name, Place, Simulation, Substeps
 from ..rendering.sections import Factors
 
 Ratio = Annotated[
@@ -56,13 +62,20 @@ class RhiMotors(Strict, frozen=True):
 
 
 class RhiTask(Strict, frozen=True):
-    """What the hand holds, which of its directions count, and where the ellipsoids are measured."""
+    """What the hand holds, which of its directions count, and where the ellipsoids are measured.
+
+    With turns: the lever at which they count, and points of a tool that meet bodies, in the frame's axes.
+    """
 
     frame: Name
-    directions: Annotated[tuple[Literal["x", "y", "z"], ...], Meta(min_length=1, max_length=3)]
+    directions: Annotated[
+        tuple[Literal["x", "y", "z", "rx", "ry", "rz"], ...], Meta(min_length=1, max_length=6)
+    ]
     home: Angles
     spread: Annotated[float, Meta(gt=1.0, le=1000.0, description="mu of (12): an ellipse; a line")]
     follow: TimeConstant | None = None
+    lever: Thickness | None = None
+    tool: Annotated[tuple[Lengths3, ...], Meta(min_length=1, max_length=16)] | None = None
 
 
 class RhiNullSpace(Strict, frozen=True):
@@ -185,21 +198,38 @@ class Rhi(Strict, frozen=True):
     hold: RhiHold
 
 
-class RhiPlant(Strict, frozen=True):
+class RhiPlant(Strict, frozen=True, kw_only=True):
     """What the simulated interface has beyond its controller's model."""
 
     posture: Angles
     friction: AngularDampings
     brake_torque: Torques
     force_noise: NoiseForce
+    torque_noise: NoiseTorque | None = None
     substeps: Substeps
     masses: Factors = 1.0
+
+
+class RhiWaypoint(Place, frozen=True):
+    """A place of the hand, and how far it is turned from where the handle begins."""
+
+    turned: Angles3 | None = None
+
+
+class RhiHand(Hand, frozen=True, kw_only=True):
+    """The simulated operator's hand; without a torque the handle turns freely in it."""
+
+    rotational_stiffness: HandAngularStiffness | None = None
+    rotational_damping: HandAngularDamping | None = None
+    torque: HandTorque | None = None
+    path: Annotated[tuple[RhiWaypoint, ...], Meta(min_length=2, max_length=5000)]
 
 
 class RhiSimulation(Simulation, frozen=True, kw_only=True):
     """The simulated redundant interface."""
 
     rhi: RhiPlant
+    hand: RhiHand
 
 
 class RhiConfig(Config, frozen=True, kw_only=True, tag="rhi"):

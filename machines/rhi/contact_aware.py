@@ -15,7 +15,7 @@ from .manipulability import Shape
 from .nullspace import Gains, NullSpace
 from .passivity import Tank
 from .places import Places
-from .redundant import RedundantArm
+from .redundant import RedundantArm, Travel
 from .saturation import Headroom
 from .transition import Thresholds, Transition
 
@@ -142,6 +142,7 @@ class ContactAware:
         self.places: Places | None = None
         self.tank, self.alpha = Tank(arm.m), 1.0
         self._J_free = np.zeros_like(arm.J)
+        self._travel = Travel(arm)
         self.motion = Direction(self.space.motion, SLOW, dt / settings.follow)
         self.contact = Direction(self.space.contact, LIGHT, dt / FELT_S)
         self._follows, self._identity = settings.follow < np.inf, np.eye(arm.m).ravel().tolist()
@@ -159,6 +160,7 @@ class ContactAware:
         self.transition.reset()
         self.headroom.reset()
         self.tank.reset(granted)
+        self._travel.reset()
         self.space.null[:] = 0.0
         self.contact.reset()
         self._duration = self._transition_time()
@@ -180,7 +182,7 @@ class ContactAware:
         arm, space = self.arm, self.space
         if self.places:
             self.places.follow(arm.position, arm.q)
-        part = gain * self.tank.update(arm.position.tolist(), potential)
+        part = gain * self.tank.update(self._travel.update(), potential)
         wanted = [part * f for f in force]
         self._make_room()
         self._follow(wanted, felt)

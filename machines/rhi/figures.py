@@ -25,7 +25,7 @@ class RhiFigures:
 
     def live(self, mode: Mode, state: np.void) -> list[str]:
         """Force of the hand; while the wall is rendered, how deep the hand is in it."""
-        words = [f"force {hypot(*state['hand'].tolist()):.0f} N"]
+        words = [f"force {hypot(*state['hand'][:3].tolist()):.0f} N"]
         if mode in (Mode.ENGAGING, Mode.ACTIVE) and state["depth"] > 0.0:
             words.append(f"wall {1e3 * float(state['depth']):.0f} mm")
         return words

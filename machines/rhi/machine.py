@@ -21,7 +21,7 @@ from ...runtime.core.measured import alive, sensor
 from ...runtime.core.stages import Mark, Stage
 from ...runtime.core.torque_axes import TorqueAxes
 from ...safety import Plausibility
-from .bodies import environment
+from .bodies import surroundings
 from .config import RhiAssist, RhiConfig, RhiPlane, RhiResist
 from .contact_aware import ContactAware, Settings
 from .environment import Environment
@@ -30,7 +30,8 @@ from .hierarchy import Hierarchy
 from .manipulability import Shape, force_ellipsoid
 from .nullspace import Gains
 from .places import Place, Places, surface_places
-from .redundant import AXES, RedundantArm
+from .redundant import AXES, LEVER, PLACE, RedundantArm
+from .tool import Tool
 from .transition import Thresholds as Reserves
 
 HOLDABLE = 0.8
@@ -59,9 +60,10 @@ def state_layout(n: int, m: int, levels: int) -> np.dtype[np.void]:
             ("qd", "<f8", n),
             ("torque", "<f8", n),  # commanded [N m]
             ("null", "<f8", n),  # its null-space part before scaling [N m]
-            ("position", "<f8", m),  # of the hand [m]
-            ("hand", "<f8", 3),  # measured force of the hand on the handle, in the base's axes [N]
-            ("demand", "<f8", m),  # force that the environment asks for [N]
+            ("position", "<f8", m),  # of the hand; turns times the lever [m]
+            # measured force of the hand on the handle [N], with turns its torque [N m], in the base's axes
+            ("hand", "<f8", PLACE if m <= PLACE else m),
+            ("demand", "<f8", m),  # force that the environment asks for; torques over the lever [N]
             ("depth", "<f8"),  # in the body in which it is deepest [m]
             ("reserve", "<f8"),  # V
             ("omega", "<f8"),  # activation of the free ellipsoid
@@ -87,16 +89,21 @@ class RedundantInterface:
         rhi, dt = config.rhi, 1.0 / config.loop.rate
         self._mark = mark
         self._drives, self._force_torque = JointDrives(image), ForceTorques(image)
-        self.environment = environment(rhi.bodies)
-        self.controller = contact_aware(config, robot, self.environment, dt)
-        arm = self.controller.arm
-        self._arm = arm
+        self._arm = arm = redundant_arm(config, robot)
+        self.environment = surroundings(rhi, arm)
+        self.controller = contact_aware(config, arm, self.environment, dt)
         self._hold = Hold(_hold_gains(config), dt)
         self._holding, self._share = False, 1.0  # of the controller's torques; less while a start hands over
         self._fade = exp(-dt / SUPPORT_FADE_S)
         self._limit = np.array(rhi.motors.torque)
         self._measured = self._force_torque.wrench[0]
-        self._measured_force, self._hand = self._measured[:3], np.zeros(3)
+        # of the hand: its force, and where it turns the handle, its torque
+        self._hand = np.zeros(PLACE if arm.m <= PLACE else 2 * PLACE)
+        self._turned = [
+            (self._measured[k : k + PLACE], self._hand[k : k + PLACE])
+            for k in range(0, len(self._hand), PLACE)
+        ]
+        self._measured_force = self._measured[:PLACE]
         self._demand = [0.0] * arm.m
         self.levels = tuple(LevelSpec(*level) for level in self.controller.resolution.levels)
         self.remarks = REMARKS
@@ -108,7 +115,8 @@ class RedundantInterface:
         scales = self._force_torque.scales[0]
         self._force = sensor(image, "force_torque", 0, self._measured, scales, dt)
         self._rows = [AXES.index(name) for name in rhi.task.directions]
-        self._felt = np.zeros(arm.m)
+        self._felt, self._scale = np.zeros(arm.m), np.ones(arm.m)
+        self._scale[PLACE:] = 1.0 / arm.lever
         self._pull = np.zeros(arm.n)  # torques that hold the hand's force
         self._balance = np.zeros(arm.n)  # torques that hold that and the arm's own weight
         self._steady = np.zeros(arm.n)  # the former, smoothed
@@ -148,8 +156,11 @@ class RedundantInterface:
         valid = alive(self._force, self.velocity, self.thresholds) and self._force_torque.ready(0)
         self.raw_wrench = self._measured.tolist() if valid else None
         arm.update()
-        np.matmul(arm.rotation, self._measured_force, out=self._hand)
-        np.matmul(self._hand[self._rows], arm.J, out=self._pull)
+        for measured, turned in self._turned:
+            np.matmul(arm.rotation, measured, out=turned)
+        np.take(self._hand, self._rows, out=self._felt)
+        np.multiply(self._felt, self._scale, out=self._felt)
+        np.matmul(self._felt, arm.J, out=self._pull)
         np.negative(self._pull, out=self._pull)
         np.add(self._pull, arm.weight, out=self._balance)
         self._steady += self._smooth * (self._pull - self._steady)
@@ -169,7 +180,6 @@ class RedundantInterface:
         position, velocity = self._arm.position.tolist(), self._arm.velocity.tolist()
         self._demand = self.environment.force(position, velocity)
         self._mark(Stage.MODEL)
-        np.take(self._hand, self._rows, out=self._felt)
         felt = self._felt.tolist() if self.raw_wrench is not None else None
         self.solved = self.controller.update(self._demand, gain, self.environment.energy, felt)
         self._mark(Stage.SOLVE)
@@ -239,16 +249,21 @@ def redundant_arm(config: RhiConfig, robot: Robot) -> RedundantArm:
     """The controller's model of the interface."""
     motors, task = config.rhi.motors, config.rhi.task
     transmission, rotor = np.array(motors.transmission), np.array(motors.rotor_inertia)
-    return RedundantArm(robot, task.frame, task.directions, transmission, rotor)
+    lever = LEVER if task.lever is None else task.lever
+    arm = RedundantArm(robot, task.frame, task.directions, transmission, rotor, lever)
+    arm.refer(np.array(task.home))
+    return arm
 
 
-def contact_aware(config: RhiConfig, robot: Robot, rendered: Environment, dt: float) -> ContactAware:
-    """The controller that a configuration describes, for the environment that it describes.
+def contact_aware(
+    config: RhiConfig, arm: RedundantArm, rendered: Environment | Tool, dt: float
+) -> ContactAware:
+    """The controller that a configuration describes, for its arm and the environment that it describes.
 
     Raises:
         ModelError: the model is not a redundant arm, or cannot reach any body.
     """
-    rhi, arm = config.rhi, redundant_arm(config, robot)
+    rhi = config.rhi
     limit, task, saturation = np.array(rhi.motors.torque), rhi.task, rhi.saturation
     space = rhi.null_space
     home = force_ellipsoid(arm.at(np.array(task.home)).J, limit)
@@ -289,20 +304,21 @@ def contact_aware(config: RhiConfig, robot: Robot, rendered: Environment, dt: fl
 
 
 def contact_places(
-    config: RhiConfig, arm: RedundantArm, rendered: Environment, span: Span
+    config: RhiConfig, arm: RedundantArm, rendered: Environment | Tool, span: Span
 ) -> Iterator[Place]:
     """Places that postures are found for: a plane's own point comes first, and a field has no other."""
     spacing = config.rhi.null_space.spacing
     first = next(iter(config.rhi.bodies.values()))
     if isinstance(first, RhiPlane):
-        normal = np.array(first.normal, float)
-        yield np.array(first.point), normal / hypot(*first.normal)
+        point, into = np.array(first.point), np.array(first.normal, float) / hypot(*first.normal)
+        yield rendered.held(point, into) if isinstance(rendered, Tool) else (point, into)
         if spacing is None:
             return
     surface = list(surface_places(arm, rendered, span, spacing))
     yield from surface
     if not surface and isinstance(first, RhiAssist | RhiResist):
-        yield np.array(first.point), np.eye(arm.m)[0]
+        point, along = np.array(first.point), np.eye(len(first.point))[0]
+        yield rendered.held(point, along) if isinstance(rendered, Tool) else (point, along)
 
 
 def _hold_gains(config: RhiConfig) -> HoldGains:

@@ -17,6 +17,7 @@ from .manipulability import Shape
 from .reachable import Targets
 from .redundant import RedundantArm
 from .self_motion import Ellipsoid
+from .tool import Tool
 
 TRIED = 4000
 """Random postures whose hands are brought to the surface."""
@@ -34,7 +35,7 @@ Place = tuple[Array, Array]
 
 
 def surface_places(
-    arm: RedundantArm, environment: Environment, span: Span, spacing: float | None
+    arm: RedundantArm, environment: Environment | Tool, span: Span, spacing: float | None
 ) -> Iterator[Place]:
     """Places of the bodies' surfaces in reach, ``spacing`` [m] apart; the first only without a spacing.
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+import pinocchio as pin
 
 from ...binding import bind, pointer
 from ...control._kernels import ffi, lib
@@ -54,7 +55,7 @@ class RedundantArm:
         Args:
             robot: a serial chain with more joints than the task has directions.
             frame: that the hand holds.
-            task: distinct names of the first three of AXES, or all of them.
+            task: distinct names of the first three of AXES, or AXES.
             transmission: T, (n, n), invertible.
             rotor: inertia of the motors, (n,) [kg m^2].
             lever: of turns [m].
@@ -68,9 +69,9 @@ class RedundantArm:
         _require(robot, m < n, f"{n} joints for {m} directions", "a redundant interface has more joints")
         _require(
             robot,
-            0 < m == len(set(task)) and (set(task) <= set(AXES[:PLACE]) or set(task) == set(AXES)),
+            0 < m == len(set(task)) and (set(task) <= set(AXES[:PLACE]) or tuple(task) == AXES),
             f"task {' '.join(task)}",
-            "name x, y, z once each, and rx, ry, rz all or none",
+            "name x, y, z once each, or x, y, z, rx, ry, rz",
         )
         T = np.ascontiguousarray(transmission, float)
         _require(
@@ -144,6 +145,28 @@ class RedundantArm:
         postures = pointer(np.ascontiguousarray(q, float), "const double", count, self.n)
         hands = pointer(x, "double", count, self.m), pointer(J, "double", count, self.m, self.n)
         lib.redundant_sweep(self._core, count, postures, *hands, dJ)
+
+
+class Travel:
+    """Where the hand is, and how far it has turned: forces and torques work along its differences."""
+
+    def __init__(self, arm: RedundantArm) -> None:
+        """Of an arm."""
+        self._arm, self._turned, self._before = arm, np.zeros(PLACE), np.eye(PLACE)
+
+    def reset(self) -> None:
+        """Not turned yet."""
+        self._turned[:], self._before[:] = 0.0, self._arm.rotation
+
+    def update(self) -> list[float]:
+        """After the arm's: its position (m,) [m]; of turns the sum of all, as vectors, times the lever."""
+        arm = self._arm
+        position: list[float] = arm.position.tolist()
+        if arm.m <= PLACE:
+            return position
+        self._turned += arm.lever * pin.log3(arm.rotation @ self._before.T)
+        self._before[:] = arm.rotation
+        return [*position[:PLACE], *self._turned.tolist()]
 
 
 def _require(robot: Robot, condition: bool, problem: str, fix: str) -> None:

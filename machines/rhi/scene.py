@@ -9,7 +9,7 @@ import numpy as np
 
 from ...runtime.core.scene import Box, Grip, Plane, Strength
 from .config import RhiConfig, RhiPlane
-from .redundant import AXES
+from .redundant import AXES, PLACE
 
 
 class RhiScene:
@@ -23,7 +23,7 @@ class RhiScene:
         self.grips: tuple[Grip, ...] = (Grip("", str(rhi.task.frame)),)
         motors = rhi.motors
         self._transmission = np.array(motors.transmission)
-        self._directions = [AXES.index(name) for name in rhi.task.directions]
+        self._directions = [AXES.index(name) for name in rhi.task.directions[:PLACE]]
         self.strength: Strength | None = Strength(
             motors.torque, motors.transmission, tuple(self._directions), self._demand
         )
@@ -39,8 +39,8 @@ class RhiScene:
         return q
 
     def wrench(self, state: np.void) -> Sequence[float]:
-        """Of the hand on the machine: it turns freely in the grip."""
-        return [*state["hand"].tolist(), 0.0, 0.0, 0.0]
+        """Of the hand on the machine: without turns in its task it turns freely in the grip."""
+        return [*state["hand"].tolist(), 0.0, 0.0, 0.0][:6]
 
     def twin(self, state: np.void) -> None:
         """It renders bodies instead."""
@@ -48,7 +48,7 @@ class RhiScene:
     def _demand(self, state: np.void) -> Sequence[float]:
         """The force that the bodies ask for, as ``Strength`` has it."""
         force = np.zeros(3)
-        force[self._directions] = state["demand"]
+        force[self._directions] = state["demand"][:PLACE]
         demand: list[float] = force.tolist()
         return demand
 

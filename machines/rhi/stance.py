@@ -17,13 +17,15 @@ from .config import RhiBody, RhiConfig, RhiPlane, RhiTissue
 from .machine import redundant_arm
 from .manipulability import velocity_ellipsoid
 from .random_bodies import random_bodies
-from .redundant import AXES, RedundantArm
+from .redundant import AXES, PLACE, RedundantArm
 from .self_motion import scan
 
 INSIDE = 0.1
 """How far inside its limits the machine begins [rad]."""
 ROOM = (0.04, 0.1)
 """How far from the wall's point a hand may want to go, along each direction [m]."""
+TURN = 0.25
+"""How far it may want to turn the handle about each axis [rad]."""
 FRONT = 0.02
 """How far in front of the wall a hand begins [m]."""
 ALLOWED = 100
@@ -31,6 +33,8 @@ ALLOWED = 100
 COUNT = 1500
 LARGEST_CONDITION = 100.0
 """Of the ellipsoid of a home posture: beyond, the desired ones are lines."""
+LARGEST_TURNING = 600.0
+"""The same with turns, whose torques and forces a lever compares; few postures have less than 200."""
 TRIES = 1000
 WALL = Stiffness(1000.0)
 """Of a wall where the configuration renders no body [N/m]."""
@@ -70,9 +74,10 @@ class Beginning:
     """Where a hand begins.
 
     Attributes:
-        point: that it is in front of, (m,) [m]; room: how far from it it may want to go [m].
-        normal: from the hand to the point, of any length (m,).
-        posture: of the motors, (n,) [rad]; hand: where that holds the hand, (m,) [m].
+        point: that it is in front of, (m,) or (3,) [m]; room: how far from it it may want to go [m].
+        normal: from the hand to the point, of any length, (m,) or (3,).
+        posture: of the motors, (n,) [rad]; hand: where that holds the hand, or the foremost point of what it
+            holds, (m,) or (3,) [m].
     """
 
     point: Array
@@ -90,14 +95,17 @@ def _stance(
 ) -> Stance[RhiConfig]:
     simulation, rhi = config.simulation, config.rhi
     assert simulation is not None
-    arm = redundant_arm(config, robot)
+    arm, home = redundant_arm(config, robot), None
+    if arm.m > PLACE:  # which also says how the hand is turned
+        home = _home(config, arm, random)
+        arm.refer(np.array(home))
     begin = _begin(config, arm, random)
     point, room, posture = begin.point, begin.room, begin.posture
     bodies = draw(begin)
     rhi = msgspec.structs.replace(
         rhi,
         bodies=bodies,
-        task=msgspec.structs.replace(rhi.task, home=_home(config, arm, random)),
+        task=msgspec.structs.replace(rhi.task, home=home or _home(config, arm, random)),
         null_space=msgspec.structs.replace(rhi.null_space, resolution=random.choice(("projection", "hqp"))),
     )
     plant = msgspec.structs.replace(simulation.rhi, posture=tuple(posture.tolist()))
@@ -107,34 +115,55 @@ def _stance(
     joints = np.array(rhi.motors.transmission) @ posture
     place = robot.placement(joints, rhi.task.frame)[:3, 3].tolist()
     lower, upper = list(place), list(place)
-    for name, x in zip(rhi.task.directions, point.tolist(), strict=True):
+    tip = _foremost(config, arm, begin.normal)
+    for name, x in zip(rhi.task.directions[:PLACE], (point - tip).tolist(), strict=True):
         lower[AXES.index(name)], upper[AXES.index(name)] = x - room, x + room
-    return Stance(varied, place, lower, upper)
+    if arm.m <= PLACE:
+        return Stance(varied, place, lower, upper, turns=False)
+    still, most = [0.0] * PLACE, [TURN] * PLACE
+    return Stance(varied, place + still, lower + [-x for x in most], upper + most)
 
 
 def _begin(config: RhiConfig, arm: RedundantArm, random: Random) -> Beginning:
     """A point whose surroundings are in reach, and a posture that holds the hand in front of it."""
-    inside = _bounds(config, INSIDE)
+    inside, moving = _bounds(config, INSIDE), min(arm.m, PLACE)
+    turning = (
+        inside if arm.m == moving else _bounds(config, INSIDE + TURN)
+    )  # what turns may need of the motors
+    still = (0.0,) * (arm.m - moving)
     for _ in range(TRIES):
         (point,), _J = arm.reach(_posture(config, random)[None])
+        point[moving:] = 0.0
         room = random.uniform(*ROOM)
-        corners = [point + room * np.array(signs) for signs in product((-1.0, 1.0), repeat=arm.m)]
-        if not all(len(scan(arm, corner, inside, COUNT)) >= ALLOWED for corner in corners):
+        corners = [point + room * np.array((*signs, *still)) for signs in product((-1.0, 1.0), repeat=moving)]
+        if not all(len(scan(arm, corner, turning, COUNT)) >= ALLOWED for corner in corners):
             continue
-        normal = [random.gauss(0.0, 1.0) for _ in range(arm.m)]
-        place = point - FRONT * np.array(normal) / np.linalg.norm(normal)
+        normal = [random.gauss(0.0, 1.0) for _ in range(moving)]
+        place = point.copy()
+        place[:moving] -= FRONT * np.array(normal) / np.linalg.norm(normal)
         postures = scan(arm, place, inside, COUNT, random.getrandbits(32))
         if len(postures):
             posture = postures[random.randrange(len(postures))]
-            return Beginning(point, room, np.array(normal), posture, arm.at(posture).position.tolist())
+            hand, tip = arm.at(posture).position[:moving], _foremost(config, arm, np.array(normal))
+            return Beginning(point[:moving] + tip, room, np.array(normal), posture, (hand + tip).tolist())
     raise ValueError(f"no wall in reach in {TRIES} tries: widen rhi.motors.lower and upper")
+
+
+def _foremost(config: RhiConfig, arm: RedundantArm, into: Array) -> Array:
+    """From the hand to the point of its tool that is first in a direction (3,); nothing without turns."""
+    if arm.m <= PLACE or config.rhi.task.tool is None:
+        return np.zeros(min(arm.m, PLACE))
+    points: Array = np.array(config.rhi.task.tool) @ arm.reference.T
+    found: Array = points[np.argmax(points @ into)]
+    return found
 
 
 def _home(config: RhiConfig, arm: RedundantArm, random: Random) -> tuple[float, ...]:
     limit = np.array(config.rhi.motors.torque)
+    most = LARGEST_CONDITION if arm.m <= PLACE else LARGEST_TURNING
     for _ in range(TRIES):
         q = _posture(config, random)
-        if np.linalg.cond(velocity_ellipsoid(arm.at(q).J, limit)) < LARGEST_CONDITION:
+        if np.linalg.cond(velocity_ellipsoid(arm.at(q).J, limit)) < most:
             return tuple(q.tolist())
     raise ValueError(f"{TRIES} postures are next to singular: widen rhi.motors.lower and upper")
 

@@ -85,6 +85,7 @@ class Stance(Generic[C]):
         lower, upper: of what the hand may want, one entry a coordinate; beyond the machine's limits here and
             there.
         pose: the handle's position and angles that stand for a place, where they are not the place itself.
+        turns: whether the hand holds the handle's orientation, too, where its section can say so.
     """
 
     config: C
@@ -92,6 +93,7 @@ class Stance(Generic[C]):
     lower: Sequence[float]
     upper: Sequence[float]
     pose: Callable[[Sequence[float]], Sequence[float]] = _same
+    turns: bool = True
 
 
 class Course(Protocol):

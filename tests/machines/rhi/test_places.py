@@ -7,7 +7,7 @@ from hapticd.experiments.temper import Temper
 from hapticd.machines.rhi.bodies import environment
 from hapticd.machines.rhi.config import RhiConfig
 from hapticd.machines.rhi.guard import Span
-from hapticd.machines.rhi.machine import contact_aware, contact_places
+from hapticd.machines.rhi.machine import contact_aware, contact_places, redundant_arm
 from hapticd.machines.rhi.places import FASTEST
 from hapticd.models import Robot
 from hapticd.runtime.configuration import config
@@ -65,7 +65,7 @@ def test_postures_are_found_all_over_the_surfaces_in_reach(bodies: config.Loaded
     assert isinstance(bodies.config, RhiConfig)
     robot = Robot.from_urdf(bodies.model_text, bodies.model_source)
     rendered = environment(bodies.config.rhi.bodies)
-    made = contact_aware(bodies.config, robot, rendered, 1e-3)
+    made = contact_aware(bodies.config, redundant_arm(bodies.config, robot), rendered, 1e-3)
     motors, places = bodies.config.rhi.motors, made.places
     assert places and len(places.targets) > 5
     arm, bounds = made.arm, (np.array(motors.lower), np.array(motors.upper))
@@ -84,7 +84,9 @@ def test_postures_are_found_all_over_the_surfaces_in_reach(bodies: config.Loaded
 def test_targets_follow_the_hand_along_a_surface_without_a_jump(bodies: config.Loaded) -> None:
     assert isinstance(bodies.config, RhiConfig)
     robot = Robot.from_urdf(bodies.model_text, bodies.model_source)
-    made = contact_aware(bodies.config, robot, environment(bodies.config.rhi.bodies), 1e-3)
+    made = contact_aware(
+        bodies.config, redundant_arm(bodies.config, robot), environment(bodies.config.rhi.bodies), 1e-3
+    )
     places = made.places
     assert places
     q = np.array(bodies.config.simulation.rhi.posture)  # type: ignore[union-attr]
@@ -109,7 +111,7 @@ def test_without_a_spacing_there_is_one_place_the_planes_own() -> None:
     assert isinstance(built_in.config, RhiConfig)
     robot = Robot.from_urdf(built_in.model_text, built_in.model_source)
     rendered = environment(built_in.config.rhi.bodies)
-    made = contact_aware(built_in.config, robot, rendered, 1e-3)
+    made = contact_aware(built_in.config, redundant_arm(built_in.config, robot), rendered, 1e-3)
     motors = built_in.config.rhi.motors
     span = Span(motors.lower, motors.upper, 0.15)
     ((point, normal),) = contact_places(built_in.config, made.arm, rendered, span)

@@ -14,7 +14,7 @@ from hapticd.machines.rhi.bodies import environment
 from hapticd.machines.rhi.config import RhiConfig
 from hapticd.machines.rhi.contact_aware import ContactAware
 from hapticd.machines.rhi.guard import SPEED
-from hapticd.machines.rhi.machine import contact_aware
+from hapticd.machines.rhi.machine import contact_aware, redundant_arm
 from hapticd.machines.rhi.nullspace import dynamic_inverse, null_projection
 from hapticd.machines.rhi.redundant import AXES, RedundantArm
 from hapticd.models import Array, Robot
@@ -52,7 +52,7 @@ def described(resolution: str = "projection") -> RhiConfig:
 
 def controller(resolution: str = "projection") -> ContactAware:
     chosen = described(resolution)
-    return contact_aware(chosen, panda(), environment(chosen.rhi.bodies), DT)
+    return contact_aware(chosen, redundant_arm(chosen, panda()), environment(chosen.rhi.bodies), DT)
 
 
 def test_the_weight_is_pinocchio_s_through_any_transmission() -> None:
@@ -91,7 +91,7 @@ def settled(mass: float, seconds: float = 2.0) -> Array:
     own, believed, rhi = panda(), panda(), described().rhi
     if not mass:
         own.model.gravity.linear = believed.model.gravity.linear = NONE[:3]
-    law = contact_aware(described(), believed, environment(rhi.bodies), DT)
+    law = contact_aware(described(), redundant_arm(described(), believed), environment(rhi.bodies), DT)
     plant = RigidArm(
         heavier(own, own.names, mass or 1.0),
         "handle",
