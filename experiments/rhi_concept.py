@@ -175,7 +175,7 @@ def _task_rows(device: Device, found: dict[str, Posture]) -> list[Row]:
     for name in NAMES:
         low, high = np.sqrt(np.linalg.eigvalsh(found[name].M))
         along = 1.0 / np.sqrt(u @ found[name].A @ u)
-        quantity = f"force ellipsoid of the device, {name}: half axes; half width along u [N]"
+        quantity = f"force ellipsoid of the device, {name}: half axes; its reach along u [N]"
         rows.append(Row(quantity, "-", f"{low:.2f}, {high:.2f}; {along:.2f}"))
     return rows
 
