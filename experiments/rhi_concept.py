@@ -270,4 +270,4 @@ def _draw_wall(axes: Any, device: Device, reach: float) -> None:
     _, across = _axes(device)
     ends = np.array([device.centre - reach * across, device.centre + reach * across])
     axes.fill(*np.vstack([ends, ends[::-1] + 0.02 * device.u]).T, color="0.85")
-    axes.text(*(ends[1] + 0.01 * device.u), " wall", fontsize=7, va="center")
+    axes.text(*(ends[0] + 0.01 * device.u), "wall ", fontsize=7, ha="right", va="center")
