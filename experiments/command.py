@@ -20,6 +20,7 @@ from ..runtime.invocation import install
 from .outcome import ExperimentError, Outcome, Progress, Row, write_plot, write_rows
 
 NAMES = (
+    "rhi_concept",
     "rhi_fig3",
     "rhi_fig6",
     "rhi_fig7",
@@ -29,6 +30,7 @@ NAMES = (
     "rhi_fig11",
     "rhi_taps",
     "rhi_redundancy",
+    "rhi_hands",
     "giant_redundancy",
     "giant_collisions",
     "giant_table1",

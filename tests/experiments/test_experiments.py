@@ -7,22 +7,31 @@ import msgspec
 import numpy as np
 import pytest
 from hapticd.experiments import (
+    block_diagram,
     command,
     giant_redundancy,
+    rhi_concept,
     rhi_fig3,
     rhi_fig6,
     rhi_fig7,
     rhi_fig9,
     rhi_fig11,
+    rhi_hands,
     rhi_redundancy,
     rhi_table1,
     rhi_taps,
 )
 from hapticd.experiments.command import NAMES
-from hapticd.experiments.outcome import Outcome, Row, write_rows
+from hapticd.experiments.hands import Session, session
+from hapticd.experiments.outcome import ExperimentError, Outcome, Row, write_rows
 from hapticd.experiments.palpation import HAND, Device, simulate
+from hapticd.machines.rhi.machine import RedundantInterface
+from hapticd.machines.rhi.passivity import Tank
 from hapticd.models import Array
 from hapticd.runtime.command_line.cli import main
+from hapticd.runtime.configuration import config
+from hapticd.runtime.core.modes import Mode
+from hapticd.runtime.live.lockstep import Lockstep
 from hapticd.sim.hand import PointHand
 from hapticd.sim.rigid import RigidArm
 
@@ -211,6 +220,97 @@ def test_a_redundant_device_is_light_and_strong_where_a_locked_one_is_either() -
     light, strong, both = range(3)
     assert found["inertia"][both] < found["inertia"][light] < 0.1 * found["inertia"][strong]
     assert found["force"][both] > 2.0 * found["force"][light]
+
+
+def printed(q: Array) -> tuple[Array, Array]:
+    """Nodes (5, 2) and Jacobian (20) of the paper's device, with its printed lengths."""
+    d1, d2, d3, d4 = 0.254, 0.141, 0.21, 0.181
+    angles = np.array([q[0], q[1], q[1] + q[2], q[1] + q[3]])
+    (c1, c2, c3, c4), (s1, s2, s3, s4) = np.cos(angles), np.sin(angles)
+    links = [[d1 * c1, d1 * s1], [d2 * s2, -d2 * c2], [d3 * c3, d3 * s3], [d4 * s4, -d4 * c4]]
+    J = [
+        [-d1 * s1, d2 * c2 - d3 * s3 + d4 * c4, -d3 * s3, d4 * c4],
+        [d1 * c1, d2 * s2 + d3 * c3 + d4 * s4, d3 * c3, d4 * s4],
+    ]
+    return np.vstack([[0.0, 0.0], np.cumsum(links, axis=0)]), np.array(J)
+
+
+def test_the_drawn_device_and_its_ellipsoids_are_those_of_the_printed_jacobian() -> None:
+    """Half axes by singular values: forces are 1 / s where motors at their limits give velocities s."""
+    found = rhi_concept.postures(Device())
+    for each in found.values():
+        nodes, J = printed(each.q)
+        np.testing.assert_allclose(each.nodes, nodes, atol=1e-12)
+        np.testing.assert_allclose(each.J, J, atol=1e-12)
+        singular = np.linalg.svd(J / [3.0, 3.0, 1.0, 1.0], compute_uv=False)
+        np.testing.assert_allclose(np.sqrt(np.linalg.eigvalsh(each.M)), 1.0 / singular)
+        np.testing.assert_allclose(np.sqrt(np.linalg.eigvalsh(each.A)), singular[::-1])
+    largest, least = (1.0 / np.linalg.svd(found["home"].J / [3.0, 3.0, 1.0, 1.0])[1][k] for k in (1, 0))
+    rows = {row.quantity: row.here for row in rhi_concept.run(quiet).rows}
+    along, across = np.sqrt(least**2 / 5.0), np.sqrt(5.0 * largest**2)  # zeta and K of the home posture
+    desired = "fig. 2: half axes of the desired force ellipsoid along / across u"
+    assert rows[f"{desired}, free [N]"] == f"{along:.1f} / {across:.1f}"
+    assert rows[f"{desired}, stiff [N]"] == f"{across:.1f} / {along:.1f}"
+    assert rows["fig. 8: links [m]"] == "0.254, 0.141, 0.21, 0.181"
+
+
+def test_a_part_or_signal_that_the_block_diagram_names_and_nobody_has_is_noticed(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    device = Device()
+    whole = rhi_concept.interface(device)
+    tank = rhi_concept.BLOCKS[rhi_concept.TANK]
+    assert block_diagram.name(whole, tank) == "Tank"
+    renamed = block_diagram.Arrow(0, 1, "controller.transition.activation")
+    with pytest.raises(ExperimentError, match=r"no controller\.transition\.activation to draw"):
+        block_diagram.text(whole, renamed)
+    whole.controller.second = Tank(2)  # type: ignore[attr-defined]
+    monkeypatch.setattr(Device, "controller", lambda self: (whole.controller, whole.environment))
+    with pytest.raises(ExperimentError, match="lacks the controller's second"):
+        rhi_concept.interface(device)
+    del whole.controller.second, whole.controller.tank  # type: ignore[attr-defined]
+    with pytest.raises(ExperimentError, match=r"no controller\.tank to draw"):
+        rhi_concept.run(quiet)
+
+
+def test_steps_of_torques_are_those_that_the_demand_does_not_explain() -> None:
+    J, limit = np.array([[1.0, 0.0], [0.0, 2.0]]), np.array([2.0, 4.0])
+    change = np.array([0.5, -1.0]), np.array([0.1, -0.3])
+    assert rhi_hands.unexplained(*change, J, limit) == pytest.approx(max(0.4 / 2.0, 0.4 / 4.0))
+    assert rhi_hands.unexplained(np.zeros(2), change[1], J, limit) == 0.0
+    steps, rows = rhi_hands.Steps(), []
+
+    def watch(lockstep: Lockstep) -> None:
+        steps.add(lockstep)
+        machine = lockstep.session.cycle.machine
+        assert isinstance(machine, RedundantInterface)
+        if lockstep.session.cycle.mode is Mode.ACTIVE:
+            rows.append((machine.controller.torque.copy(), np.array(machine._demand), machine._arm.J.copy()))
+
+    session(config.load("rhi"), rhi_hands.FIRST, 7.0, rhi_hands.TEMPER, watch)
+    torque, demand, Js = (np.array(column) for column in zip(*rows, strict=True))
+    explained = np.abs(np.einsum("ka,kai->ki", np.diff(demand, axis=0), Js[1:]))
+    largest = ((np.abs(np.diff(torque, axis=0)) - explained) / [3.0, 3.0, 1.0, 1.0]).max(axis=1)
+    assert steps.largest == pytest.approx(largest.max())
+    assert steps.largest > 0.01
+    np.testing.assert_array_equal(steps.counts, np.histogram(np.maximum(largest, 0.0), rhi_hands.STEPS)[0])
+
+
+def test_rows_of_random_hands_name_the_worst_and_count_joint_limits_alone() -> None:
+    excess = {"motor 1": -0.2, "motor 2": -0.07, "motor 2 torque": 0.0, "motor 2 velocity": 0.0}
+    counts = np.zeros(len(rhi_hands.STEPS) - 1)
+    sessions = [
+        rhi_hands.Handled(Session(7, "", "", 0, 15.0, excess, 0.002), counts, 0.05),
+        rhi_hands.Handled(Session(8, "torque", "", 2, 3.0, {"motor 1": -0.3}), counts, 0.12),
+    ]
+    assert sessions[0].room == {"motor 1": 0.2, "motor 2": 0.07}
+    rows = [(row.here, row.note) for row in rhi_hands.outcome(sessions).rows]
+    assert rows[1:] == [
+        ("1", "seed 8: torque"),
+        ("70", "motor 2, seed 7"),
+        ("12.0 %", "tick to tick; seed 8"),
+        ("2.0", "seed 7"),
+    ]
 
 
 def test_the_giants_postures_hold_its_handle() -> None:

@@ -38,15 +38,18 @@ from hapticd.experiments import (
     haptify,
     mounting,
     palpation,
+    rhi_concept,
     rhi_fig9,
     rhi_fig10,
     rhi_fig11,
+    rhi_hands,
     rhi_redundancy,
     rhi_table1,
     rhi_taps,
 )
 from hapticd.experiments.command import NAMES
 from hapticd.experiments.felt import Felt, lines
+from hapticd.experiments.hands import Session
 from hapticd.experiments.outcome import Outcome, write_plot
 from hapticd.experiments.peg_trial import Trial
 
@@ -89,6 +92,15 @@ def little_work(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(rhi_taps, "TIMES", tuple(0.1 * t for t in rhi_taps.TIMES))
     monkeypatch.setattr(rhi_redundancy, "DIRECTIONS", 2)
     monkeypatch.setattr(rhi_redundancy, "SCAN", 300)
+    monkeypatch.setattr(rhi_concept, "SCAN", 300)
+
+    def handled(_: Any, seed: int) -> rhi_hands.Handled:
+        excess = {"motor 1": -0.01 * (seed % 7), "motor 1 torque": 0.0}
+        steps = np.arange(len(rhi_hands.STEPS) - 1)
+        return rhi_hands.Handled(Session(seed, "", "", 0, 15.0, excess), steps, 0.4)
+
+    monkeypatch.setattr(rhi_hands, "handled", handled)
+    monkeypatch.setattr(rhi_hands, "WORKERS", 1)
     touched, free = (
         collisions.Motion(stop, 1.0, "", True, least, inf) for stop, least in (("", -0.01), ("x", 0.02))
     )
