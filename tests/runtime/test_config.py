@@ -215,7 +215,8 @@ def test_a_real_bus_must_not_arm_by_itself_or_ignore_overruns() -> None:
 
 def test_names_and_paths_that_lead_nowhere_say_what_there_is(tmp_path: Path) -> None:
     for name in ("gaint", "Giant"):
-        there = "built in: avatar, giant, giant_avatar, giant_operator, operator, panda, panda_rhi, panda_stamp, rhi"
+        machines = "avatar, giant, giant_avatar, giant_operator, operator, panda, panda_rhi, panda_stamp, rhi"
+        there = f"built in: {machines}"
         with pytest.raises(ConfigError, match=rf'did you mean "giant"\? {there}'):
             config.load(name)
     with pytest.raises(ConfigError, match="cannot be read"):
