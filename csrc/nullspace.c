@@ -6,7 +6,7 @@
 #include <string.h>
 
 /* How much faster than it rises the posture's share may fall: the force is waiting for it. */
-static const double FALLING = 3.0;
+static const double FALLING = 2.5;
 /* Parts of their limits by which the posture's torques may change in the time in which its share rises to
  * all: a posture that arrives at speed is braked within a few periods. */
 static const double CHANGING = 2.0;
@@ -322,7 +322,7 @@ double nullspace_bearable(const nullspace *s, double part) {
 
 void nullspace_compose(nullspace *s, double part, double gain) {
     const int n = s->n;
-    double share = 1.0, posture[JOINTS], kept[JOINTS];
+    double share = 1.0, fit = 1.0, posture[JOINTS], kept[JOINTS];
     s->alpha = nullspace_within(s, part);
     for (int i = 0; i < n; i++) {
         posture[i] = gain * s->null[i];
@@ -330,8 +330,10 @@ void nullspace_compose(nullspace *s, double part, double gain) {
         const double used = s->alpha * s->wanted[i];
         const double room = s->room[i] - (posture[i] < 0.0 ? -used : used);
         if (fabs(posture[i]) * share > room) share = fmax(room, 0.0) / fabs(posture[i]);
+        if (fabs(posture[i]) * fit > s->room[i]) fit = s->room[i] / fabs(posture[i]);
     }
-    share = fmin(fmin(fmax(share, s->share - FALLING * s->slew), s->share + s->slew), 1.0);
+    const double rise = fit * s->slew; /* of a torque, as a part of its limit, no more than slew */
+    share = fmin(fmin(fmax(share, s->share - FALLING * rise), s->share + rise), 1.0);
     for (int i = 0; i < n; i++) posture[i] *= share;
     guard_hold(s->guard, posture, kept);
     for (int i = 0; i < n; i++) posture[i] += s->guard->stop[i];

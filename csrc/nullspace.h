@@ -51,8 +51,8 @@ typedef struct {
     double *torque SHAPE(n);
     double alpha; /* share of the wanted torque */
     double share; /* share of the null-space torque; of the tick before when called */
-    double slew;  /* largest rise of it in a call; it falls three times as fast; half of what null changes by,
-                   * as a part of limit */
+    double slew;  /* largest rise of it in a call, less for a posture that asks for more than the limits; it
+                   * falls 2.5 times as fast, and null changes by twice as much, as a part of limit */
 } nullspace;
 
 /* Cost, gradient, secondary and null-space torque for D = omega D_free + (1 - omega) D_stiff, (12), (13),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import inf
 from typing import Any
 
 import numpy as np
@@ -24,6 +25,8 @@ def switched(rho: float, paper: bool) -> Trace:
     null_space: dict[str, Any] = {"scan": 0, "cap": UNCAPPED, "ratio": 0.0} if paper else {}
     device = Device(saturation=saturation, null_space=null_space)
     controller, wall = device.controller()
+    if paper:
+        controller.space.slew = inf
     centre = device.centre - 0.02 * device.u
     hand = PointHand(Palpation((*centre, 0.0), (*device.u, 0.0), 0.0, 1.0), *LIGHT_HAND)
     device.centre = centre

@@ -161,7 +161,7 @@ class ContactAware:
         self.headroom.reset()
         self.tank.reset(granted)
         self._travel.reset()
-        self.space.null[:] = 0.0
+        self.space.reset()
         self.contact.reset()
         self._duration = self._transition_time()
         self.reserve = 1.0

@@ -97,7 +97,7 @@ class NullSpace:
             gains: of the secondary torque.
             u: first direction of motion and contact, (m,).
             span: limits of the motors; None for none.
-            slew: largest rise of ``share`` in a ``compose``, and a third of the largest fall. Where a motor
+            slew: largest rise of ``share`` in a ``compose``; it falls 2.5 times as fast. Where a motor
                 saturates, a little more or less of the force would give the posture all or nothing. The
                 null-space torques change by no more than twice that part of their limits in a
                 ``secondary``.
@@ -168,6 +168,15 @@ class NullSpace:
         """Share of the null-space torque that found room beside it."""
         return float(self._core.share)
 
+    @property
+    def slew(self) -> float:
+        """See ``__init__``."""
+        return float(self._core.slew)
+
+    @slew.setter
+    def slew(self, most: float) -> None:
+        self._core.slew = most
+
     def secondary(self, omega: float) -> bool:
         """Compute tau_s and tau_N for D = omega D_free + (1 - omega) D_stiff; False in a singular posture."""
         return bool(lib.nullspace_secondary(self._core, omega))
@@ -207,6 +216,10 @@ class NullSpace:
     def bearable(self, part: float) -> float:
         """The same beside the coupling force and the end stop."""
         return float(lib.nullspace_bearable(self._core, part))
+
+    def reset(self) -> None:
+        """No torque has been given yet."""
+        self.null[:] = self.torque[:] = 0.0
 
     def compose(self, part: float, gain: float = 1.0) -> None:
         """Write ``torque``: alpha J^T F within this part of the limits, then tau_N with its coupling.

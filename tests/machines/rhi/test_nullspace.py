@@ -199,7 +199,7 @@ def test_the_share_of_the_posture_rises_and_falls_at_a_bounded_rate_and_the_forc
             space.torque, space.alpha * space.wanted + space.share * (space.null + arm.J.T @ space.coupling)
         )
     assert min(shares) < 0.2 and max(shares) == 1.0
-    assert np.diff(shares).max() == pytest.approx(0.02) and np.diff(shares).min() == pytest.approx(-0.06)
+    assert np.diff(shares).max() == pytest.approx(0.02) and np.diff(shares).min() == pytest.approx(-0.05)
 
 
 def test_the_posture_s_torques_change_at_a_bounded_rate_and_leave_the_hand_alone(arm: RedundantArm) -> None:
@@ -213,7 +213,7 @@ def test_the_posture_s_torques_change_at_a_bounded_rate_and_leave_the_hand_alone
         hand = np.linalg.eigvalsh(arm.J @ np.linalg.solve(arm.M, arm.J.T))
         if hand[0] < 0.01 * hand.sum():  # next to a singular posture the hand feels a little of it
             continue
-        slow.null[:] = 0.0
+        slow.reset()
         for _ in range(200):
             before = slow.null.copy()
             assert slow.secondary(0.5) and free.secondary(0.5)
