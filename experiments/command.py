@@ -55,6 +55,7 @@ NAMES = (
     "bimanual_table1",
     "bimanual_table2",
     "bimanual_touch",
+    "bimanual_link",
 )
 ALONE = ("giant_timing",)
 """What is measured by a clock, and has the processors for itself."""

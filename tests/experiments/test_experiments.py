@@ -7,6 +7,7 @@ import msgspec
 import numpy as np
 import pytest
 from hapticd.experiments import (
+    bimanual_link,
     block_diagram,
     command,
     giant_redundancy,
@@ -448,3 +449,11 @@ def test_what_must_fail_fails_before_an_experiment_begins_and_leaves_nothing_beh
     assert main(["experiment", "rhi_fig6", "--out", str(folder)]) == 2
     assert "pip install 'matplotlib" in capsys.readouterr().err
     assert not folder.exists()
+
+
+def test_the_layer_makes_networks_stable_that_are_not_without_it() -> None:
+    figures = bimanual_link.outcome((0.0, 0.12), (0.0, 0.2), lambda _: None).figures
+    kept, bare = ([cell for row in each for cell in row] for each in figures["maps"].values())
+    assert all(cell["swing"] < 1e-3 and cell["force"] < 30.0 and cell["given"] < 0.1 for cell in kept)
+    assert all(cell["share"] > 0.5 for cell in kept)
+    assert all(cell["swing"] > 0.1 and cell["force"] > 30.0 for cell in bare)

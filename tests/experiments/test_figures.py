@@ -14,6 +14,7 @@ from hapticd.bench import growth, jitter
 from hapticd.experiments import (
     bimanual_fig6,
     bimanual_fig7,
+    bimanual_link,
     bimanual_table1,
     bimanual_table2,
     bimanual_touch,
@@ -168,6 +169,8 @@ def little_work(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(bimanual_fig6, "SECONDS", 3.0)
     monkeypatch.setattr(bimanual_fig7, "SECONDS", 1.0)
     for module, name, value in (
+        (bimanual_link, "DELAYS", (0.03,)),
+        (bimanual_link, "LOSSES", (0.0, 0.05)),
         (bimanual_table1, "COUNT", 150),
         (bimanual_table1, "WORKERS", 1),
         (bimanual_table2, "WORKERS", 1),
