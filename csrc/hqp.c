@@ -11,6 +11,7 @@ static const ptrdiff_t MAX_CELLS =
     1 << 26; /* rows times n; four arrays of this size are the bulk of a solver: 2 GiB */
 
 static const double LARGEST = 1e100, SMALLEST = 1e-100; /* of a coefficient; of the norm of a row that acts */
+static const double FARTHEST = 1e75;                    /* a start from which nothing can be said of slacks */
 static const double CLOSED = 1e-9;                      /* lb > ub by less than this part of them: a point */
 static const double COARSER = 1000.0, COARSEST = 1e-3;  /* times the rank that was asked for */
 enum { ATTEMPTS = 3 };                                  /* walks of the levels that are not proven */
@@ -104,8 +105,10 @@ static void lay_out_reals(hqp_solver *s, char *arena, size_t *used) {
         {&s->bundle.gap, (size_t)s->bundle.most},
         {&s->bundle.pull, (size_t)s->bundle.most},
         {&s->none, levels},
+        {&s->then, levels},
         {&s->kept, ld},
         {&s->path, ld * (levels + 1)},
+        {&s->apart.x, ld},
     };
     for (size_t i = 0; i < sizeof reals / sizeof *reals; i++) {
         *reals[i].at = slice(arena, used, reals[i].count * sizeof(double));
@@ -131,18 +134,22 @@ static size_t lay_out(hqp_solver *s, char *arena) {
         *ints[i] = slice(arena, &used, most * sizeof(int));
     signed char **const flags[] = {
         &s->kind,       &s->side,      &s->forced, &s->guess_side, &s->guess_held_side,
-        &s->clash.side, &s->cone.kind, &s->clear};
+        &s->clash.side, &s->cone.kind, &s->clear,  &s->apart.side, &s->apart.held_side};
     for (size_t i = 0; i < sizeof flags / sizeof *flags; i++) *flags[i] = slice(arena, &used, most);
     s->guess_held_at = slice(arena, &used, rows * sizeof(short));
     s->frozen_at = slice(arena, &used, rows * sizeof(short));
+    s->apart.held_at = slice(arena, &used, rows * sizeof(short));
     s->place = slice(arena, &used, (ld + 1) * sizeof(int));
     s->fixed_column = slice(arena, &used, n);
     s->fixing = slice(arena, &used, rows);
     s->row0 = slice(arena, &used, (levels + 1) * sizeof(int));
+    s->first_row = slice(arena, &used, (levels + 1) * sizeof(int));
     s->rank_at = slice(arena, &used, (levels + 2) * sizeof(int));
     s->equalities = slice(arena, &used, levels * sizeof(int));
     s->slack = slice(arena, &used, levels);
     s->weighted = slice(arena, &used, levels);
+    s->joined = slice(arena, &used, levels);
+    s->strict = slice(arena, &used, levels);
     return used;
 }
 
@@ -167,9 +174,10 @@ hqp_solver *hqp_create(const hqp_dims *dims, const hqp_settings *settings) {
     hqp_solver shape = {
         .n = dims->n, .levels = dims->levels, .ld = hqp_ceil4(dims->n), .settings = *settings};
     if (shape.settings.max_iterations == 0) shape.settings.max_iterations = shape.n <= 8 ? 128 : 16 * shape.n;
-    for (int p = 0; p < dims->levels; p++) {
+    for (int p = 0, before = 0; p < dims->levels; p++) {
         const int rows = dims->equalities[p] + dims->inequalities[p];
-        if (rows > shape.widest) shape.widest = rows;
+        if (before + rows > shape.widest) shape.widest = before + rows; /* two levels may be joined */
+        before = rows;
         shape.total += rows;
     }
     shape.bundle.most = shape.total < 2 * shape.n ? shape.total : 2 * shape.n;
@@ -189,8 +197,9 @@ hqp_solver *hqp_create(const hqp_dims *dims, const hqp_settings *settings) {
     hqp_unfix(s);
     for (int p = 0; p < s->levels; p++) {
         s->equalities[p] = dims->equalities[p];
-        s->row0[p + 1] = s->row0[p] + dims->equalities[p] + dims->inequalities[p];
+        s->first_row[p + 1] = s->first_row[p] + dims->equalities[p] + dims->inequalities[p];
     }
+    memcpy(s->row0, s->first_row, (size_t)(s->levels + 1) * sizeof(int));
     hqp_reset(s);
     return s;
 }
@@ -208,10 +217,12 @@ static void forget(hqp_solver *s) {
         s->strength[i] = 0.0;
     }
     s->warm = s->resumable = s->started = 0;
+    s->apart.level = -1;
 }
 
 void hqp_reset(hqp_solver *s) {
     s->settings.rank = s->rank_asked;
+    memset(s->joined, 0, (size_t)s->levels);
     forget(s);
 }
 
@@ -298,8 +309,8 @@ static int load_bounds(hqp_solver *s, int id, double lb, double ub) {
 static int load_weights(hqp_solver *s, int level, const double *weights) {
     if (!weights && !s->weighted[level]) return 1;
     s->weighted[level] = weights != NULL;
-    for (int i = s->row0[level]; i < s->row0[level + 1]; i++) {
-        const double weight = weights ? weights[i - s->row0[level]] : 1.0;
+    for (int i = s->first_row[level]; i < s->first_row[level + 1]; i++) {
+        const double weight = weights ? weights[i - s->first_row[level]] : 1.0;
         if (!(weight > 0.0 && weight <= LARGEST)) return 0;
         s->scale[i] = sqrt(weight);
     }
@@ -313,9 +324,9 @@ static const double *weighted(hqp_solver *s, int id, const double *from) {
 }
 
 static hqp_status load_level(hqp_solver *s, int level, const hqp_level *data) {
-    const int first = s->row0[level], split = first + s->equalities[level];
+    const int first = s->first_row[level], split = first + s->equalities[level];
     if (!load_weights(s, level, data->weights)) return HQP_BAD_MATRIX;
-    for (int i = first; i < s->row0[level + 1]; i++) {
+    for (int i = first; i < s->first_row[level + 1]; i++) {
         const ptrdiff_t r = i < split ? i - first : i - split;
         const double *row = (i < split ? data->A : data->C) + r * s->n;
         if (!load_row(s, i, s->weighted[level] ? weighted(s, i, row) : row)) return HQP_BAD_MATRIX;
@@ -340,10 +351,11 @@ static void report(hqp_solver *s, hqp_info *info) {
     double *w = info->w, *v = info->v;
     signed char *active = info->active;
     for (int p = 0; p < s->levels; p++) {
-        for (int i = s->row0[p]; i < s->row0[p + 1] && s->weighted[p]; i++) s->lacking[i] /= s->scale[i];
-        for (int i = s->row0[p]; i < s->row0[p + 1]; i++) {
+        for (int i = s->first_row[p]; i < s->first_row[p + 1] && s->weighted[p]; i++)
+            s->lacking[i] /= s->scale[i];
+        for (int i = s->first_row[p]; i < s->first_row[p + 1]; i++) {
             const double value = s->value[i], slack = s->lacking[i];
-            if (i < s->row0[p] + s->equalities[p]) {
+            if (i < s->first_row[p] + s->equalities[p]) {
                 if (w) *w++ = slack;
                 continue;
             }
@@ -410,7 +422,9 @@ static enum outcome sweep(hqp_solver *s, int first, int repair) {
     if (s->is_doubtful) return SETTLED;
     memcpy(s->kept, s->x, (size_t)s->ld * sizeof(double));
     hqp_rewind(s, 0);
+    s->polishing = 1;
     const int settled = hqp_sweep(s, 0, 0);
+    s->polishing = 0;
     if (settled && is_proven(s)) return PROVEN;
     if (!settled) memcpy(s->x, s->kept, (size_t)s->ld * sizeof(double));
     return SETTLED;
@@ -435,9 +449,10 @@ static enum outcome try_sweeps(hqp_solver *s, int *first) {
 
 /* Prove the first `count` levels by projection, with a factorisation that hqp_resolve cannot take up. */
 static int is_proven_by_descent(hqp_solver *s, int count) {
-    const int rank = s->rank_at[s->levels];
+    const int rank = s->rank_at[s->levels], leans = s->leans;
     s->resumable = 0;
     s->levels_done = hqp_prove_by_descent(s, count);
+    s->leans = leans;
     s->rank_at[s->levels] = rank; /* with the rows that the levels hold */
     return s->levels_done == s->levels;
 }
@@ -466,7 +481,8 @@ static hqp_status try_walk(hqp_solver *s, enum outcome of_sweep, int first) {
         status = HQP_SOLVED;
     else
         first = s->levels_done;
-    for (int i = 0; i < ATTEMPTS && status != HQP_SOLVED && status != HQP_ITERATION_CAP; i++) {
+    const int attempts = hqp_any_strict(s) || s->leans >= 0 ? 1 : ATTEMPTS; /* joining levels may help */
+    for (int i = 0; i < attempts && status != HQP_SOLVED && status != HQP_ITERATION_CAP; i++) {
         status = walk_from(s, first);
         if (is_walk_proven(s, status))
             status = HQP_SOLVED;
@@ -496,6 +512,37 @@ static hqp_status try_both(hqp_solver *s, int first) {
 }
 
 /*
+ * The same; and again with levels joined, where it fails, or where a level leans on rows. Of two proven
+ * answers the one with the join is kept if the level below gains by it. Where that cannot be told nothing is
+ * proven.
+ */
+static hqp_status try_joined(hqp_solver *s, int first) {
+    int kept = 0;
+    for (int more = 1;; more = 0) {
+        s->leans = -1;
+        memset(s->then, 0, (size_t)s->levels * sizeof(double));
+        const hqp_status status = try_both(s, first);
+        const int failed = s->levels_done;
+        first = 0;
+        s->warm = 1;
+        if (status == HQP_SOLVED && hqp_weigh(s, more)) continue;
+        if (kept) {
+            hqp_choose(s, status);
+            return HQP_SOLVED;
+        }
+        if (status == HQP_SOLVED) {
+            if (!hqp_may_gain(s)) return status;
+            if (s->strict[s->leans] == UNPROVEN) return HQP_NOT_PROVEN;
+            if (!hqp_try_join(s)) return status;
+            kept = 1;
+        } else if (status == HQP_ITERATION_CAP ||
+                   !(hqp_join_next(s, failed - 1) || hqp_join_next(s, failed) || hqp_part_last(s))) {
+            return status;
+        }
+    }
+}
+
+/*
  * Only what is proven is solved. Where nothing is, rows at a tiny angle may be one row but for the rounding
  * of the data, which decides everything then: all is tried from cold with another idea of rank, and at last
  * with the first. The one that led to a proof is kept.
@@ -506,13 +553,22 @@ static hqp_status solve_from(hqp_solver *s, int first) {
     const double other = rank == asked ? coarser : asked, ranks[] = {rank, other, rank};
     hqp_status status = HQP_NOT_PROVEN;
     s->lenience = 1.0;
+    if (!(hqp_length(s, s->x) < FARTHEST)) forget(s);
+    memset(s->strict, 0, (size_t)s->levels);
+    hqp_join(s);
+    if (s->resumable < first) first = 0;
     for (int attempt = 0, last = s->warm ? 2 : 1; attempt <= last; attempt++) {
         s->settings.rank = ranks[attempt];
-        if (attempt > 0) forget(s);
-        status = try_both(s, attempt > 0 ? 0 : first);
+        if (attempt > 0) {
+            forget(s);
+            hqp_unjoin(s);
+        }
+        status = try_joined(s, attempt > 0 ? 0 : first);
         if (status == HQP_SOLVED || status == HQP_ITERATION_CAP) break;
+        if (hqp_any_strict(s)) break; /* rank is not what decides there */
     }
     if (status != HQP_SOLVED) s->settings.rank = rank;
+    hqp_part(s);
     return status;
 }
 
@@ -526,6 +582,7 @@ hqp_status hqp_resolve(hqp_solver *s, const hqp_level *levels, int first, double
         const hqp_status status = load_level(s, p, &levels[p]);
         if (status < 0) return refuse(s, status, p, x, info);
     }
+    memcpy(s->row0, s->first_row, (size_t)(s->levels + 1) * sizeof(int));
     if (s->started) guess_from_x(s);
     hqp_status status = solve_from(s, first);
     if (status == HQP_ITERATION_CAP && s->is_late) status = HQP_TIME_LIMIT;

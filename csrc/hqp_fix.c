@@ -39,7 +39,7 @@ void hqp_unfix(hqp_solver *s) {
 static void choose(hqp_solver *s) {
     int count = 0;
     forget(s);
-    for (int level = 0; level < s->levels - 1; level++) {
+    for (int level = 0; s->row0[level + 1] < s->total; level++) {
         for (int i = s->row0[level]; i < s->row0[level + 1]; i++) {
             const int c = s->only[i];
             if (s->kind[i] != HQP_EQUALITY || c < 0 || s->fixed_column[c]) continue;

@@ -19,6 +19,9 @@ typedef struct hqp_rows {
     int *last;
 } hqp_rows;
 
+/* Levels are not joined (again) in this solve: it would cost one too much, or no proof is found for both. */
+enum { PARTED = 1, UNPROVEN = 2 };
+
 /* A row that cannot act (all zero, or no bound), an equality (lb == ub), or a range. */
 enum { HQP_IDLE = 0, HQP_EQUALITY = 1, HQP_RANGE = 2 };
 
@@ -31,7 +34,8 @@ struct hqp_solver {
     ptrdiff_t ld;                 /* n rounded up to a multiple of 4 */
     hqp_settings settings;        /* rank: the one in use */
     double rank_asked;
-    int *row0;       /* [levels + 1] */
+    int *row0; /* [levels + 1] of the levels in use, of which those that are joined to another are empty */
+    int *first_row;  /* [levels + 1] the same of the caller's levels */
     int *equalities; /* [levels] */
 
     /* per row */
@@ -100,10 +104,22 @@ struct hqp_solver {
     } bundle;                                       /* of hqp_guess.c */
     double *none;                                   /* [levels] length of a gradient that counts as none */
     signed char *weighted;                          /* [levels] its rows have weights of their own */
-    signed char *slack;                             /* [levels] there is a slack to be proven minimal */
-    int is_doubtful; /* the last proof failed on rows that were settled by too small a multiplier */
-    double lenience; /* times what a proof by projection minds otherwise */
-    double *path;    /* [levels + 1][ld] x at the start of each level of a sweep */
+    signed char *joined; /* [levels] the next level is a part of this one: -log2 of the root of its weight */
+    signed char *strict; /* [levels] PARTED or UNPROVEN: the next level was or could not be joined */
+    int polishing;       /* joined levels are fitted row by row */
+    struct {
+        double *x, size, next_size;    /* the answer without joins, and its slack in the two levels */
+        signed char *side, *held_side; /* and its guesses */
+        short *held_at;
+        int level;
+    } apart;
+    int leans;          /* first level that holds a row by next to nothing, or -1; */
+    double least;       /* its smallest multiplier, times the norm of the row */
+    double *then;       /* [levels] s->none where the level's multipliers were found */
+    signed char *slack; /* [levels] there is a slack to be proven minimal */
+    int is_doubtful;    /* the last proof failed on rows that were settled by too small a multiplier */
+    double lenience;    /* times what a proof by projection minds otherwise */
+    double *path;       /* [levels + 1][ld] x at the start of each level of a sweep */
     double x_norm, trial_norm;
     int iterations, iteration_limit;
     int levels_done;
@@ -233,6 +249,18 @@ int hqp_fix(hqp_solver *s, int first);
 void hqp_unfix(hqp_solver *s);
 void hqp_gather(const hqp_solver *s, double *to, const double *row);
 void hqp_scatter(const hqp_solver *s, double *row);
+
+/* hqp_join.c: levels in whose order rounding would have the last word */
+void hqp_join(hqp_solver *s);
+void hqp_part(hqp_solver *s);
+void hqp_unjoin(hqp_solver *s);
+int hqp_any_strict(const hqp_solver *s);
+int hqp_part_last(hqp_solver *s);
+int hqp_may_gain(hqp_solver *s);
+int hqp_try_join(hqp_solver *s);
+void hqp_choose(hqp_solver *s, hqp_status status);
+int hqp_join_next(hqp_solver *s, int level);
+int hqp_weigh(hqp_solver *s, int more);
 
 /* hqp_lq.c: the factorisation */
 void hqp_bring(hqp_solver *s, const int *ids, int count);

@@ -15,8 +15,15 @@
 
 /* times norm of row (1 + slack): a gradient that counts as none; and times rounding of row . x: the same */
 static const double PROVEN = 1e-9, ROUNDINGS = 1.0;
+/* times that, where levels are joined or were: the gradient of one with a small weight counts, too */
+static const double FINER = 1e-4;
+/* the same for such a level by itself, times norm of row (1 + slack), both scaled by the root of its weight
+ */
+static const double PART = 2e-6;
 /* times that: a smaller multiplier settles no row, or lower levels could lean on it a million times over */
-static const double SETTLED = 1e3;
+static const double SETTLED = 1e3, SETTLED_IF_JOINED = 2.0;
+/* times what a level's multipliers leave of its gradient: the same */
+static const double CERTAIN = 1e8;
 /* To confirm a proof: times what may be left of a gradient otherwise; rows at a smaller angle are one row. */
 static const double LENIENT = 200.0, ONE_ROW = 1e-7;
 /* times (1 + |bound|), plus that many times rounding of row . x: a row this close is at its bound */
@@ -34,6 +41,17 @@ void hqp_find_values(hqp_solver *s) {
     hqp_find_slacks(s, 0, s->total);
 }
 
+/* Length of a gradient that counts as none for the level that is joined to this one. */
+static double of_the_next(const hqp_solver *s, int level) {
+    double squares = 0.0, largest = 0.0;
+    for (int i = s->first_row[level + 1]; i < s->row0[level + 1]; i++) {
+        if (s->kind[i] == HQP_IDLE) continue;
+        squares += s->lacking[i] * s->lacking[i];
+        largest = fmax(largest, s->norm[i]);
+    }
+    return PART * largest * (ldexp(1.0, -s->joined[level]) + sqrt(squares));
+}
+
 /* Whether a level, whose slacks are known, has one worth a proof; s->none[level]: the length of a gradient
  * that counts as none. */
 int hqp_has_slack(hqp_solver *s, int level) {
@@ -46,7 +64,9 @@ int hqp_has_slack(hqp_solver *s, int level) {
         if (s->norm[i] > largest) largest = s->norm[i];
     }
     const double slack = sqrt(squares), rounding = s->settings.rounding * (slack + largest * s->x_norm);
-    s->none[level] = largest * (PROVEN * (1.0 + slack) + ROUNDINGS * rounding);
+    const double proven = s->joined[level] || s->strict[level] ? FINER * PROVEN : PROVEN;
+    s->none[level] = largest * (proven * (1.0 + slack) + ROUNDINGS * rounding);
+    if (s->joined[level]) s->none[level] = fmin(s->none[level], of_the_next(s, level));
     if (!isfinite(s->none[level])) s->none[level] = 0.0;
     return !(most <= s->none[level]);
 }
@@ -83,15 +103,24 @@ static int add_held(const hqp_solver *s, int level, double *g) {
     return 1;
 }
 
-/* Whether the multipliers at hand fulfil the equation of this level. */
-static int is_fulfilled(hqp_solver *s, int level) {
+/* What the multipliers at hand leave of the gradient of this level; infinite where one has a wrong sign. */
+static double left_by_held(hqp_solver *s, int level) {
     double *g = s->trial, *rest = s->reduced, sum = 0.0;
     hqp_gradient(s, level, g);
-    if (!add_held(s, level, g)) return 0;
+    if (!add_held(s, level, g)) return INFINITY;
     hqp_gather(s, rest, g);
     for (int k = 0; k < s->rank_at[level]; k++) hqp_reflect_row(s, k, rest);
     for (int j = s->rank_at[level]; j < s->width; j++) sum += rest[j] * rest[j];
-    return sqrt(sum) <= s->none[level];
+    return sqrt(sum);
+}
+
+/* The smallest multiplier, times the norm of its row, by which the level settles a row. */
+static double least_held(const hqp_solver *s, int level) {
+    double least = INFINITY;
+    for (int i = 0; i < s->row0[level]; i++) {
+        if (s->frozen_at[i] == level && s->strength[i] < least) least = s->strength[i];
+    }
+    return least;
 }
 
 /* The row is left violated by more than counts as none: by less, it is a row at its bound. */
@@ -106,8 +135,9 @@ static int first_doubtful(const hqp_solver *s) {
         for (int i = s->row0[p]; i < s->row0[p + 1]; i++) {
             const int at = s->frozen_at[i];
             if (at < 0 || at >= first) continue;
+            const double settled = s->joined[at] || s->strict[at] ? SETTLED_IF_JOINED : SETTLED;
             const int is_clear =
-                at == p ? is_missed(s, p, i) : s->clear[i] && s->strength[i] > SETTLED * s->none[at];
+                at == p ? is_missed(s, p, i) : s->clear[i] && s->strength[i] > settled * s->none[at];
             if (!is_clear) first = at;
         }
     }
@@ -120,13 +150,15 @@ static int first_doubtful(const hqp_solver *s) {
  */
 int hqp_prove(hqp_solver *s, int count) {
     for (int p = 0; p < s->levels; p++) s->slack[p] = (signed char)hqp_has_slack(s, p);
-    const int doubtful = first_doubtful(s);
+    int doubtful = first_doubtful(s);
     s->is_doubtful = 0;
     for (int p = 0; p < count; p++) {
+        double rest = 0.0;
         if (!s->slack[p]) continue;
         s->is_doubtful = p > doubtful;
         if (p <= s->fixed_through || s->is_doubtful) return p;
-        if (s->rank_at[p] < s->width && !is_fulfilled(s, p)) return p;
+        if (s->rank_at[p] < s->width && !((rest = left_by_held(s, p)) <= s->none[p])) return p;
+        if (p < doubtful && rest > least_held(s, p) / CERTAIN) doubtful = p;
     }
     return count;
 }
@@ -176,7 +208,7 @@ int hqp_is_minimal(hqp_solver *s, int level) {
  */
 int hqp_confirm(hqp_solver *s) {
     const double rank = s->settings.rank;
-    const int rank_at_end = s->rank_at[s->levels];
+    const int rank_at_end = s->rank_at[s->levels], leans = s->leans;
     s->settings.rank = ONE_ROW;
     s->lenience = LENIENT;
     s->resumable = 0;
@@ -184,5 +216,6 @@ int hqp_confirm(hqp_solver *s) {
     s->settings.rank = rank;
     s->lenience = 1.0;
     s->rank_at[s->levels] = rank_at_end;
+    s->leans = leans;
     return proven == s->levels;
 }

@@ -12,6 +12,8 @@
 #include <string.h>
 #include <time.h>
 
+/* times a gradient that counts as none: next to no multiplier */
+static const double LEANING = 2e3;
 static const double CLEAR = 10.0; /* times rounding: a multiplier that is certainly not zero */
 
 /* Q^T applied to the working set: work Q = [L 0], fit Q = [F L 0] in the columns that earlier levels left
@@ -153,12 +155,27 @@ int hqp_out_of_iterations(hqp_solver *s) {
     return 0;
 }
 
+/* What counts as next to no multiplier, times the norm of its row; 0: it does not matter. */
+static double leaning(hqp_solver *s, int level) {
+    if (s->strict[level] == PARTED || (s->leans >= 0 && s->leans != level) || s->row0[level + 1] == s->total)
+        return 0.0;
+    hqp_find_slacks(s, s->row0[level], s->row0[level + 1]);
+    const int has_slack = hqp_has_slack(s, level);
+    s->then[level] = s->none[level];
+    return has_slack ? LEANING * s->none[level] : 0.0;
+}
+
 /* Take out of the working set what need not be frozen. Returns how many rows. */
 static int release_doubtful(hqp_solver *s, int level) {
+    double little = s->work_rank ? leaning(s, level) : 0.0;
     int changes = 0;
     hqp_find_multipliers(s, s->value, s->x_norm);
     for (int i = 0; i < s->work_rank; i++) {
         const int id = s->work[s->work_order[i]], is_clear = s->multiplier[i] > CLEAR * s->rounding[i];
+        if (s->multiplier[i] > s->rounding[i] && s->multiplier[i] < little) {
+            s->leans = level;
+            s->least = little = s->multiplier[i];
+        }
         s->strength[id] = s->multiplier[i];
         s->clear[id] = (signed char)is_clear;
         if (s->forced[id] || is_clear) continue;
@@ -246,6 +263,7 @@ void hqp_close_level(hqp_solver *s, int level) {
  * begins. */
 void hqp_rewind(hqp_solver *s, int first) {
     s->rank = s->rank_at[first];
+    if (s->leans >= first) s->leans = -1;
     s->x_norm = hqp_length(s, s->x);
     for (int i = 0; i < s->total; i++) s->done[i] = s->done[i] > s->rank ? 0 : s->done[i];
     for (int i = 0; i < s->total; i++) s->frozen_at[i] = s->frozen_at[i] >= first ? -1 : s->frozen_at[i];

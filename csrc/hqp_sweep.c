@@ -95,6 +95,7 @@ static int may_be_last(const hqp_solver *s, int level, int fitted) {
     for (int i = s->row0[level]; i < s->row0[level + 1]; i++) {
         if (s->kind[i] == HQP_RANGE && s->side[i]) return 0;
     }
+    if (s->polishing && s->joined[level]) return 0; /* in its metric small weights cost digits */
     return level > s->fixed_through && fitted >= s->width - s->rank;
 }
 

@@ -166,10 +166,57 @@ def test_a_row_that_is_missed_by_rounding_lets_no_lower_level_suffer():
         jump(rng, levels)
 
 
-@pytest.mark.parametrize("seed", [7000794, 7000874, 7001890])
+@pytest.mark.parametrize("seed", [7000794])
 def test_what_is_not_proven_says_so(seed):
     levels = problem("nearly_parallel", seed)
     solution = solve(levels, max_iterations=100_000)
     assert solution.status is Status.NOT_PROVEN
     assert solution.levels_done < len(levels) and np.isfinite(solution.x).all()
     assert str(Status.NOT_PROVEN) == "not proven optimal"
+
+
+@pytest.mark.parametrize("seed", [7000874, 7001890])
+def test_nearly_parallel_rows_that_a_level_leans_on_are_proven(seed):
+    levels = problem("nearly_parallel", seed)
+    solution = solve(levels, max_iterations=100_000)
+    assert solution.status is Status.SOLVED and is_proven(levels, solution, 1e-8)
+
+
+def test_levels_between_which_rounding_would_decide_are_solved_alike_as_the_last_digits_change():
+    """Feet that stand at one height but for 1e-8 m: level 7 holds rows by that much."""
+    rng = np.random.default_rng(5)
+    for levels in recorded("contact_order"):
+        least = slack_norms(levels, solve(levels[:7]).x)[6]
+        solver, last = solver_of(levels), []
+        for _ in range(6):
+            for solution in (solver.solve(levels), solve(levels)):
+                if solution.status is not Status.SOLVED:
+                    continue
+                norms = slack_norms(levels, solution.x)
+                assert is_proven(levels, solution)
+                assert np.max(norms[:6]) < 1e-9 and norms[6] <= least + 1e-6 * (1.0 + least)
+                last.append(norms[7])
+            for level in levels:
+                level.A[:] *= 1.0 + 1e-10 * rng.normal(size=level.A.shape)
+        assert len(last) >= 10 and max(last) <= 1.01 * min(last)
+
+
+def test_a_level_below_gains_where_the_one_above_loses_next_to_nothing():
+    """What level 8 could have without the rows that level 7 holds by 1e-8 is half of what it has with them."""
+    for levels, held in zip(recorded("contact_order"), (538.0, 445.2), strict=True):
+        assert slack_norms(levels, solve(levels).x)[7] < 0.95 * held
+
+
+def test_joined_levels_are_the_callers_again_when_the_solve_is_over():
+    levels = recorded("contact_order")[0]
+    kept = [(level.A.copy(), level.b.copy()) for level in levels]
+    solver = solver_of(levels)
+    solution = solver.solve(levels)
+    for level, w, (A, b) in zip(levels, solution.w, kept, strict=True):
+        assert np.array_equal(level.A, A) and np.array_equal(level.b, b)
+        assert np.allclose(w, level.b - level.A @ solution.x, rtol=0, atol=1e-9)
+    x = solution.x.copy()
+    assert solver.resolve(levels, 7).status is Status.SOLVED
+    assert slack_norms(levels, solver.solution.x)[7] == pytest.approx(slack_norms(levels, x)[7], rel=1e-6)
+    solver.reset()
+    assert np.array_equal(solver.solve(levels).x, x)

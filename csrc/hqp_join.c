@@ -1,0 +1,218 @@
+/*
+ * Two levels as one, where rounding would have the last word between them.
+ *
+ * A level that holds a row by next to no multiplier loses next to nothing where the row is left, and the
+ * level below may gain a lot. Which of both an exact hierarchy asks for depends on the last digits of the
+ * data: feet that stand at one height but for 1e-8 m are enough. So such a level takes the next one in, with
+ * a small weight. What it can lose by that is at most the weight times what the next one gains, and the
+ * answer is that of a least-squares problem, which a proof finds optimal or not. The weight is a power of 4:
+ * rows are scaled by its root, and back again without rounding.
+ */
+#include "hqp_internal.h"
+
+#include <string.h>
+
+/* times 1 + slack: what a level may lose by a join, and what the next one must gain at least */
+static const double LOSS = 3e-7, GAIN = 5e-7;
+/* times a gradient that counts as none at x: where so much counted as none, multipliers are those of
+ * elsewhere */
+static const double ELSEWHERE = 10.0;
+enum { LEAST = 15, MOST = 18 }; /* -log2 of the root of a weight; with less, rounding has the last word */
+
+static void scale_row(hqp_solver *s, int id, double by) {
+    double *row = hqp_row(s, s->given, id);
+    for (int c = s->given.first[id]; c < s->given.last[id]; c++) row[c] *= by;
+    s->norm[id] *= by;
+    s->lb[id] *= by;
+    s->ub[id] *= by;
+    s->done[id] = 0;
+}
+
+/* Scale the rows of levels that are joined to the one before, and number rows by the levels in use. */
+static void scale(hqp_solver *s, int sign) {
+    for (int p = 0; p + 1 < s->levels; p++) {
+        for (int i = s->first_row[p + 1]; i < s->first_row[p + 2] && s->joined[p]; i++)
+            scale_row(s, i, ldexp(1.0, -sign * s->joined[p]));
+    }
+}
+
+static int any_joined(const hqp_solver *s) {
+    int any = 0;
+    for (int p = 0; p < s->levels; p++) any |= s->joined[p];
+    return any;
+}
+
+/* A level was joined, or could not be. */
+int hqp_any_strict(const hqp_solver *s) {
+    int any = 0;
+    for (int p = 0; p < s->levels; p++) any |= s->strict[p];
+    return any;
+}
+
+/* Take up the joins of the solve before. */
+void hqp_join(hqp_solver *s) {
+    memcpy(s->row0, s->first_row, (size_t)(s->levels + 1) * sizeof(int));
+    if (!any_joined(s)) return;
+    scale(s, 1);
+    for (int p = 0; p + 1 < s->levels; p++) {
+        if (s->joined[p]) s->row0[p + 1] = s->first_row[p + 2];
+    }
+    s->resumable = 0;
+}
+
+/* The caller's levels again, with values and slacks. */
+void hqp_part(hqp_solver *s) {
+    memcpy(s->row0, s->first_row, (size_t)(s->levels + 1) * sizeof(int));
+    if (!any_joined(s)) return;
+    scale(s, -1);
+    hqp_find_values(s);
+    s->resumable = 0;
+}
+
+/* Forget all joins. */
+void hqp_unjoin(hqp_solver *s) {
+    hqp_part(s);
+    memset(s->joined, 0, (size_t)s->levels);
+    memset(s->strict, 0, (size_t)s->levels);
+}
+
+/* Half of the squared slack of the caller's level, at x. */
+static double half_square(const hqp_solver *s, int level) {
+    double sum = 0.0;
+    for (int i = s->first_row[level]; i < s->first_row[level + 1]; i++) {
+        const double value = hqp_value(s, i, s->x);
+        const double below = s->lb[i] - value, above = value - s->ub[i];
+        const double slack = fmax(fmax(below, above), 0.0);
+        if (s->kind[i] != HQP_IDLE) sum += 0.5 * slack * slack;
+    }
+    return sum;
+}
+
+/* With these slacks, -log2 of the root of the weight that the next level may have; more than MOST: none. */
+static int needed(hqp_solver *s, int level) {
+    const double size = sqrt(2.0 * half_square(s, level)), gain = half_square(s, level + 1);
+    int k = LEAST;
+    while (k <= MOST && ldexp(gain, -2 * k) > LOSS * size * (1.0 + size)) k++;
+    return k;
+}
+
+/* Join the level with the next one, whose rows are scaled by 2^-k; k > MOST: part them. */
+static void set(hqp_solver *s, int level, int k) {
+    hqp_part(s);
+    s->joined[level] = (signed char)(k > MOST ? 0 : k);
+    s->strict[level] = k > MOST ? PARTED : UNPROVEN;
+    for (int i = 0; i < s->first_row[level + 1] && k <= MOST; i++) {
+        if (s->guess_held_at[i] == level + 1) s->guess_held_at[i] = (short)level;
+    }
+    hqp_join(s);
+}
+
+/* The same where that makes sense, each pair once in a solve. Returns whether they are joined. */
+static int join(hqp_solver *s, int level, int k) {
+    if (level < 0 || level + 1 >= s->levels || s->strict[level]) return 0;
+    s->strict[level] = PARTED;
+    if (s->joined[level] || s->joined[level + 1] || (level > 0 && s->joined[level - 1])) return 0;
+    if (!(half_square(s, level) > 0.0 && half_square(s, level + 1) > 0.0)) return 0;
+    set(s, level, k);
+    return k <= MOST;
+}
+
+/* Join a level with the next one, if both have a slack. Returns whether that was done. */
+int hqp_join_next(hqp_solver *s, int level) {
+    return join(s, level, LEAST);
+}
+
+/* No proof was found: part the last levels that are joined. Returns whether there were any. */
+int hqp_part_last(hqp_solver *s) {
+    int level = s->levels - 1;
+    while (level >= 0 && !s->joined[level]) level--;
+    if (level >= 0) {
+        set(s, level, MOST + 1);
+        s->strict[level] = UNPROVEN;
+    }
+    return level >= 0;
+}
+
+/*
+ * x is the answer with the joins. Where a level may have lost too much by one, give the next level less
+ * weight, or part them; or, with `more`, more weight where it may have that. Returns whether there was one.
+ */
+int hqp_weigh(hqp_solver *s, int more) {
+    int level = -1, k = 0;
+    hqp_part(s);
+    for (int p = 0; p + 1 < s->levels && level < 0; p++) {
+        if (!s->joined[p]) continue;
+        k = needed(s, p);
+        if (k > s->joined[p] || (more && k < s->joined[p])) level = p;
+    }
+    hqp_join(s);
+    if (level >= 0) set(s, level, k);
+    return level >= 0;
+}
+
+static void swap_flags(signed char **a, signed char **b) {
+    signed char *const kept = *a;
+    *a = *b;
+    *b = kept;
+}
+
+/* Exchange the guesses of the solve without joins for those of the one with this. */
+static void exchange_guesses(hqp_solver *s) {
+    short *const kept = s->guess_held_at;
+    s->guess_held_at = s->apart.held_at;
+    s->apart.held_at = kept;
+    swap_flags(&s->guess_side, &s->apart.side);
+    swap_flags(&s->guess_held_side, &s->apart.held_side);
+}
+
+/* Whether the level below one that leans on rows may gain by leaving them. Multipliers that were found far
+ * from x say nothing of that. */
+int hqp_may_gain(hqp_solver *s) {
+    for (int p = s->levels - 1; p >= 0; p--) {
+        if (s->strict[p] == PARTED || !s->slack[p] || !(s->then[p] > ELSEWHERE * s->none[p])) continue;
+        s->leans = p;
+        s->least = 0.0;
+    }
+    return s->leans >= 0 && s->leans + 1 < s->levels &&
+           ldexp(sqrt(half_square(s, s->leans + 1)), -2 * LEAST) > s->least;
+}
+
+/*
+ * x is proven, and a level leans on rows: keep the answer, and join that level with the next one if that may
+ * gain by it. Returns whether that was done.
+ */
+int hqp_try_join(hqp_solver *s) {
+    const int level = s->leans;
+    const int known = s->apart.level == level, k = needed(s, level);
+    s->apart.level = level;
+    s->apart.size = sqrt(2.0 * half_square(s, level));
+    s->apart.next_size = sqrt(2.0 * half_square(s, level + 1));
+    memcpy(s->apart.x, s->x, (size_t)s->ld * sizeof(double));
+    if (!known) {
+        memcpy(s->apart.side, s->guess_side, (size_t)s->total);
+        memcpy(s->apart.held_side, s->guess_held_side, (size_t)s->total);
+        memcpy(s->apart.held_at, s->guess_held_at, (size_t)s->total * sizeof(short));
+    }
+    exchange_guesses(s);
+    if (join(s, level, k)) return 1;
+    exchange_guesses(s);
+    return 0;
+}
+
+/*
+ * The end of that. The answer with the join stands if it is proven, if the next level has gained by it, and
+ * if the level has lost next to nothing; else the one before comes back.
+ */
+void hqp_choose(hqp_solver *s, hqp_status status) {
+    const int level = s->apart.level, joined = s->joined[level];
+    if (joined) set(s, level, MOST + 1);
+    exchange_guesses(s);
+    const double size = sqrt(2.0 * half_square(s, level)), next_size = sqrt(2.0 * half_square(s, level + 1));
+    const int stands = status == HQP_SOLVED && joined &&
+                       size <= s->apart.size + LOSS * (1.0 + s->apart.size) &&
+                       next_size < s->apart.next_size - GAIN * (1.0 + s->apart.next_size);
+    if (!stands) memcpy(s->x, s->apart.x, (size_t)s->ld * sizeof(double));
+    hqp_find_values(s);
+    s->levels_done = s->levels;
+    s->resumable = 0;
+}
