@@ -1,0 +1,293 @@
+/*
+ * Quadratic programs: from the caller's data to a proven answer. docs/hqp.md describes the method.
+ *
+ * P must be positive definite for the dual method. Where it is not, shift / 2 |x - center|^2 is added, with
+ * the last x as the next center (the proximal point method). The rows held in the end are mostly those of
+ * the optimum long before x is there, so each time the equations of the held rows are solved without the
+ * shift, and what comes out counts if it is proven.
+ */
+#include <stdlib.h>
+#include <string.h>
+
+#include "hqp_qp_internal.h"
+
+static const double DEFINITE = 1e-10; /* of a diagonal entry of P: a smaller pivot is no pivot */
+static const double CONVEX = 1e-9;    /* of the largest diagonal entry: P may lack this to be convex */
+static const double PROXIMITY = 1e-7; /* of the same: what is added to a singular P */
+static const double REACH = 1e4;      /* with P = 0: how far x may go in the first proximal step */
+static const double LESS = 0.01;      /* times that, where many steps do not suffice */
+static const double STATIONARY = 1e-9; /* of the terms of its entry: left of a gradient of 0 */
+static const double SPILT = 1e-13;     /* of the largest terms of any entry: the same */
+static const double MET = 100.0;       /* times what counts as broken: a row that is missed */
+static const double AT_BOUND = 1e-7;   /* a row at its bound in the caller's guess */
+static const double OPPOSED = 1e-9;    /* of their terms: what clashing rows may add up to */
+static const double RAY = 1e-9;        /* how well a ray must be one */
+static const double GOOD = 1e-3;       /* times what a proof asks: refinement ends */
+enum { REFINEMENTS = 6, SHIFTS = 3, STEPS = 40, RETURNS = 8 };
+
+static void *take(size_t *used, char *memory, size_t count, size_t size) {
+    void *at = memory ? memory + *used : NULL;
+    *used += (count * size + 31) & ~(size_t)31;
+    return at;
+}
+
+/* Set the pointers into the memory. Returns how much of it they need. */
+static size_t lay_out(hqp_qp_solver *s, char *memory) {
+    const size_t n = (size_t)s->most_n, ld = (n + 3) & ~(size_t)3, rows = (size_t)s->most_rows + n;
+    const size_t few = (size_t)s->most_rows * (n / 4) + n, d = sizeof(double), i = sizeof(int);
+    double **lines[] = {&s->inverse, &s->multiplier, &s->pull, &s->rest, &s->cosine, &s->sine, &s->x, &s->u,
+                        &s->step, &s->center, &s->kept, &s->kept_multiplier, &s->gradient, &s->scale,
+                        &s->scratch, &s->size, &s->end};
+    int **counts[] = {&s->from, &s->id, &s->slot, &s->begins, &s->ends};
+    double **bounds[] = {&s->lo, &s->hi, &s->norm};
+    int **extents[] = {&s->length, &s->begin, &s->first, &s->last};
+    size_t used = 0;
+    for (size_t k = 0; k < sizeof lines / sizeof *lines; k++) *lines[k] = take(&used, memory, ld + 4, d);
+    for (size_t k = 0; k < sizeof counts / sizeof *counts; k++) *counts[k] = take(&used, memory, n + 1, i);
+    for (size_t k = 0; k < sizeof bounds / sizeof *bounds; k++) *bounds[k] = take(&used, memory, rows, d);
+    for (size_t k = 0; k < sizeof extents / sizeof *extents; k++) *extents[k] = take(&used, memory, rows, i);
+    s->side = take(&used, memory, rows, 1);
+    s->waived = take(&used, memory, rows, 1);
+    s->column = take(&used, memory, few, i);
+    s->coefficient = take(&used, memory, few, d);
+    s->L = take(&used, memory, n * ld, d);
+    s->M = take(&used, memory, (n + 1) * ld, d);
+    s->T = take(&used, memory, (n + 1) * ld, d);
+    return used;
+}
+
+hqp_qp_solver *hqp_qp_create(int n, int rows) {
+    if (n < 1 || n > 1024 || rows < 0 || rows > 8192) return NULL;
+    hqp_qp_solver sizes = {.most_n = n, .most_rows = rows};
+    const size_t head = (sizeof sizes + 31) & ~(size_t)31;
+    char *memory = malloc(head + lay_out(&sizes, NULL) + 32);
+    if (!memory) return NULL;
+    hqp_qp_solver *s = (hqp_qp_solver *)(void *)memory;
+    memset(s, 0, sizeof *s);
+    s->most_n = n;
+    s->most_rows = rows;
+    lay_out(s, memory + head);
+    return s;
+}
+
+void hqp_qp_destroy(hqp_qp_solver *s) {
+    free(s);
+}
+
+/* The gradient of the Lagrangian, the size of its terms, and what the objective is. */
+static void find_gradient(hqp_qp_solver *s) {
+    const int n = s->n;
+    double bent = 0.0, tilted = 0.0;
+    for (int i = 0; i < n; i++) {
+        const double *row = s->qp.P + (ptrdiff_t)i * n;
+        double size = fabs(s->qp.q[i]), sum[2] = {0.0, 0.0};
+        const double value = hqp_qp_inner(row, s->x, n);
+        int j = 0;
+        for (; j + 2 <= n; j += 2) {
+            sum[0] += fabs(row[j] * s->x[j]);
+            sum[1] += fabs(row[j + 1] * s->x[j + 1]);
+        }
+        if (j < n) size += fabs(row[j] * s->x[j]);
+        s->gradient[i] = value + s->qp.q[i];
+        s->scale[i] = size + (sum[0] + sum[1]);
+        bent += value * s->x[i];
+        tilted += s->qp.q[i] * s->x[i];
+    }
+    s->objective = 0.5 * bent + tilted;
+    for (int k = 0; k < s->count; k++) {
+        const double factor = s->multiplier[k] * s->side[s->id[k]];
+        hqp_qp_add_row(s, s->id[k], factor, s->gradient);
+        hqp_qp_add_size(s, s->id[k], factor, s->scale);
+    }
+}
+
+/* How much more than allowed is left of the gradient, or of the distance of held rows to their bound, in
+ * `gap` [count]. */
+static double excess(hqp_qp_solver *s, double *gap) {
+    const double x_norm = sqrt(hqp_qp_inner(s->x, s->x, s->n));
+    double most = 0.0, largest = 0.0;
+    find_gradient(s);
+    for (int i = 0; i < s->n; i++) largest = s->scale[i] > largest ? s->scale[i] : largest;
+    for (int i = 0; i < s->n; i++) {
+        const double part = fabs(s->gradient[i]) / (STATIONARY * s->scale[i] + SPILT * largest + 1e-300);
+        if (!(part <= most)) most = part; /* NaN counts */
+    }
+    for (int k = 0; k < s->count; k++) {
+        const int id = s->id[k], side = s->side[id];
+        const double bound = hqp_qp_bound(s, id, side);
+        gap[k] = side * (bound - hqp_qp_value(s, id, s->x));
+        const double part = fabs(gap[k]) / (MET * hqp_qp_allowance(s, id, bound, x_norm));
+        if (!(part <= most)) most = part;
+    }
+    return most;
+}
+
+/* No row is missed. */
+static int is_feasible(const hqp_qp_solver *s) {
+    const double x_norm = sqrt(hqp_qp_inner(s->x, s->x, s->n));
+    for (int i = 0; i < s->rows; i++) {
+        const double value = hqp_qp_value(s, i, s->x);
+        if (value > s->hi[i] && !(value - s->hi[i] <= MET * hqp_qp_allowance(s, i, s->hi[i], x_norm))) return 0;
+        if (value < s->lo[i] && !(s->lo[i] - value <= MET * hqp_qp_allowance(s, i, s->lo[i], x_norm))) return 0;
+    }
+    return x_norm < INFINITY;
+}
+
+/* Multipliers that rounding took below 0 are 0. Returns whether there are others. */
+static int clamp(hqp_qp_solver *s) {
+    for (int k = 0; k < s->count; k++) {
+        if (hqp_qp_is_equality(s, s->id[k])) continue;
+        if (s->multiplier[k] < 0.0) s->multiplier[k] = 0.0;
+    }
+    return 1;
+}
+
+/* Solve the equations of the held rows, without shift, and prove the answer. */
+static int prove(hqp_qp_solver *s) {
+    double *gap = s->scratch, before = INFINITY;
+    for (int k = 0;; k++) {
+        const double left = excess(s, gap);
+        if (left <= GOOD || k == REFINEMENTS || !(left <= 0.3 * before)) break;
+        before = left;
+        for (int i = 0; i < s->n; i++) s->gradient[i] = -s->gradient[i];
+        hqp_qp_correct(s, s->gradient, gap);
+    }
+    clamp(s);
+    return excess(s, gap) <= 1.0 && is_feasible(s);
+}
+
+/* Rows that the guess puts at their bound, or beyond, are held from the start. */
+static void seat_guess(hqp_qp_solver *s) {
+    for (int i = s->qp.equalities; i < s->rows; i++) {
+        const double value = hqp_qp_value(s, i, s->qp.start), norm = s->norm[i];
+        for (int side = -1; side <= 1 && !s->side[i]; side += 2) {
+            const double bound = hqp_qp_bound(s, i, side);
+            if (side * (bound - value) <= AT_BOUND * (norm + fabs(bound)) && fabs(bound) < INFINITY && norm > 0.0)
+                hqp_qp_seat(s, i, side);
+        }
+    }
+}
+
+/* Factorise P, or with a shift where it is singular. */
+static hqp_qp_status factorise(hqp_qp_solver *s) {
+    if (s->largest > 0.0 && hqp_qp_factorise(s, 0.0, DEFINITE)) return HQP_QP_SOLVED;
+    double most = 0.0;
+    for (int j = 0; j < s->n; j++) most = fmax(most, fabs(s->qp.q[j]));
+    if (s->largest > 0.0 && !hqp_qp_factorise(s, CONVEX * s->largest, 0.0)) return HQP_QP_NOT_CONVEX;
+    double shift = PROXIMITY * s->largest;
+    if (s->largest == 0.0) shift = most > 0.0 ? most / REACH : 1.0;
+    return hqp_qp_factorise(s, shift, 0.0) ? HQP_QP_SOLVED : HQP_QP_NOT_CONVEX;
+}
+
+/* A way, in s->rest, of length 1, along which the objective falls for ever. */
+static int is_ray(hqp_qp_solver *s) {
+    const int n = s->n;
+    double *ray = s->rest, slope = 0.0, steep = 0.0;
+    for (int i = 0; i < n; i++) ray[i] = s->x[i] - s->center[i];
+    const double length = sqrt(hqp_qp_inner(ray, ray, n));
+    if (!(length > 0.0) || !(length < INFINITY)) return 0;
+    for (int i = 0; i < n; i++) ray[i] /= length;
+    for (int i = 0; i < n; i++) {
+        if (fabs(hqp_qp_inner(s->qp.P + (ptrdiff_t)i * n, ray, n)) > RAY * s->largest) return 0;
+        slope += s->qp.q[i] * ray[i];
+        steep += fabs(s->qp.q[i] * ray[i]);
+    }
+    if (!(slope < -RAY * steep)) return 0;
+    for (int i = 0; i < s->rows; i++) {
+        const double value = hqp_qp_value(s, i, ray), most = RAY * s->norm[i];
+        if ((s->hi[i] < INFINITY && value > most) || (s->lo[i] > -INFINITY && value < -most)) return 0;
+    }
+    return 1;
+}
+
+/* The row on its way in and the held ones that do not let it add up to 0 x <= something negative: what they
+ * weigh becomes their multiplier. */
+static int is_clash(hqp_qp_solver *s) {
+    const int k = s->count, n = s->n;
+    double *sum = s->gradient, *size = s->scale, gap = 0.0, all = 0.0;
+    memset(sum, 0, (size_t)n * sizeof(double));
+    memset(size, 0, (size_t)n * sizeof(double));
+    for (int i = 0; i <= k; i++) {
+        const int id = s->id[i], side = s->side[id];
+        double weight = i == k ? 1.0 : -s->pull[i];
+        if (weight < 0.0 && !hqp_qp_is_equality(s, id)) weight = 0.0;
+        s->multiplier[i] = weight;
+        hqp_qp_add_row(s, id, weight * side, sum);
+        hqp_qp_add_size(s, id, weight * side, size);
+        gap += weight * side * hqp_qp_bound(s, id, side);
+        all += fabs(weight * hqp_qp_bound(s, id, side));
+    }
+    double largest = 0.0;
+    for (int j = 0; j < n; j++) largest = size[j] > largest ? size[j] : largest;
+    for (int j = 0; j < n; j++) {
+        if (!(fabs(sum[j]) <= OPPOSED * largest)) return 0;
+    }
+    s->count++; /* its multiplier is part of the answer */
+    return gap < -1e-12 * all;
+}
+
+/* The dual method to its end for this center, as often as refinement brings up rows that were not seen. */
+static hqp_qp_status solve_for_center(hqp_qp_solver *s) {
+    for (int k = 0;; k++) {
+        const hqp_qp_end end = hqp_qp_descend(s);
+        if (end == HQP_QP_CLASH) return is_clash(s) ? HQP_QP_INFEASIBLE : HQP_QP_NOT_PROVEN;
+        if (end == HQP_QP_CAPPED)
+            return s->iterations >= s->iteration_limit ? HQP_QP_ITERATION_CAP : HQP_QP_TIME_LIMIT;
+        memcpy(s->kept, s->x, (size_t)s->n * sizeof(double));
+        memcpy(s->kept_multiplier, s->multiplier, (size_t)s->count * sizeof(double));
+        if (prove(s)) return HQP_QP_SOLVED;
+        if (s->shift > 0.0 || k == RETURNS) return HQP_QP_NOT_PROVEN;
+    }
+}
+
+static hqp_qp_status solve(hqp_qp_solver *s) {
+    hqp_qp_clear(s);
+    for (int i = 0; i < s->qp.equalities; i++) {
+        if (s->norm[i] > 0.0) hqp_qp_seat(s, i, 1);
+    }
+    if (s->qp.start) seat_guess(s);
+    memset(s->center, 0, (size_t)s->ld * sizeof(double));
+    for (int k = 0; k < STEPS; k++) {
+        hqp_qp_settle(s);
+        const hqp_qp_status status = solve_for_center(s);
+        if (status != HQP_QP_NOT_PROVEN || s->shift == 0.0) return status;
+        memcpy(s->x, s->kept, (size_t)s->n * sizeof(double));
+        if (is_ray(s)) return HQP_QP_UNBOUNDED;
+        memcpy(s->center, s->x, (size_t)s->n * sizeof(double));
+    }
+    return HQP_QP_NOT_PROVEN;
+}
+
+/* Hand out the multipliers of held rows, which are numbered as they are. */
+static void hand_out(const hqp_qp_solver *s, double *multipliers) {
+    memset(multipliers, 0, (size_t)(s->qp.equalities + s->qp.inequalities + s->n) * sizeof(double));
+    for (int i = 0; i < s->count; i++) multipliers[s->id[i]] = s->multiplier[i] * s->side[s->id[i]];
+}
+
+static hqp_qp_status start(hqp_qp_solver *s, const hqp_qp *qp) {
+    if (qp->n < 1 || qp->n > s->most_n || qp->equalities < 0 || qp->inequalities < 0 ||
+        qp->equalities > s->most_rows - qp->inequalities)
+        return HQP_QP_BAD_DATA;
+    s->qp = *qp;
+    s->n = qp->n;
+    s->ld = (qp->n + 3) & ~3;
+    s->count = s->iterations = 0;
+    s->began = qp->time_limit > 0.0 ? hqp_now() : 0.0;
+    const hqp_qp_status status = hqp_qp_read(s);
+    if (status != HQP_QP_SOLVED) return status;
+    if (!hqp_qp_take(s)) return HQP_QP_BAD_DATA;
+    s->iteration_limit = qp->max_iterations > 0 ? qp->max_iterations : 128 + 16 * (s->n + s->rows);
+    return factorise(s);
+}
+
+hqp_qp_status hqp_qp_solve(hqp_qp_solver *s, const hqp_qp *qp, hqp_qp_answer *answer) {
+    hqp_qp_status status = start(s, qp);
+    answer->iterations = 0;
+    if (status != HQP_QP_SOLVED) return status;
+    status = solve(s);
+    memcpy(answer->x, status == HQP_QP_UNBOUNDED ? s->rest : s->x, (size_t)s->n * sizeof(double));
+    if (answer->multipliers) hand_out(s, answer->multipliers);
+    answer->objective = s->objective;
+    answer->iterations = s->iterations;
+    return status;
+}

@@ -1,0 +1,111 @@
+/* The constraints of a QP: bounds, lengths, and the nonzeros of rows that have few. */
+#include <string.h>
+
+#include "hqp_qp_internal.h"
+
+static const double MOST = 1e100;
+static const int FEW = 4; /* a row is sparse where at most one in so many entries is not zero */
+
+/* Extent, norm and nonzeros of a row. Returns the next free place for nonzeros, or -1 for bad numbers. */
+static int measure(hqp_qp_solver *s, int id, const double *row, int place) {
+    const int n = s->n, most = n / FEW;
+    int count = 0, last = -1;
+    double square = 0.0;
+    s->begin[id] = place;
+    for (int j = 0; j < n; j++) {
+        if (row[j] == 0.0) continue;
+        square += row[j] * row[j];
+        last = j;
+        if (count == 0) s->first[id] = j;
+        if (count < most) {
+            s->column[place + count] = j;
+            s->coefficient[place + count] = row[j];
+        }
+        count++;
+    }
+    if (!(square <= MOST * MOST)) return -1;
+    if (count == 0) s->first[id] = 0;
+    s->last[id] = last + 1;
+    s->norm[id] = sqrt(square);
+    s->length[id] = count <= most ? count : -1;
+    return count <= most ? place + count : place;
+}
+
+/* The bounds of a row can be met, and it can act; a row of zeros never does. */
+static int is_sound(hqp_qp_solver *s, int id) {
+    const double lo = s->lo[id], hi = s->hi[id];
+    if (!(lo <= hi) || lo == INFINITY || hi == -INFINITY) return 0;
+    if ((hi < INFINITY && fabs(hi) > MOST) || (lo > -INFINITY && fabs(lo) > MOST)) return 0;
+    if (s->norm[id] > 0.0) return 1;
+    s->lo[id] = -INFINITY;
+    s->hi[id] = INFINITY;
+    return lo <= 0.0 && hi >= 0.0;
+}
+
+static void take_box(hqp_qp_solver *s, int id, int column, int place) {
+    s->lo[id] = s->qp.lb ? s->qp.lb[column] : -INFINITY;
+    s->hi[id] = s->qp.ub ? s->qp.ub[column] : INFINITY;
+    s->begin[id] = place;
+    s->length[id] = 1;
+    s->first[id] = column;
+    s->last[id] = column + 1;
+    s->norm[id] = s->coefficient[place] = 1.0;
+    s->column[place] = column;
+}
+
+/* Returns 0 where data are not finite or a bound cannot be met. */
+int hqp_qp_take(hqp_qp_solver *s) {
+    const int k = s->qp.equalities, m = s->qp.inequalities, n = s->n;
+    int place = 0;
+    s->rows = k + m + (s->qp.lb || s->qp.ub ? n : 0);
+    for (int i = 0; i < s->rows; i++) {
+        if (i < k + m) {
+            place = measure(s, i, hqp_qp_dense(s, i), place);
+            if (place < 0) return 0;
+            s->hi[i] = i < k ? s->qp.b[i] : s->qp.h[i - k];
+            s->lo[i] = i < k ? s->qp.b[i] : -INFINITY;
+        } else {
+            take_box(s, i, i - k - m, place++);
+        }
+        if (!is_sound(s, i)) return 0;
+    }
+    memset(s->side, 0, (size_t)s->rows);
+    memset(s->waived, 0, (size_t)s->rows);
+    return 1;
+}
+
+/* c^T x */
+double hqp_qp_value(const hqp_qp_solver *s, int id, const double *x) {
+    const int length = s->length[id];
+    if (length < 0) return hqp_qp_inner(hqp_qp_dense(s, id), x, s->n);
+    const int *column = s->column + s->begin[id];
+    const double *coefficient = s->coefficient + s->begin[id];
+    double sum = 0.0;
+    for (int k = 0; k < length; k++) sum += coefficient[k] * x[column[k]];
+    return sum;
+}
+
+/* to += factor c */
+void hqp_qp_add_row(const hqp_qp_solver *s, int id, double factor, double *to) {
+    const int length = s->length[id];
+    if (length < 0) {
+        hqp_add(to, factor, hqp_qp_dense(s, id), s->n);
+        return;
+    }
+    const int *column = s->column + s->begin[id];
+    const double *coefficient = s->coefficient + s->begin[id];
+    for (int k = 0; k < length; k++) to[column[k]] += factor * coefficient[k];
+}
+
+/* to += |factor c|, entry by entry */
+void hqp_qp_add_size(const hqp_qp_solver *s, int id, double factor, double *to) {
+    const int length = s->length[id];
+    if (length < 0) {
+        const double *row = hqp_qp_dense(s, id);
+        for (int j = 0; j < s->n; j++) to[j] += fabs(factor * row[j]);
+        return;
+    }
+    const int *column = s->column + s->begin[id];
+    const double *coefficient = s->coefficient + s->begin[id];
+    for (int k = 0; k < length; k++) to[column[k]] += fabs(factor * coefficient[k]);
+}
