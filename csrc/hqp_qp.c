@@ -20,7 +20,8 @@ static const double STATIONARY = 1e-9; /* of the terms of its entry: left of a g
 static const double SPILT = 1e-13;     /* of the largest terms of any entry: the same */
 static const double MET = 100.0;       /* times what counts as broken: a row that is missed */
 static const double AT_BOUND = 1e-7;   /* a row at its bound in the caller's guess */
-static const double OPPOSED = 1e-9;    /* of their terms: what clashing rows may add up to */
+static const double OPPOSED = 1e-12;   /* of its terms: what clashing rows fall short of 0 by, at least */
+static const double FAR = 1e4;         /* times 1 + |x|: clashing rows are met nowhere nearer */
 static const double RAY = 1e-9;        /* how well a ray must be one */
 static const double GOOD = 1e-3;       /* times what a proof asks: refinement ends */
 enum { REFINEMENTS = 6, SHIFTS = 3, STEPS = 40, RETURNS = 8 };
@@ -204,26 +205,24 @@ static int is_ray(hqp_qp_solver *s) {
  * weigh becomes their multiplier. */
 static int is_clash(hqp_qp_solver *s) {
     const int k = s->count, n = s->n;
-    double *sum = s->gradient, *size = s->scale, gap = 0.0, all = 0.0;
+    double *sum = s->gradient, gap = 0.0, all = 0.0;
     memset(sum, 0, (size_t)n * sizeof(double));
-    memset(size, 0, (size_t)n * sizeof(double));
     for (int i = 0; i <= k; i++) {
         const int id = s->id[i], side = s->side[id];
         double weight = i == k ? 1.0 : -s->pull[i];
         if (weight < 0.0 && !hqp_qp_is_equality(s, id)) weight = 0.0;
         s->multiplier[i] = weight;
         hqp_qp_add_row(s, id, weight * side, sum);
-        hqp_qp_add_size(s, id, weight * side, size);
         gap += weight * side * hqp_qp_bound(s, id, side);
         all += fabs(weight * hqp_qp_bound(s, id, side));
     }
-    double largest = 0.0;
-    for (int j = 0; j < n; j++) largest = size[j] > largest ? size[j] : largest;
+    double extent = 0.0, most = 0.0;
     for (int j = 0; j < n; j++) {
-        if (!(fabs(sum[j]) <= OPPOSED * largest)) return 0;
+        extent += fabs(s->x[j]);
+        most = fmax(most, fabs(sum[j]));
     }
     s->count++; /* its multiplier is part of the answer */
-    return gap < -1e-12 * all;
+    return gap < -OPPOSED * all && -gap > FAR * most * (1.0 + extent);
 }
 
 /* The dual method to its end for this center, as often as refinement brings up rows that were not seen. */

@@ -4,6 +4,7 @@
 #include "hqp_qp_internal.h"
 
 static const double MOST = 1e100;
+static const double NOTHING = 1e-10; /* how far a row of zeros may miss its bound */
 static const int FEW = 4; /* a row is sparse where at most one in so many entries is not zero */
 
 /* Extent, norm and nonzeros of a row. Returns the next free place for nonzeros, or -1 for bad numbers. */
@@ -39,7 +40,7 @@ static int is_sound(hqp_qp_solver *s, int id) {
     if (s->norm[id] > 0.0) return 1;
     s->lo[id] = -INFINITY;
     s->hi[id] = INFINITY;
-    return lo <= 0.0 && hi >= 0.0;
+    return lo <= NOTHING && hi >= -NOTHING;
 }
 
 static void take_box(hqp_qp_solver *s, int id, int column, int place) {

@@ -10,9 +10,9 @@
 
 static const double BROKEN = 1e-10;    /* a row is broken beyond this, relative to bound and norm, */
 static const double ROUNDING = 1e-14;  /* and this part of |c| |x| */
-static const double WAIVED = 1e-8;     /* the same, of a row that held ones determine */
+static const double WAIVED = 100.0;    /* times that, of a row that held ones determine */
 static const double CANCELLED = 1e-4;  /* of |m|^2: less left of it is computed twice */
-static const double DEPENDENT = 1e-14; /* of |m|^2: less left of it is none */
+static const double DEPENDENT = 1e-20; /* of |m|^2: less left of it is none */
 static const double SEATED = 1e-10;    /* of |m|^2: more must be left of a row that is only guessed */
 static const double NO_PULL = 1e-24;   /* of |m|^2: a smaller pull, squared, is rounding */
 
@@ -221,20 +221,29 @@ static int most_broken(const hqp_qp_solver *s, int *side, double *missing) {
     return worst;
 }
 
-/* Bring rows to their bound until x breaks none. */
+/* The row on its way in is a combination of held ones: it is let be if it is missed by little. */
+static int waive(hqp_qp_solver *s, int id, int side, double missing) {
+    const double x_norm = sqrt(hqp_qp_inner(s->x, s->x, s->n));
+    if (missing > WAIVED * hqp_qp_allowance(s, id, hqp_qp_bound(s, id, side), x_norm)) return 0;
+    s->side[id] = 0;
+    s->waived[id] = 1;
+    return 1;
+}
+
+/* Bring rows to their bound until x breaks none. What rounding left in x is no clash. */
 hqp_qp_end hqp_qp_descend(hqp_qp_solver *s) {
     double missing = 0.0;
-    int side = 0;
+    int side = 0, refreshed = -1;
     for (;;) {
         const int broken = most_broken(s, &side, &missing);
         if (broken < 0) return HQP_QP_DONE;
         const hqp_qp_end end = bring(s, broken, side, missing);
         if (end == HQP_QP_CAPPED) return end;
-        if (end == HQP_QP_DONE) continue;
-        const double bound = fabs(hqp_qp_bound(s, broken, side)), norm = s->norm[broken];
-        if (missing > WAIVED * ((norm < 1.0 ? norm : 1.0) + bound)) return end;
+        if (end == HQP_QP_DONE || waive(s, broken, side, missing)) continue;
+        if (refreshed == s->iterations) return end;
         s->side[broken] = 0;
-        s->waived[broken] = 1;
+        hqp_qp_refresh(s);
+        refreshed = s->iterations;
     }
 }
 
@@ -291,4 +300,22 @@ void hqp_qp_correct(hqp_qp_solver *s, double *down, double *gap) {
     hqp_qp_backward(s, down);
     hqp_add(s->x, 1.0, down, s->n);
     hqp_add(s->multiplier, 1.0, gap, s->count);
+}
+
+/* Take out of x and multipliers what rounding left there. */
+void hqp_qp_refresh(hqp_qp_solver *s) {
+    double *down = s->gradient, *gap = s->scratch;
+    for (int i = 0; i < s->n; i++) {
+        const double slope = hqp_qp_inner(s->qp.P + (ptrdiff_t)i * s->n, s->x, s->n) + s->qp.q[i];
+        down[i] = -slope - s->shift * (s->x[i] - s->center[i]);
+    }
+    for (int k = 0; k < s->count; k++) {
+        const int id = s->id[k], side = s->side[id];
+        hqp_qp_add_row(s, id, -s->multiplier[k] * side, down);
+        gap[k] = side * (hqp_qp_bound(s, id, side) - hqp_qp_value(s, id, s->x));
+    }
+    hqp_qp_correct(s, down, gap);
+    for (int k = 0; k < s->count; k++) {
+        if (s->multiplier[k] < 0.0 && !hqp_qp_is_equality(s, s->id[k])) s->multiplier[k] = 0.0;
+    }
 }

@@ -111,6 +111,7 @@ void hqp_qp_clear(hqp_qp_solver *s);
 void hqp_qp_seat(hqp_qp_solver *s, int id, int side);
 void hqp_qp_settle(hqp_qp_solver *s);
 void hqp_qp_correct(hqp_qp_solver *s, double *down, double *gap);
+void hqp_qp_refresh(hqp_qp_solver *s);
 hqp_qp_end hqp_qp_descend(hqp_qp_solver *s);
 double hqp_qp_allowance(const hqp_qp_solver *s, int id, double bound, double x_norm);
 
