@@ -24,7 +24,8 @@ static const double OPPOSED = 1e-12;   /* of its terms: what clashing rows fall 
 static const double FAR = 1e4;         /* times 1 + |x|: clashing rows are met nowhere nearer */
 static const double RAY = 1e-9;        /* how well a ray must be one */
 static const double GOOD = 1e-3;       /* times what a proof asks: refinement ends */
-enum { REFINEMENTS = 6, SHIFTS = 3, STEPS = 40, RETURNS = 8 };
+static const double SLOW = 0.7;        /* or where more is left of what was left before */
+enum { REFINEMENTS = 12, STEPS = 100, RETURNS = 8 };
 
 static void *take(size_t *used, char *memory, size_t count, size_t size) {
     void *at = memory ? memory + *used : NULL;
@@ -148,7 +149,7 @@ static int prove(hqp_qp_solver *s) {
     double *gap = s->scratch, before = INFINITY;
     for (int k = 0;; k++) {
         const double left = excess(s, gap);
-        if (left <= GOOD || k == REFINEMENTS || !(left <= 0.3 * before)) break;
+        if (left <= GOOD || k == REFINEMENTS || !(left <= SLOW * before)) break;
         before = left;
         for (int i = 0; i < s->n; i++) s->gradient[i] = -s->gradient[i];
         hqp_qp_correct(s, s->gradient, gap);
@@ -180,25 +181,29 @@ static hqp_qp_status factorise(hqp_qp_solver *s) {
     return hqp_qp_factorise(s, shift, 0.0) ? HQP_QP_SOLVED : HQP_QP_NOT_CONVEX;
 }
 
-/* A way, in s->rest, of length 1, along which the objective falls for ever. */
-static int is_ray(hqp_qp_solver *s) {
+/* The last step goes on along s->rest, of length 1: how far the objective falls there inside the
+ * constraints. */
+static double stride(hqp_qp_solver *s) {
     const int n = s->n;
-    double *ray = s->rest, slope = 0.0, steep = 0.0;
+    double *ray = s->rest, slope = 0.0, bend = 0.0, most_bent = 0.0;
     for (int i = 0; i < n; i++) ray[i] = s->x[i] - s->center[i];
     const double length = sqrt(hqp_qp_inner(ray, ray, n));
-    if (!(length > 0.0) || !(length < INFINITY)) return 0;
+    if (!(length > 0.0) || !(length < INFINITY)) return 0.0;
     for (int i = 0; i < n; i++) ray[i] /= length;
     for (int i = 0; i < n; i++) {
-        if (fabs(hqp_qp_inner(s->qp.P + (ptrdiff_t)i * n, ray, n)) > RAY * s->largest) return 0;
-        slope += s->qp.q[i] * ray[i];
-        steep += fabs(s->qp.q[i] * ray[i]);
+        const double bent = hqp_qp_inner(s->qp.P + (ptrdiff_t)i * n, ray, n);
+        slope += s->qp.q[i] * ray[i] + bent * s->x[i];
+        bend += bent * ray[i];
+        most_bent = fmax(most_bent, fabs(bent));
     }
-    if (!(slope < -RAY * steep)) return 0;
+    if (!(slope < 0.0)) return 0.0;
+    double most = most_bent <= RAY * s->largest ? INFINITY : -slope / bend;
     for (int i = 0; i < s->rows; i++) {
-        const double value = hqp_qp_value(s, i, ray), most = RAY * s->norm[i];
-        if ((s->hi[i] < INFINITY && value > most) || (s->lo[i] > -INFINITY && value < -most)) return 0;
+        const double value = hqp_qp_value(s, i, ray), bound = value > 0.0 ? s->hi[i] : s->lo[i];
+        if (fabs(value) <= RAY * s->norm[i] || fabs(bound) == INFINITY) continue;
+        most = fmin(most, fmax(0.0, (bound - hqp_qp_value(s, i, s->x)) / value));
     }
-    return 1;
+    return most;
 }
 
 /* The row on its way in and the held ones that do not let it add up to 0 x <= something negative: what they
@@ -251,8 +256,9 @@ static hqp_qp_status solve(hqp_qp_solver *s) {
         const hqp_qp_status status = solve_for_center(s);
         if (status != HQP_QP_NOT_PROVEN || s->shift == 0.0) return status;
         memcpy(s->x, s->kept, (size_t)s->n * sizeof(double));
-        if (is_ray(s)) return HQP_QP_UNBOUNDED;
-        memcpy(s->center, s->x, (size_t)s->n * sizeof(double));
+        const double further = stride(s);
+        if (further == INFINITY) return HQP_QP_UNBOUNDED;
+        for (int i = 0; i < s->n; i++) s->center[i] = s->x[i] + further * s->rest[i];
     }
     return HQP_QP_NOT_PROVEN;
 }
