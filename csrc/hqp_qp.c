@@ -81,17 +81,9 @@ static void find_gradient(hqp_qp_solver *s) {
     const int n = s->n;
     double bent = 0.0, tilted = 0.0;
     for (int i = 0; i < n; i++) {
-        const double *row = s->qp.P + (ptrdiff_t)i * n;
-        double size = fabs(s->qp.q[i]), sum[2] = {0.0, 0.0};
-        const double value = hqp_qp_inner(row, s->x, n);
-        int j = 0;
-        for (; j + 2 <= n; j += 2) {
-            sum[0] += fabs(row[j] * s->x[j]);
-            sum[1] += fabs(row[j + 1] * s->x[j + 1]);
-        }
-        if (j < n) size += fabs(row[j] * s->x[j]);
+        const double value = hqp_qp_inner_sized(s->qp.P + (ptrdiff_t)i * n, s->x, n, s->scale + i);
         s->gradient[i] = value + s->qp.q[i];
-        s->scale[i] = size + (sum[0] + sum[1]);
+        s->scale[i] += fabs(s->qp.q[i]);
         bent += value * s->x[i];
         tilted += s->qp.q[i] * s->x[i];
     }
@@ -135,27 +127,29 @@ static int is_feasible(const hqp_qp_solver *s) {
     return x_norm < INFINITY;
 }
 
-/* Multipliers that rounding took below 0 are 0. Returns whether there are others. */
+/* Multipliers of inequalities are not negative. Returns whether one was. */
 static int clamp(hqp_qp_solver *s) {
+    int any = 0;
     for (int k = 0; k < s->count; k++) {
-        if (hqp_qp_is_equality(s, s->id[k])) continue;
-        if (s->multiplier[k] < 0.0) s->multiplier[k] = 0.0;
+        if (s->multiplier[k] >= 0.0 || hqp_qp_is_equality(s, s->id[k])) continue;
+        s->multiplier[k] = 0.0;
+        any = 1;
     }
-    return 1;
+    return any;
 }
 
 /* Solve the equations of the held rows, without shift, and prove the answer. */
 static int prove(hqp_qp_solver *s) {
-    double *gap = s->scratch, before = INFINITY;
+    double *gap = s->scratch, before = INFINITY, left;
     for (int k = 0;; k++) {
-        const double left = excess(s, gap);
+        left = excess(s, gap);
         if (left <= GOOD || k == REFINEMENTS || !(left <= SLOW * before)) break;
         before = left;
         for (int i = 0; i < s->n; i++) s->gradient[i] = -s->gradient[i];
         hqp_qp_correct(s, s->gradient, gap);
     }
-    clamp(s);
-    return excess(s, gap) <= 1.0 && is_feasible(s);
+    if (clamp(s)) left = excess(s, gap);
+    return left <= 1.0 && is_feasible(s);
 }
 
 /* Rows that the guess puts at their bound, or beyond, are held from the start. */

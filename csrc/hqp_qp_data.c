@@ -7,29 +7,32 @@ static const double MOST = 1e100;
 static const double NOTHING = 1e-10; /* how far a row of zeros may miss its bound */
 static const int FEW = 4; /* a row is sparse where at most one in so many entries is not zero */
 
-/* Extent, norm and nonzeros of a row. Returns the next free place for nonzeros, or -1 for bad numbers. */
-static int measure(hqp_qp_solver *s, int id, const double *row, int place) {
-    const int n = s->n, most = n / FEW;
-    int count = 0, last = -1;
-    double square = 0.0;
-    s->begin[id] = place;
-    for (int j = 0; j < n; j++) {
+/* Nonzeros of a row in [first, last), if there are at most so many of them; else -1. */
+static int list(hqp_qp_solver *s, const double *row, int first, int last, int most, int place) {
+    int count = 0;
+    for (int j = first; j < last; j++) {
         if (row[j] == 0.0) continue;
-        square += row[j] * row[j];
-        last = j;
-        if (count == 0) s->first[id] = j;
-        if (count < most) {
-            s->column[place + count] = j;
-            s->coefficient[place + count] = row[j];
-        }
+        if (count == most) return -1;
+        s->column[place + count] = j;
+        s->coefficient[place + count] = row[j];
         count++;
     }
+    return count;
+}
+
+/* Extent, norm and nonzeros of a row. Returns the next free place for nonzeros, or -1 for bad numbers. */
+static int measure(hqp_qp_solver *s, int id, const double *row, int place) {
+    const double square = hqp_qp_inner(row, row, s->n);
+    int first = 0, last = s->n;
     if (!(square <= MOST * MOST)) return -1;
-    if (count == 0) s->first[id] = 0;
-    s->last[id] = last + 1;
+    while (first < last && row[first] == 0.0) first++;
+    while (last > first && row[last - 1] == 0.0) last--;
     s->norm[id] = sqrt(square);
-    s->length[id] = count <= most ? count : -1;
-    return count <= most ? place + count : place;
+    s->first[id] = first;
+    s->last[id] = last;
+    s->begin[id] = place;
+    s->length[id] = list(s, row, first, last, s->n / FEW, place);
+    return s->length[id] < 0 ? place : place + s->length[id];
 }
 
 /* The bounds of a row can be met, and it can act; a row of zeros never does. */

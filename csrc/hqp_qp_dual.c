@@ -50,6 +50,7 @@ static void place(hqp_qp_solver *s, int id, int side) {
     }
     s->begins[slot] = s->first[id];
     s->ends[slot] = s->is_diagonal ? s->last[id] : s->n;
+    while (m[s->ends[slot] - 1] == 0.0) s->ends[slot]--; /* the sparser L, the earlier */
     s->size[slot] = product(s, k, k);
     s->id[k] = id;
     s->side[id] = (signed char)side;
@@ -62,20 +63,43 @@ static void solve(const hqp_qp_solver *s, double *y) {
         y[i] = (y[i] - hqp_qp_inner(hqp_qp_line(s, i), y, i)) * s->end[s->slot[i]];
 }
 
-/* y = T^-T y */
+/* y = T^-T y, four lines at a time */
 static void solve_transposed(const hqp_qp_solver *s, double *y) {
-    for (int i = s->count - 1; i >= 0; i--) {
-        y[i] *= s->end[s->slot[i]];
-        hqp_add(y, -y[i], hqp_qp_line(s, i), i);
+    int i = s->count;
+    for (; i % 4; i--) {
+        y[i - 1] *= s->end[s->slot[i - 1]];
+        hqp_add(y, -y[i - 1], hqp_qp_line(s, i - 1), i - 1);
+    }
+    for (; i > 0; i -= 4) {
+        const double *line[4];
+        for (int k = 3; k >= 0; k--) {
+            line[k] = hqp_qp_line(s, i - 4 + k);
+            y[i - 4 + k] *= s->end[s->slot[i - 4 + k]];
+            for (int j = 0; j < k; j++) y[i - 4 + j] -= y[i - 4 + k] * line[k][i - 4 + j];
+        }
+        hqp_qp_take_off(y, y + i - 4, line, i - 4);
     }
 }
 
-/* to -= M^T y */
+/* to -= M^T y. Rows with wide windows, which begin anywhere, are taken together four by four. */
 static void subtract(const hqp_qp_solver *s, const double *y, double *to) {
+    const double *row[4];
+    double factor[4];
+    int wide = 0;
     for (int k = 0; k < s->count; k++) {
-        const int slot = s->slot[k], from = s->begins[slot];
-        hqp_add(to + from, -y[k], s->M + (ptrdiff_t)slot * s->ld + from, s->ends[slot] - from);
+        const int slot = s->slot[k], from = s->begins[slot], to_end = s->ends[slot];
+        const double *m = s->M + (ptrdiff_t)slot * s->ld;
+        if (2 * (to_end - from) < s->n) {
+            hqp_add(to + from, -y[k], m + from, to_end - from);
+            continue;
+        }
+        factor[wide] = y[k];
+        row[wide++] = m;
+        if (wide < 4) continue;
+        hqp_qp_take_off(to, factor, row, s->n);
+        wide = 0;
     }
+    for (int k = 0; k < wide; k++) hqp_add(to, -factor[k], row[k], s->n);
 }
 
 /* Line of T of the row behind, but for its end. */

@@ -94,6 +94,41 @@ static inline double hqp_qp_inner(const double *a, const double *b, int count) {
     return (low[0] + low[1]) + (high[0] + high[1]) + rest;
 }
 
+/* a -= t0 b0 + t1 b1 + t2 b2 + t3 b3 over [0, count) */
+static inline void hqp_qp_take_off(double *a, const double *t, const double *const *b, int count) {
+    int i = 0;
+    for (; i + 2 <= count; i += 2) {
+        hqp_loose left = t[0] * *(const hqp_loose *)(b[0] + i), right = t[1] * *(const hqp_loose *)(b[1] + i);
+        left += t[2] * *(const hqp_loose *)(b[2] + i);
+        right += t[3] * *(const hqp_loose *)(b[3] + i);
+        *(hqp_loose *)(a + i) -= left + right;
+    }
+    if (i < count) a[i] -= (t[0] * b[0][i] + t[2] * b[2][i]) + (t[1] * b[1][i] + t[3] * b[3][i]);
+}
+
+/* sum a_i b_i over [0, count), and in *size that of the |a_i b_i| */
+static inline double hqp_qp_inner_sized(const double *a, const double *b, int count, double *size) {
+    typedef long long bits __attribute__((vector_size(16)));
+    const bits positive = {0x7fffffffffffffff, 0x7fffffffffffffff};
+    hqp_loose sum[2] = {{0.0, 0.0}, {0.0, 0.0}}, all[2] = {{0.0, 0.0}, {0.0, 0.0}};
+    double rest[2] = {0.0, 0.0};
+    int i = 0;
+    for (; i + 4 <= count; i += 4) {
+        for (int k = 0; k < 2; k++) {
+            const hqp_loose product = *(const hqp_loose *)(a + i + 2 * k) * *(const hqp_loose *)(b + i + 2 * k);
+            sum[k] += product;
+            all[k] += (hqp_loose)((bits)product & positive);
+        }
+    }
+    for (; i < count; i++) {
+        rest[0] += a[i] * b[i];
+        rest[1] += fabs(a[i] * b[i]);
+    }
+    const hqp_loose total = sum[0] + sum[1], sizes = all[0] + all[1];
+    *size = sizes[0] + sizes[1] + rest[1];
+    return total[0] + total[1] + rest[0];
+}
+
 /* hqp_qp_data.c: constraints as the caller gives them */
 int hqp_qp_take(hqp_qp_solver *s);
 double hqp_qp_value(const hqp_qp_solver *s, int id, const double *x);
