@@ -41,7 +41,7 @@ static size_t lay_out(hqp_qp_solver *s, char *memory) {
                         &s->step, &s->center, &s->kept, &s->kept_multiplier, &s->gradient, &s->scale,
                         &s->scratch, &s->size, &s->end};
     int **counts[] = {&s->from, &s->id, &s->slot, &s->begins, &s->ends};
-    double **bounds[] = {&s->lo, &s->hi, &s->norm};
+    double **bounds[] = {&s->lo, &s->hi, &s->norm, &s->value};
     int **extents[] = {&s->length, &s->begin, &s->first, &s->last};
     size_t used = 0;
     for (size_t k = 0; k < sizeof lines / sizeof *lines; k++) *lines[k] = take(&used, memory, ld + 4, d);
@@ -117,12 +117,14 @@ static double excess(hqp_qp_solver *s, double *gap) {
 }
 
 /* No row is missed. */
-static int is_feasible(const hqp_qp_solver *s) {
+static int is_feasible(hqp_qp_solver *s) {
     const double x_norm = sqrt(hqp_qp_inner(s->x, s->x, s->n));
+    hqp_qp_find_values(s);
     for (int i = 0; i < s->rows; i++) {
-        const double value = hqp_qp_value(s, i, s->x);
-        if (value > s->hi[i] && !(value - s->hi[i] <= MET * hqp_qp_allowance(s, i, s->hi[i], x_norm))) return 0;
-        if (value < s->lo[i] && !(s->lo[i] - value <= MET * hqp_qp_allowance(s, i, s->lo[i], x_norm))) return 0;
+        const double over = s->value[i] - s->hi[i], under = s->lo[i] - s->value[i];
+        if (over <= 0.0 && under <= 0.0) continue;
+        const double beyond = over > under ? over : under, bound = over > under ? s->hi[i] : s->lo[i];
+        if (!(beyond <= MET * hqp_qp_allowance(s, i, bound, x_norm))) return 0;
     }
     return x_norm < INFINITY;
 }

@@ -20,13 +20,23 @@ static int list(hqp_qp_solver *s, const double *row, int first, int last, int mo
     return count;
 }
 
+/* four entries are +0 or -0 */
+static int is_zero(const double *row) {
+    unsigned long long bits[4];
+    memcpy(bits, row, sizeof bits);
+    return (bits[0] | bits[1] | bits[2] | bits[3]) << 1 == 0;
+}
+
 /* Extent, norm and nonzeros of a row. Returns the next free place for nonzeros, or -1 for bad numbers. */
 static int measure(hqp_qp_solver *s, int id, const double *row, int place) {
-    const double square = hqp_qp_inner(row, row, s->n);
     int first = 0, last = s->n;
-    if (!(square <= MOST * MOST)) return -1;
+    while (first + 4 <= last && is_zero(row + first)) first += 4;
     while (first < last && row[first] == 0.0) first++;
+    while (first + 4 <= last && is_zero(row + last - 4)) last -= 4;
     while (last > first && row[last - 1] == 0.0) last--;
+    const double square = hqp_qp_inner(row + first, row + first, last - first);
+    if (!(square <= MOST * MOST)) return -1;
+    if (square == 0.0 && first < last) return -1; /* too small to be squared */
     s->norm[id] = sqrt(square);
     s->first[id] = first;
     s->last[id] = last;
@@ -87,6 +97,28 @@ double hqp_qp_value(const hqp_qp_solver *s, int id, const double *x) {
     double sum = 0.0;
     for (int k = 0; k < length; k++) sum += coefficient[k] * x[column[k]];
     return sum;
+}
+
+/* s->value, dense rows four at a time */
+void hqp_qp_find_values(hqp_qp_solver *s) {
+    const int given = s->qp.equalities + s->qp.inequalities;
+    const double *row[4];
+    int at[4], count = 0;
+    double sum[4];
+    for (int i = 0; i < given; i++) {
+        if (s->length[i] >= 0) {
+            s->value[i] = hqp_qp_value(s, i, s->x);
+            continue;
+        }
+        row[count] = hqp_qp_dense(s, i);
+        at[count++] = i;
+        if (count < 4) continue;
+        hqp_qp_inner4(row, s->x, s->n, sum);
+        for (int k = 0; k < 4; k++) s->value[at[k]] = sum[k];
+        count = 0;
+    }
+    for (int k = 0; k < count; k++) s->value[at[k]] = hqp_qp_inner(row[k], s->x, s->n);
+    if (s->rows > given) memcpy(s->value + given, s->x, (size_t)s->n * sizeof(double));
 }
 
 /* to += factor c */

@@ -28,15 +28,6 @@ void hqp_qp_clear(hqp_qp_solver *s) {
     memset(s->side, 0, (size_t)s->rows);
 }
 
-/* sum over the common window of two rows */
-static double product(const hqp_qp_solver *s, int k, int l) {
-    const int a = s->slot[k], b = s->slot[l];
-    const int from = s->begins[a] > s->begins[b] ? s->begins[a] : s->begins[b];
-    const int to = s->ends[a] < s->ends[b] ? s->ends[a] : s->ends[b];
-    if (from >= to) return 0.0;
-    return hqp_qp_inner(s->M + (ptrdiff_t)a * s->ld + from, s->M + (ptrdiff_t)b * s->ld + from, to - from);
-}
-
 /* Row `id` becomes the one behind the held ones. */
 static void place(hqp_qp_solver *s, int id, int side) {
     const int k = s->count, slot = s->slot[k];
@@ -51,7 +42,7 @@ static void place(hqp_qp_solver *s, int id, int side) {
     s->begins[slot] = s->first[id];
     s->ends[slot] = s->is_diagonal ? s->last[id] : s->n;
     while (m[s->ends[slot] - 1] == 0.0) s->ends[slot]--; /* the sparser L, the earlier */
-    s->size[slot] = product(s, k, k);
+    s->size[slot] = hqp_qp_inner(m + s->begins[slot], m + s->begins[slot], s->ends[slot] - s->begins[slot]);
     s->id[k] = id;
     s->side[id] = (signed char)side;
     s->multiplier[k] = 0.0;
@@ -102,10 +93,35 @@ static void subtract(const hqp_qp_solver *s, const double *y, double *to) {
     for (int k = 0; k < wide; k++) hqp_add(to, -factor[k], row[k], s->n);
 }
 
+/* to = M v, v zero outside of [from, to_end). Wide rows are taken four at a time. */
+static void multiply(const hqp_qp_solver *s, const double *v, int from, int to_end, double *to) {
+    const double *row[4];
+    int at[4], wide = 0;
+    double sum[4];
+    for (int k = 0; k < s->count; k++) {
+        const int slot = s->slot[k];
+        const int first = s->begins[slot] > from ? s->begins[slot] : from;
+        const int last = s->ends[slot] < to_end ? s->ends[slot] : to_end;
+        const double *m = s->M + (ptrdiff_t)slot * s->ld;
+        if (2 * (last - first) < to_end - from) {
+            to[k] = first < last ? hqp_qp_inner(m + first, v + first, last - first) : 0.0;
+            continue;
+        }
+        row[wide] = m + from;
+        at[wide++] = k;
+        if (wide < 4) continue;
+        hqp_qp_inner4(row, v + from, to_end - from, sum);
+        for (int l = 0; l < 4; l++) to[at[l]] = sum[l];
+        wide = 0;
+    }
+    for (int l = 0; l < wide; l++) to[at[l]] = hqp_qp_inner(row[l], v + from, to_end - from);
+}
+
 /* Line of T of the row behind, but for its end. */
 static void reduce(hqp_qp_solver *s) {
+    const int slot = s->slot[s->count];
     double *line = hqp_qp_line(s, s->count);
-    for (int i = 0; i < s->count; i++) line[i] = product(s, s->count, i);
+    multiply(s, hqp_qp_row(s, s->count), s->begins[slot], s->ends[slot], line);
     solve(s, line);
 }
 
@@ -119,7 +135,7 @@ static double find_rest(hqp_qp_solver *s) {
     subtract(s, s->pull, rest);
     const double left = hqp_qp_inner(rest, rest, n);
     if (count == 0 || left > CANCELLED * s->size[s->slot[count]]) return left;
-    for (int k = 0; k < count; k++) more[k] = hqp_qp_inner(hqp_qp_row(s, k), rest, n);
+    multiply(s, rest, 0, n, more);
     solve(s, more);
     hqp_add(line, 1.0, more, count);
     solve_transposed(s, more);
@@ -226,15 +242,16 @@ static hqp_qp_end bring(hqp_qp_solver *s, int id, int side, double missing) {
 }
 
 /* The row that x breaks most, by distance; -1: none. */
-static int most_broken(const hqp_qp_solver *s, int *side, double *missing) {
+static int most_broken(hqp_qp_solver *s, int *side, double *missing) {
     const double x_norm = sqrt(hqp_qp_inner(s->x, s->x, s->n));
     double most = 0.0;
     int worst = -1;
+    hqp_qp_find_values(s);
     for (int i = 0; i < s->rows; i++) {
+        const double value = s->value[i];
+        if (value <= s->hi[i] && value >= s->lo[i]) continue;
         if (s->side[i] || s->waived[i]) continue;
-        const double value = hqp_qp_value(s, i, s->x);
-        const int at = value > s->hi[i] ? 1 : value < s->lo[i] ? -1 : 0;
-        if (!at) continue;
+        const int at = value > s->hi[i] ? 1 : -1;
         const double bound = hqp_qp_bound(s, i, at), beyond = at * (value - bound);
         if (beyond <= most * s->norm[i] || beyond <= hqp_qp_allowance(s, i, bound, x_norm)) continue;
         most = beyond / s->norm[i];
@@ -293,9 +310,10 @@ void hqp_qp_settle(hqp_qp_solver *s) {
     for (;;) {
         int worst = -1;
         double least = 0.0;
+        multiply(s, u, 0, n, multiplier);
         for (int k = 0; k < s->count; k++) {
             const int id = s->id[k], side = s->side[id];
-            multiplier[k] = hqp_qp_inner(hqp_qp_row(s, k), u, n) - side * hqp_qp_bound(s, id, side);
+            multiplier[k] -= side * hqp_qp_bound(s, id, side);
         }
         solve(s, multiplier);
         solve_transposed(s, multiplier);
@@ -317,7 +335,8 @@ void hqp_qp_settle(hqp_qp_solver *s) {
  * and of the distance to their bounds. Overwrites both. */
 void hqp_qp_correct(hqp_qp_solver *s, double *down, double *gap) {
     hqp_qp_forward(s, down, 0);
-    for (int k = 0; k < s->count; k++) gap[k] = hqp_qp_inner(hqp_qp_row(s, k), down, s->n) - gap[k];
+    multiply(s, down, 0, s->n, s->pull);
+    for (int k = 0; k < s->count; k++) gap[k] = s->pull[k] - gap[k];
     solve(s, gap);
     solve_transposed(s, gap);
     subtract(s, gap, down);

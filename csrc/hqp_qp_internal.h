@@ -26,6 +26,7 @@ struct hqp_qp_solver {
 
     /* constraints: lo <= c^T x <= hi */
     double *lo, *hi, *norm;   /* [rows] */
+    double *value;            /* [rows] c^T x, where it was asked for */
     int *length, *begin;      /* [rows] nonzeros of a sparse row, and where they lie; -1: a dense row */
     int *first, *last;        /* [rows] c is zero outside of columns [first, last) */
     int *column;              /* of the nonzeros of sparse rows */
@@ -106,6 +107,18 @@ static inline void hqp_qp_take_off(double *a, const double *t, const double *con
     if (i < count) a[i] -= (t[0] * b[0][i] + t[2] * b[2][i]) + (t[1] * b[1][i] + t[3] * b[3][i]);
 }
 
+/* sum b_i x_i over [0, count) for four rows b */
+static inline void hqp_qp_inner4(const double *const *b, const double *x, int count, double *sum) {
+    hqp_loose part[4] = {{0.0, 0.0}, {0.0, 0.0}, {0.0, 0.0}, {0.0, 0.0}};
+    int i = 0;
+    for (; i + 2 <= count; i += 2) {
+        const hqp_loose pair = *(const hqp_loose *)(x + i);
+        for (int k = 0; k < 4; k++) part[k] += *(const hqp_loose *)(b[k] + i) * pair;
+    }
+    for (int k = 0; k < 4; k++) sum[k] = part[k][0] + part[k][1];
+    for (int k = 0; k < 4 && i < count; k++) sum[k] += b[k][i] * x[i];
+}
+
 /* sum a_i b_i over [0, count), and in *size that of the |a_i b_i| */
 static inline double hqp_qp_inner_sized(const double *a, const double *b, int count, double *size) {
     typedef long long bits __attribute__((vector_size(16)));
@@ -132,6 +145,7 @@ static inline double hqp_qp_inner_sized(const double *a, const double *b, int co
 /* hqp_qp_data.c: constraints as the caller gives them */
 int hqp_qp_take(hqp_qp_solver *s);
 double hqp_qp_value(const hqp_qp_solver *s, int id, const double *x);
+void hqp_qp_find_values(hqp_qp_solver *s);
 void hqp_qp_add_row(const hqp_qp_solver *s, int id, double factor, double *to);
 void hqp_qp_add_size(const hqp_qp_solver *s, int id, double factor, double *to);
 
