@@ -265,7 +265,7 @@ static void hand_out(const hqp_qp_solver *s, double *multipliers) {
     for (int i = 0; i < s->count; i++) multipliers[s->id[i]] = s->multiplier[i] * s->side[s->id[i]];
 }
 
-static hqp_qp_status start(hqp_qp_solver *s, const hqp_qp *qp) {
+static hqp_qp_status begin(hqp_qp_solver *s, const hqp_qp *qp) {
     if (qp->n < 1 || qp->n > s->most_n || qp->equalities < 0 || qp->inequalities < 0 ||
         qp->equalities > s->most_rows - qp->inequalities)
         return HQP_QP_BAD_DATA;
@@ -282,7 +282,7 @@ static hqp_qp_status start(hqp_qp_solver *s, const hqp_qp *qp) {
 }
 
 hqp_qp_status hqp_qp_solve(hqp_qp_solver *s, const hqp_qp *qp, hqp_qp_answer *answer) {
-    hqp_qp_status status = start(s, qp);
+    hqp_qp_status status = begin(s, qp);
     answer->iterations = 0;
     if (status != HQP_QP_SOLVED) return status;
     status = solve(s);
@@ -291,4 +291,14 @@ hqp_qp_status hqp_qp_solve(hqp_qp_solver *s, const hqp_qp *qp, hqp_qp_answer *an
     answer->objective = s->objective;
     answer->iterations = s->iterations;
     return status;
+}
+
+hqp_qp_status hqp_qp_call(hqp_qp_solver *s, int n, int equalities, int inequalities, const double *P,
+                          const double *q, const double *A, const double *b, const double *G, const double *h,
+                          const double *lb, const double *ub, const double *start, int max_iterations,
+                          double time_limit, double *out, hqp_qp_answer *found) {
+    const hqp_qp qp = {n, equalities, inequalities, P, q, A, b, G, h, lb, ub, start, max_iterations, time_limit};
+    found->x = out;
+    found->multipliers = out + n;
+    return hqp_qp_solve(s, &qp, found);
 }

@@ -16,87 +16,38 @@ _LIMITS: Final = {
     lib.HQP_QP_ITERATION_CAP: Status.ITERATION_CAP,
     lib.HQP_QP_TIME_LIMIT: Status.TIME_LIMIT,
 }
-_SOLVED, _INFEASIBLE, _UNBOUNDED = lib.HQP_QP_SOLVED, lib.HQP_QP_INFEASIBLE, lib.HQP_QP_UNBOUNDED
+_SOLVED: Final = Status.SOLVED  # of an enumeration it takes longer to read
 NULL: Final = ffi.NULL
 _KEPT: Final = 8  # as many threads find their memory again
-_contiguous, _view, _empty = np.ascontiguousarray, ffi.from_buffer, np.empty
+_contiguous, _view, _empty, _call = np.ascontiguousarray, ffi.from_buffer, np.empty, lib.hqp_qp_call
 
 
 class _Memory:
-    """What a solve works in: memory of C for up to n variables and so many rows."""
+    """What a solve works in: memory of C for QPs of up to n variables and so many rows."""
 
-    __slots__ = ("answer", "n", "qp", "rows", "solver")
+    __slots__ = ("found", "n", "rows", "solver")
 
     def __init__(self) -> None:
         self.n = self.rows = -1
-        self.qp = ffi.new("hqp_qp *")
-        self.answer = ffi.new("hqp_qp_answer *")
+        self.found = ffi.new("hqp_qp_answer *")
         self.solver: Any = None
 
-    def grow(self, n: int, rows: int) -> bool:
-        """Make room. Returns False for sizes out of range."""
-        n, rows = max(n, self.n), max(rows, self.rows)
-        self.solver, self.n = None, -1
-        made = lib.hqp_qp_create(n, rows)
-        if made == ffi.NULL:
-            return False
-        self.solver, self.n, self.rows = ffi.gc(made, lib.hqp_qp_destroy), n, rows
-        return True
-
-    def solve(
-        self,
-        P: Any,
-        q: Any,
-        G: Any,
-        h: Any,
-        A: Any,
-        b: Any,
-        lb: Any,
-        ub: Any,
-        initvals: Any,
-        max_iterations: int,
-        time_limit: float,
-    ) -> tuple[int, Array, int, int, int]:
-        """How C ends, what it writes (x and multipliers), n, and the numbers of rows of A and G.
+    def grow(self, n: int, rows: int) -> None:
+        """Make room.
 
         Raises:
-            TypeError, ValueError, OverflowError: for what C cannot read.
+            ValueError: sizes out of range.
         """
-        qp = self.qp
-        q = _contiguous(q, _FLOAT)
-        n = len(q)
-        # the views keep the arrays alive, and of their size, while C reads them
-        qp.q = _vector = _view(_DOUBLES, q)
-        qp.P = _matrix = _pointer(P, (n, n))
-        k = m = 0
-        if A is not None or b is not None:
-            k = len(b)
-            qp.A, qp.b = _equalities = _pointer(A, (k, n)), _pointer(b, (k,))
-        if G is not None or h is not None:
-            m = len(h)
-            qp.G, qp.h = _inequalities = _pointer(G, (m, n)), _pointer(h, (m,))
-        qp.lb = _lower = NULL if lb is None else _pointer(lb, (n,))
-        qp.ub = _upper = NULL if ub is None else _pointer(ub, (n,))
-        qp.start = _start = NULL if initvals is None else _pointer(initvals, (n,))
-        qp.n, qp.equalities, qp.inequalities = n, k, m
-        qp.max_iterations, qp.time_limit = max_iterations, time_limit
-        if (n > self.n or k + m > self.rows) and not self.grow(n, k + m):
-            raise ValueError("sizes are out of range")
-        out = _empty(2 * n + k + m)
-        self.answer.x = _written = _view(_DOUBLES, out)
-        self.answer.multipliers = _written + n
-        return lib.hqp_qp_solve(self.solver, qp, self.answer), out, n, k, m
-
-
-def _pointer(value: Any, shape: tuple[int, ...]) -> Any:
-    array = _contiguous(value, _FLOAT)
-    if array.shape != shape:
-        raise ValueError
-    return _view(_DOUBLES, array)
+        self.solver, self.n, self.rows = None, max(n, self.n), max(rows, self.rows)
+        made = lib.hqp_qp_create(self.n, self.rows)
+        if made == NULL:
+            self.n = self.rows = -1
+            raise ValueError
+        self.solver = ffi.gc(made, lib.hqp_qp_destroy)
 
 
 _memories: list[_Memory] = []
-"""Memory that nobody works in. To pop and append is safe beside other threads."""
+"""Memory that nobody works in. To pop and to append is safe beside other threads."""
 
 
 def solve_qp(
@@ -143,24 +94,66 @@ def solve_qp(
         memory = _memories.pop()
     except IndexError:
         memory = _Memory()
-    try:
-        ends, out, n, k, m = memory.solve(P, q, G, h, A, b, lb, ub, initvals, max_iterations, time_limit)
+    try:  # written out, for speed: of a small QP most of the time goes into this function
+        q = _contiguous(q, _FLOAT)
+        n = len(q)
+        P = _contiguous(P, _FLOAT)
+        if P.shape != (n, n):
+            raise ValueError
+        k = m = 0
+        equalities = values = rows = bounds = NULL
+        if A is not None or b is not None:
+            k = len(b)
+            equalities, values = _view_of(A, (k, n)), _view_of(b, (k,))
+        if G is not None or h is not None:
+            m = len(h)
+            rows, bounds = _view_of(G, (m, n)), _view_of(h, (m,))
+        if n > memory.n or k + m > memory.rows:
+            memory.grow(n, k + m)
+        out = _empty(n + k + m + n)
+        found = memory.found
+        ends = _call(
+            memory.solver,
+            n,
+            k,
+            m,
+            _view(_DOUBLES, P),
+            _view(_DOUBLES, q),
+            equalities,
+            values,
+            rows,
+            bounds,
+            NULL if lb is None else _view_of(lb, (n,)),
+            NULL if ub is None else _view_of(ub, (n,)),
+            NULL if initvals is None else _view_of(initvals, (n,)),
+            max_iterations,
+            time_limit,
+            _view(_DOUBLES, out),
+            found,
+        )
+        if ends == 0:
+            return QpSolution(out[:n], _SOLVED, True, found.iterations, found.objective, [], out, k, m)
+        iterations, objective = found.iterations, found.objective
     except (TypeError, ValueError, OverflowError):  # solve_by_levels says what is wrong
-        ends, out, n, k, m = lib.HQP_QP_BAD_DATA, None, 0, 0, 0
-    answer = memory.answer
-    iterations, objective = answer.iterations, answer.objective
-    if len(_memories) < _KEPT:
-        _memories.append(memory)
-    if ends == _SOLVED:
-        return QpSolution(out[:n], Status.SOLVED, True, iterations, objective, [], out[n:], k, m)
-    if ends == _UNBOUNDED:
+        return solve_by_levels(P, q, G, h, A, b, lb, ub, initvals, max_iterations, time_limit)
+    finally:
+        if len(_memories) < _KEPT:
+            _memories.append(memory)
+    if ends == lib.HQP_QP_UNBOUNDED:
         raise UnboundedError(out[:n])
     if ends in _LIMITS and (max_iterations or time_limit):
         return QpSolution(out[:n], _LIMITS[ends], False, iterations, objective, [], None, k, m)
-    if ends == _INFEASIBLE:
+    if ends == lib.HQP_QP_INFEASIBLE:
         x, status = nearest(n, G, h, A, b, lb, ub)
         return QpSolution(x, status, False, iterations, np.nan, _conflict(out[n:], k, m), None, k, m)
     return solve_by_levels(P, q, G, h, A, b, lb, ub, initvals, max_iterations, time_limit)
+
+
+def _view_of(value: Any, shape: tuple[int, ...]) -> Any:
+    array = _contiguous(value, _FLOAT)
+    if array.shape != shape:
+        raise ValueError
+    return _view(_DOUBLES, array)
 
 
 def _conflict(multipliers: Array, equalities: int, inequalities: int) -> list[tuple[str, int, float]]:
