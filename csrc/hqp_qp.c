@@ -33,13 +33,12 @@ static void *take(size_t *used, char *memory, size_t count, size_t size) {
     return at;
 }
 
-/* Set the pointers into the memory. Returns how much of it they need. */
-static size_t lay_out(hqp_qp_solver *s, char *memory) {
-    const size_t n = (size_t)s->most_n, ld = (n + 3) & ~(size_t)3, rows = (size_t)s->most_rows + n;
-    const size_t few = (size_t)s->most_rows * (n / 4) + n, d = sizeof(double), i = sizeof(int);
+/* Set the pointers into the memory, close together for a QP of this size. Returns how much of it they need. */
+static size_t lay_out(hqp_qp_solver *s, int variables, int most_rows, char *memory) {
+    const size_t n = (size_t)variables, ld = (n + 3) & ~(size_t)3, rows = (size_t)most_rows + n;
+    const size_t few = (size_t)most_rows * (n / 4) + n, d = sizeof(double), i = sizeof(int);
     double **lines[] = {&s->inverse, &s->multiplier, &s->pull, &s->rest, &s->cosine, &s->sine, &s->x, &s->u,
-                        &s->step, &s->center, &s->kept, &s->kept_multiplier, &s->gradient, &s->scale,
-                        &s->scratch, &s->size, &s->end};
+                        &s->step, &s->center, &s->kept, &s->gradient, &s->scale, &s->scratch, &s->size, &s->end};
     int **counts[] = {&s->from, &s->id, &s->slot, &s->begins, &s->ends};
     double **bounds[] = {&s->lo, &s->hi, &s->norm, &s->value};
     int **extents[] = {&s->length, &s->begin, &s->first, &s->last};
@@ -60,15 +59,11 @@ static size_t lay_out(hqp_qp_solver *s, char *memory) {
 
 hqp_qp_solver *hqp_qp_create(int n, int rows) {
     if (n < 1 || n > 1024 || rows < 0 || rows > 8192) return NULL;
-    hqp_qp_solver sizes = {.most_n = n, .most_rows = rows};
-    const size_t head = (sizeof sizes + 31) & ~(size_t)31;
-    char *memory = malloc(head + lay_out(&sizes, NULL) + 32);
-    if (!memory) return NULL;
-    hqp_qp_solver *s = (hqp_qp_solver *)(void *)memory;
-    memset(s, 0, sizeof *s);
+    hqp_qp_solver sizes;
+    hqp_qp_solver *s = malloc(sizeof *s + lay_out(&sizes, n, rows, NULL));
+    if (!s) return NULL;
     s->most_n = n;
     s->most_rows = rows;
-    lay_out(s, memory + head);
     return s;
 }
 
@@ -234,7 +229,6 @@ static hqp_qp_status solve_for_center(hqp_qp_solver *s) {
         if (end == HQP_QP_CAPPED)
             return s->iterations >= s->iteration_limit ? HQP_QP_ITERATION_CAP : HQP_QP_TIME_LIMIT;
         memcpy(s->kept, s->x, (size_t)s->n * sizeof(double));
-        memcpy(s->kept_multiplier, s->multiplier, (size_t)s->count * sizeof(double));
         if (prove(s)) return HQP_QP_SOLVED;
         if (s->shift > 0.0 || k == RETURNS) return HQP_QP_NOT_PROVEN;
     }
@@ -269,6 +263,7 @@ static hqp_qp_status begin(hqp_qp_solver *s, const hqp_qp *qp) {
     if (qp->n < 1 || qp->n > s->most_n || qp->equalities < 0 || qp->inequalities < 0 ||
         qp->equalities > s->most_rows - qp->inequalities)
         return HQP_QP_BAD_DATA;
+    lay_out(s, qp->n, qp->equalities + qp->inequalities, (char *)(s + 1));
     s->qp = *qp;
     s->n = qp->n;
     s->ld = (qp->n + 3) & ~3;

@@ -4,6 +4,7 @@
 #include "hqp_qp_internal.h"
 
 static const double MOST = 1e100;
+enum { AT_ONCE = 8 };
 static const double NOTHING = 1e-10; /* how far a row of zeros may miss its bound */
 static const int FEW = 4; /* a row is sparse where at most one in so many entries is not zero */
 
@@ -20,19 +21,20 @@ static int list(hqp_qp_solver *s, const double *row, int first, int last, int mo
     return count;
 }
 
-/* four entries are +0 or -0 */
+/* AT_ONCE entries are +0 or -0 */
 static int is_zero(const double *row) {
-    unsigned long long bits[4];
+    unsigned long long bits[AT_ONCE], any = 0;
     memcpy(bits, row, sizeof bits);
-    return (bits[0] | bits[1] | bits[2] | bits[3]) << 1 == 0;
+    for (int k = 0; k < AT_ONCE; k++) any |= bits[k];
+    return any << 1 == 0;
 }
 
 /* Extent, norm and nonzeros of a row. Returns the next free place for nonzeros, or -1 for bad numbers. */
 static int measure(hqp_qp_solver *s, int id, const double *row, int place) {
     int first = 0, last = s->n;
-    while (first + 4 <= last && is_zero(row + first)) first += 4;
+    while (first + AT_ONCE <= last && is_zero(row + first)) first += AT_ONCE;
     while (first < last && row[first] == 0.0) first++;
-    while (first + 4 <= last && is_zero(row + last - 4)) last -= 4;
+    while (first + AT_ONCE <= last && is_zero(row + last - AT_ONCE)) last -= AT_ONCE;
     while (last > first && row[last - 1] == 0.0) last--;
     const double square = hqp_qp_inner(row + first, row + first, last - first);
     if (!(square <= MOST * MOST)) return -1;

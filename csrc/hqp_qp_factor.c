@@ -5,7 +5,7 @@
 
 static const double SYMMETRIC = 1e-9; /* of the largest entry of P */
 static const double MOST = 1e100;
-enum { TILE = 16 };
+enum { TILE = 16, BLOCK = 4 };
 
 /* |P_ij - P_ji| is at most this, with P read in tiles that fit the cache. */
 static int is_symmetric(const double *P, int n, double most) {
@@ -43,78 +43,98 @@ hqp_qp_status hqp_qp_read(hqp_qp_solver *s) {
     return largest == 0.0 && squares > 0.0 ? HQP_QP_NOT_CONVEX : HQP_QP_SOLVED;
 }
 
-/* The inner products of two rows with two others over [from, to). */
-static inline void products(const double *const *a, const double *const *b, int from, int to, double *sum) {
-    hqp_loose part[4] = {{0.0, 0.0}, {0.0, 0.0}, {0.0, 0.0}, {0.0, 0.0}};
+/* The inner products of four rows with two others over [from, to). */
+static inline void products(double *const *a, const double *const *b, int from, int to, double *sum) {
+    hqp_loose part[BLOCK][2] = {{{0.0, 0.0}}};
     int i = from;
     for (; i + 2 <= to; i += 2) {
-        const hqp_loose a0 = *(const hqp_loose *)(a[0] + i), a1 = *(const hqp_loose *)(a[1] + i);
-        const hqp_loose b0 = *(const hqp_loose *)(b[0] + i), b1 = *(const hqp_loose *)(b[1] + i);
-        part[0] += a0 * b0;
-        part[1] += a0 * b1;
-        part[2] += a1 * b0;
-        part[3] += a1 * b1;
+        const hqp_loose left = *(const hqp_loose *)(b[0] + i), right = *(const hqp_loose *)(b[1] + i);
+        for (int k = 0; k < BLOCK; k++) {
+            const hqp_loose pair = *(const hqp_loose *)(a[k] + i);
+            part[k][0] += pair * left;
+            part[k][1] += pair * right;
+        }
     }
-    for (int k = 0; k < 4; k++) {
-        sum[k] = part[k][0] + part[k][1];
+    for (int k = 0; k < 2 * BLOCK; k++) {
+        sum[k] = part[k / 2][k % 2][0] + part[k / 2][k % 2][1];
         if (i < to) sum[k] += a[k / 2][i] * b[k % 2][i];
     }
 }
 
-static int close_row(hqp_qp_solver *s, int i, double least) {
-    double *row = s->L + (ptrdiff_t)i * s->ld;
-    const int from = s->from[i];
+/* The diagonal entry of row i, whose square is `pivot`. Returns 0 where that is too small a part of P's. */
+static int close_row(hqp_qp_solver *s, int i, double pivot, double least) {
     const double all = s->qp.P[(ptrdiff_t)i * s->n + i] + s->shift;
-    const double pivot = all - hqp_qp_inner(row + from, row + from, i - from);
     if (!(pivot > least * all) || !(pivot > 0.0)) return 0;
-    row[i] = sqrt(pivot);
-    s->inverse[i] = 1.0 / row[i];
+    const double root = sqrt(pivot);
+    s->L[(ptrdiff_t)i * s->ld + i] = root;
+    s->inverse[i] = 1.0 / root;
     return 1;
 }
 
-/* Columns [from, to) of row i of L, all columns before them known. */
-static void fill_row(hqp_qp_solver *s, int i, int from, int to) {
+/* Row i of L alone. */
+static int fill_row(hqp_qp_solver *s, int i, double least) {
+    const int start = s->from[i];
     double *row = s->L + (ptrdiff_t)i * s->ld;
     const double *given = s->qp.P + (ptrdiff_t)i * s->n;
-    for (int j = from; j < to; j++) {
-        const int both = s->from[i] > s->from[j] ? s->from[i] : s->from[j];
+    memset(row, 0, (size_t)i * sizeof(double));
+    for (int j = start; j < i; j++) {
+        const int both = start > s->from[j] ? start : s->from[j];
         const double *other = s->L + (ptrdiff_t)j * s->ld;
         row[j] = (given[j] - (both < j ? hqp_qp_inner(row + both, other + both, j - both) : 0.0)) * s->inverse[j];
     }
+    return close_row(s, i, given[i] + s->shift - hqp_qp_inner(row + start, row + start, i - start), least);
 }
 
-/* Rows i and i + 1 of L up to column i, in blocks of two columns. */
-static void fill_rows(hqp_qp_solver *s, int i) {
+/* The square block of columns [i, i + BLOCK) of these rows, all before it known from `start` on. */
+static int close_block(hqp_qp_solver *s, int i, double *const *row, int start, double least) {
+    double sum[BLOCK / 2][2 * BLOCK];
+    for (int k = 0; k < BLOCK / 2; k++)
+        products(row, (const double *const[]){row[2 * k], row[2 * k + 1]}, start, i, sum[k]);
+    for (int k = 0; k < BLOCK; k++) {
+        const double *given = s->qp.P + (ptrdiff_t)(i + k) * s->n + i;
+        for (int l = 0; l <= k; l++) {
+            double left = given[l] - sum[l / 2][2 * k + l % 2];
+            for (int c = 0; c < l; c++) left -= row[k][i + c] * row[l][i + c];
+            if (l < k) row[k][i + l] = left * s->inverse[i + l];
+            if (l == k && !close_row(s, i + k, left + s->shift, least)) return 0;
+        }
+    }
+    return 1;
+}
+
+/* BLOCK rows of L from row i on, two columns at a time. */
+static int fill_rows(hqp_qp_solver *s, int i, double least) {
     const ptrdiff_t ld = s->ld, n = s->n;
-    double *row[2] = {s->L + i * ld, s->L + (i + 1) * ld}, sum[4];
-    const double *given[2] = {s->qp.P + i * n, s->qp.P + (i + 1) * n};
-    const int start = s->from[i] < s->from[i + 1] ? s->from[i] : s->from[i + 1];
-    for (int k = 0; k < 2; k++) memset(row[k], 0, (size_t)(i + 2) * sizeof(double));
+    double *row[BLOCK], sum[2 * BLOCK];
+    int start = i;
+    for (int k = 0; k < BLOCK; k++) {
+        row[k] = s->L + (i + k) * ld;
+        start = s->from[i + k] < start ? s->from[i + k] : start;
+        memset(row[k], 0, (size_t)(i + k) * sizeof(double));
+    }
     for (int j = start & ~1; j < i; j += 2) {
         const double *other[2] = {s->L + j * ld, s->L + (j + 1) * ld};
         const int first = s->from[j] < s->from[j + 1] ? s->from[j] : s->from[j + 1];
         const double below = other[1][j];
-        products((const double *const *)row, other, first > start ? first : start, j, sum);
-        for (int k = 0; k < 2; k++) {
-            row[k][j] = (given[k][j] - sum[2 * k]) * s->inverse[j];
-            row[k][j + 1] = (given[k][j + 1] - sum[2 * k + 1] - row[k][j] * below) * s->inverse[j + 1];
+        products(row, other, first > start ? first : start, j, sum);
+        for (int k = 0; k < BLOCK; k++) {
+            const double *given = s->qp.P + (i + k) * n + j;
+            row[k][j] = (given[0] - sum[2 * k]) * s->inverse[j];
+            row[k][j + 1] = (given[1] - sum[2 * k + 1] - row[k][j] * below) * s->inverse[j + 1];
         }
     }
+    return close_block(s, i, row, start & ~1, least);
 }
 
 /* Returns 0 where a pivot falls to `least` of its diagonal entry or below. */
 int hqp_qp_factorise(hqp_qp_solver *s, double shift, double least) {
+    int i = 0;
     s->shift = shift;
-    for (int i = 0; i < s->n; i += 2) {
-        if (i + 1 == s->n) {
-            memset(s->L + (ptrdiff_t)i * s->ld, 0, (size_t)i * sizeof(double));
-            fill_row(s, i, s->from[i], i);
-            return close_row(s, i, least);
-        }
-        fill_rows(s, i);
-        if (!close_row(s, i, least)) return 0;
-        fill_row(s, i + 1, i, i + 1);
-        if (!close_row(s, i + 1, least)) return 0;
+    for (; i + BLOCK <= s->n; i += BLOCK) {
+        if (!fill_rows(s, i, least)) return 0;
+    }
+    for (; i < s->n; i++) {
+        if (!fill_row(s, i, least)) return 0;
     }
     return 1;
 }

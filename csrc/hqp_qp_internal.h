@@ -48,7 +48,6 @@ struct hqp_qp_solver {
     double *x, *u, *step; /* [ld] */
     double *center;       /* [ld] of shift / 2 |x - center|^2 */
     double *kept;         /* [ld] x before refinement */
-    double *kept_multiplier;
     double *gradient, *scale; /* [ld] of the Lagrangian, and the size of its terms */
     double *scratch;          /* [ld] */
     double objective;
