@@ -12,8 +12,7 @@
 #include "hqp_qp_internal.h"
 
 static const double DEFINITE = 1e-10; /* of a diagonal entry of P: a smaller pivot is no pivot */
-static const double CONVEX = 1e-9;    /* of the largest diagonal entry: P may lack this to be convex */
-static const double PROXIMITY = 1e-7; /* of the same: what is added to a singular P */
+static const double PROXIMITY = 1e-8; /* of the largest: added to a singular P; who lacks more is not convex */
 static const double REACH = 1e4;      /* with P = 0: how far x may go in the first proximal step */
 static const double LESS = 0.01;      /* times that, where many steps do not suffice */
 static const double STATIONARY = 1e-9; /* of the terms of its entry: left of a gradient of 0 */
@@ -166,7 +165,6 @@ static hqp_qp_status factorise(hqp_qp_solver *s) {
     if (s->largest > 0.0 && hqp_qp_factorise(s, 0.0, DEFINITE)) return HQP_QP_SOLVED;
     double most = 0.0;
     for (int j = 0; j < s->n; j++) most = fmax(most, fabs(s->qp.q[j]));
-    if (s->largest > 0.0 && !hqp_qp_factorise(s, CONVEX * s->largest, 0.0)) return HQP_QP_NOT_CONVEX;
     double shift = PROXIMITY * s->largest;
     if (s->largest == 0.0) shift = most > 0.0 ? most / REACH : 1.0;
     return hqp_qp_factorise(s, shift, 0.0) ? HQP_QP_SOLVED : HQP_QP_NOT_CONVEX;

@@ -293,8 +293,10 @@ void hqp_qp_seat(hqp_qp_solver *s, int id, int side) {
     if (s->count >= s->n) return;
     place(s, id, side);
     reduce(s);
-    const double left = find_rest(s);
-    if (left > SEATED * s->size[s->slot[s->count]]) {
+    const double *line = hqp_qp_line(s, s->count), size = s->size[s->slot[s->count]];
+    double left = size - hqp_qp_inner(line, line, s->count);
+    if (!(left > CANCELLED * size)) left = find_rest(s);
+    if (left > SEATED * size) {
         hold(s, left);
     } else {
         s->side[id] = 0;

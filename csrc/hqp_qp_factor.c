@@ -43,21 +43,20 @@ hqp_qp_status hqp_qp_read(hqp_qp_solver *s) {
     return largest == 0.0 && squares > 0.0 ? HQP_QP_NOT_CONVEX : HQP_QP_SOLVED;
 }
 
-/* The inner products of four rows with two others over [from, to). */
-static inline void products(double *const *a, const double *const *b, int from, int to, double *sum) {
+/* The inner products of BLOCK rows with two others over [from, to), both even. */
+static inline void products(double *const *a, const double *left, const double *right, int from, int to,
+                            double sum[][2]) {
     hqp_loose part[BLOCK][2] = {{{0.0, 0.0}}};
-    int i = from;
-    for (; i + 2 <= to; i += 2) {
-        const hqp_loose left = *(const hqp_loose *)(b[0] + i), right = *(const hqp_loose *)(b[1] + i);
+    for (int i = from; i < to; i += 2) {
+        const hqp_loose l = *(const hqp_loose *)(left + i), r = *(const hqp_loose *)(right + i);
         for (int k = 0; k < BLOCK; k++) {
             const hqp_loose pair = *(const hqp_loose *)(a[k] + i);
-            part[k][0] += pair * left;
-            part[k][1] += pair * right;
+            part[k][0] += pair * l;
+            part[k][1] += pair * r;
         }
     }
-    for (int k = 0; k < 2 * BLOCK; k++) {
-        sum[k] = part[k / 2][k % 2][0] + part[k / 2][k % 2][1];
-        if (i < to) sum[k] += a[k / 2][i] * b[k % 2][i];
+    for (int k = 0; k < BLOCK; k++) {
+        for (int c = 0; c < 2; c++) sum[k][c] = part[k][c][0] + part[k][c][1];
     }
 }
 
@@ -71,29 +70,14 @@ static int close_row(hqp_qp_solver *s, int i, double pivot, double least) {
     return 1;
 }
 
-/* Row i of L alone. */
-static int fill_row(hqp_qp_solver *s, int i, double least) {
-    const int start = s->from[i];
-    double *row = s->L + (ptrdiff_t)i * s->ld;
-    const double *given = s->qp.P + (ptrdiff_t)i * s->n;
-    memset(row, 0, (size_t)i * sizeof(double));
-    for (int j = start; j < i; j++) {
-        const int both = start > s->from[j] ? start : s->from[j];
-        const double *other = s->L + (ptrdiff_t)j * s->ld;
-        row[j] = (given[j] - (both < j ? hqp_qp_inner(row + both, other + both, j - both) : 0.0)) * s->inverse[j];
-    }
-    return close_row(s, i, given[i] + s->shift - hqp_qp_inner(row + start, row + start, i - start), least);
-}
-
-/* The square block of columns [i, i + BLOCK) of these rows, all before it known from `start` on. */
-static int close_block(hqp_qp_solver *s, int i, double *const *row, int start, double least) {
-    double sum[BLOCK / 2][2 * BLOCK];
-    for (int k = 0; k < BLOCK / 2; k++)
-        products(row, (const double *const[]){row[2 * k], row[2 * k + 1]}, start, i, sum[k]);
-    for (int k = 0; k < BLOCK; k++) {
+/* The square block of columns [i, i + count) of rows that are known in [start, i). */
+static int close_block(hqp_qp_solver *s, int i, int count, double *const *row, int start, double least) {
+    double sum[BLOCK / 2][BLOCK][2];
+    for (int c = 0; c < BLOCK / 2; c++) products(row, row[2 * c], row[2 * c + 1], start, i, sum[c]);
+    for (int k = 0; k < count; k++) {
         const double *given = s->qp.P + (ptrdiff_t)(i + k) * s->n + i;
         for (int l = 0; l <= k; l++) {
-            double left = given[l] - sum[l / 2][2 * k + l % 2];
+            double left = given[l] - sum[l / 2][k][l % 2];
             for (int c = 0; c < l; c++) left -= row[k][i + c] * row[l][i + c];
             if (l < k) row[k][i + l] = left * s->inverse[i + l];
             if (l == k && !close_row(s, i + k, left + s->shift, least)) return 0;
@@ -102,39 +86,37 @@ static int close_block(hqp_qp_solver *s, int i, double *const *row, int start, d
     return 1;
 }
 
-/* BLOCK rows of L from row i on, two columns at a time. */
-static int fill_rows(hqp_qp_solver *s, int i, double least) {
+/* `count` rows of L from row i on, two columns at a time. What a block has too many of is the last row again. */
+static int fill_rows(hqp_qp_solver *s, int i, int count, double least) {
     const ptrdiff_t ld = s->ld, n = s->n;
-    double *row[BLOCK], sum[2 * BLOCK];
+    const double *given[BLOCK];
+    double *row[BLOCK], sum[BLOCK][2];
     int start = i;
     for (int k = 0; k < BLOCK; k++) {
-        row[k] = s->L + (i + k) * ld;
-        start = s->from[i + k] < start ? s->from[i + k] : start;
-        memset(row[k], 0, (size_t)(i + k) * sizeof(double));
+        const int id = i + (k < count ? k : count - 1);
+        row[k] = s->L + id * ld;
+        given[k] = s->qp.P + id * n;
+        start = s->from[id] < start ? s->from[id] : start;
+        memset(row[k], 0, (size_t)id * sizeof(double));
     }
-    for (int j = start & ~1; j < i; j += 2) {
-        const double *other[2] = {s->L + j * ld, s->L + (j + 1) * ld};
-        const int first = s->from[j] < s->from[j + 1] ? s->from[j] : s->from[j + 1];
-        const double below = other[1][j];
-        products(row, other, first > start ? first : start, j, sum);
+    start &= ~1;
+    for (int j = start; j < i; j += 2) {
+        const double *left = s->L + j * ld, *right = left + ld;
+        const int from = (s->from[j] < s->from[j + 1] ? s->from[j] : s->from[j + 1]) & ~1;
+        products(row, left, right, from > start ? from : start, j, sum);
         for (int k = 0; k < BLOCK; k++) {
-            const double *given = s->qp.P + (i + k) * n + j;
-            row[k][j] = (given[0] - sum[2 * k]) * s->inverse[j];
-            row[k][j + 1] = (given[1] - sum[2 * k + 1] - row[k][j] * below) * s->inverse[j + 1];
+            row[k][j] = (given[k][j] - sum[k][0]) * s->inverse[j];
+            row[k][j + 1] = (given[k][j + 1] - sum[k][1] - row[k][j] * right[j]) * s->inverse[j + 1];
         }
     }
-    return close_block(s, i, row, start & ~1, least);
+    return close_block(s, i, count, row, start, least);
 }
 
 /* Returns 0 where a pivot falls to `least` of its diagonal entry or below. */
 int hqp_qp_factorise(hqp_qp_solver *s, double shift, double least) {
-    int i = 0;
     s->shift = shift;
-    for (; i + BLOCK <= s->n; i += BLOCK) {
-        if (!fill_rows(s, i, least)) return 0;
-    }
-    for (; i < s->n; i++) {
-        if (!fill_row(s, i, least)) return 0;
+    for (int i = 0; i < s->n; i += BLOCK) {
+        if (!fill_rows(s, i, s->n - i < BLOCK ? s->n - i : BLOCK, least)) return 0;
     }
     return 1;
 }

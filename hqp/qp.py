@@ -98,16 +98,26 @@ def solve_qp(
         q = _contiguous(q, _FLOAT)
         n = len(q)
         P = _contiguous(P, _FLOAT)
-        if P.shape != (n, n):
+        if P.shape != (n, n) or q.ndim != 1:
             raise ValueError
         k = m = 0
         equalities = values = rows = bounds = NULL
-        if A is not None or b is not None:
+        if A is not None:
             k = len(b)
-            equalities, values = _view_of(A, (k, n)), _view_of(b, (k,))
-        if G is not None or h is not None:
+            A, b = _contiguous(A, _FLOAT), _contiguous(b, _FLOAT)
+            if A.shape != (k, n) or b.ndim != 1:
+                raise ValueError
+            equalities, values = _view(_DOUBLES, A), _view(_DOUBLES, b)
+        elif b is not None:
+            raise ValueError
+        if G is not None:
             m = len(h)
-            rows, bounds = _view_of(G, (m, n)), _view_of(h, (m,))
+            G, h = _contiguous(G, _FLOAT), _contiguous(h, _FLOAT)
+            if G.shape != (m, n) or h.ndim != 1:
+                raise ValueError
+            rows, bounds = _view(_DOUBLES, G), _view(_DOUBLES, h)
+        elif h is not None:
+            raise ValueError
         if n > memory.n or k + m > memory.rows:
             memory.grow(n, k + m)
         out = _empty(n + k + m + n)
