@@ -11,6 +11,7 @@
 
 #include "hqp_qp_internal.h"
 
+static const double MOST = 1e100;
 static const double DEFINITE = 1e-10; /* of a diagonal entry of P: a smaller pivot is no pivot */
 static const double PROXIMITY = 1e-8; /* of the largest: added to a singular P; who lacks more is not convex */
 static const double REACH = 1e4;      /* with P = 0: how far x may go in the first proximal step */
@@ -25,6 +26,7 @@ static const double RAY = 1e-9;        /* how well a ray must be one */
 static const double GOOD = 1e-3;       /* times what a proof asks: refinement ends */
 static const double SLOW = 0.7;        /* or where more is left of what was left before */
 enum { REFINEMENTS = 12, STEPS = 100, RETURNS = 8 };
+enum { ANOTHER_CENTER = 100 }; /* beside the statuses */
 
 static void *take(size_t *used, char *memory, size_t count, size_t size) {
     void *at = memory ? memory + *used : NULL;
@@ -215,20 +217,25 @@ static int is_clash(hqp_qp_solver *s) {
         extent += fabs(s->x[j]);
         most = fmax(most, fabs(sum[j]));
     }
+    if (!(gap < -OPPOSED * all && -gap > FAR * most * (1.0 + extent))) return 0;
     s->count++; /* its multiplier is part of the answer */
-    return gap < -OPPOSED * all && -gap > FAR * most * (1.0 + extent);
+    return 1;
 }
 
-/* The dual method to its end for this center, as often as refinement brings up rows that were not seen. */
-static hqp_qp_status solve_for_center(hqp_qp_solver *s) {
+/* The dual method to its end for this center, as often as refinement brings up rows that were not seen.
+ * Returns a status, or ANOTHER_CENTER. */
+static int solve_for_center(hqp_qp_solver *s) {
     for (int k = 0;; k++) {
         const hqp_qp_end end = hqp_qp_descend(s);
         if (end == HQP_QP_CLASH) return is_clash(s) ? HQP_QP_INFEASIBLE : HQP_QP_NOT_PROVEN;
-        if (end == HQP_QP_CAPPED)
+        if (end == HQP_QP_CAPPED) {
+            find_gradient(s);
             return s->iterations >= s->iteration_limit ? HQP_QP_ITERATION_CAP : HQP_QP_TIME_LIMIT;
+        }
         memcpy(s->kept, s->x, (size_t)s->n * sizeof(double));
         if (prove(s)) return HQP_QP_SOLVED;
-        if (s->shift > 0.0 || k == RETURNS) return HQP_QP_NOT_PROVEN;
+        if (s->shift > 0.0) return ANOTHER_CENTER;
+        if (k == RETURNS) return HQP_QP_NOT_PROVEN;
     }
 }
 
@@ -241,8 +248,8 @@ static hqp_qp_status solve(hqp_qp_solver *s) {
     memset(s->center, 0, (size_t)s->ld * sizeof(double));
     for (int k = 0; k < STEPS; k++) {
         hqp_qp_settle(s);
-        const hqp_qp_status status = solve_for_center(s);
-        if (status != HQP_QP_NOT_PROVEN || s->shift == 0.0) return status;
+        const int status = solve_for_center(s);
+        if (status != ANOTHER_CENTER) return (hqp_qp_status)status;
         memcpy(s->x, s->kept, (size_t)s->n * sizeof(double));
         const double further = stride(s);
         if (further == INFINITY) return HQP_QP_UNBOUNDED;
@@ -259,13 +266,15 @@ static void hand_out(const hqp_qp_solver *s, double *multipliers) {
 
 static hqp_qp_status begin(hqp_qp_solver *s, const hqp_qp *qp) {
     if (qp->n < 1 || qp->n > s->most_n || qp->equalities < 0 || qp->inequalities < 0 ||
-        qp->equalities > s->most_rows - qp->inequalities)
+        qp->equalities > s->most_rows - qp->inequalities || qp->max_iterations < 0 || !(qp->time_limit >= 0.0))
         return HQP_QP_BAD_DATA;
+    if (qp->start && !(hqp_qp_inner(qp->start, qp->start, qp->n) <= MOST * MOST)) return HQP_QP_BAD_DATA;
     lay_out(s, qp->n, qp->equalities + qp->inequalities, (char *)(s + 1));
     s->qp = *qp;
     s->n = qp->n;
     s->ld = (qp->n + 3) & ~3;
     s->count = s->iterations = 0;
+    s->objective = 0.0;
     s->began = qp->time_limit > 0.0 ? hqp_now() : 0.0;
     const hqp_qp_status status = hqp_qp_read(s);
     if (status != HQP_QP_SOLVED) return status;

@@ -41,7 +41,7 @@ static void place(hqp_qp_solver *s, int id, int side) {
     }
     s->begins[slot] = s->first[id];
     s->ends[slot] = s->is_diagonal ? s->last[id] : s->n;
-    while (m[s->ends[slot] - 1] == 0.0) s->ends[slot]--; /* the sparser L, the earlier */
+    while (s->ends[slot] > s->begins[slot] && m[s->ends[slot] - 1] == 0.0) s->ends[slot]--;
     s->size[slot] = hqp_qp_inner(m + s->begins[slot], m + s->begins[slot], s->ends[slot] - s->begins[slot]);
     s->id[k] = id;
     s->side[id] = (signed char)side;
