@@ -13,15 +13,19 @@
 
 static const double MOST = 1e100;
 static const double DEFINITE = 1e-10; /* of a diagonal entry of P: a smaller pivot is no pivot */
-static const double PROXIMITY = 1e-8; /* of the largest: added to a singular P; who lacks more is not convex */
-static const double REACH = 1e4;      /* with P = 0: how far x may go in the first proximal step */
-static const double LESS = 0.01;      /* times that, where many steps do not suffice */
-static const double STATIONARY = 1e-9; /* of the terms of its entry: left of a gradient of 0 */
-static const double SPILT = 1e-13;     /* of the largest terms of any entry: the same */
+static const double PROXIMITY =
+    1e-8;                        /* of the largest: added to a singular P; who lacks more is not convex */
+static const double REACH = 1e4; /* with P = 0: how far x may go in the first proximal step */
+static const double LESS = 0.01; /* times that, where many steps do not suffice */
+static const double STATIONARY = 1e-9; /* of the parts of its entry: left of a gradient of 0 */
+static const double SPILT = 1e-13;     /* of the largest parts of any entry: the same */
+static const double ROUNDING = 4e-16;  /* of |row of P| |x|: the same, .. */
+static const double FEEBLE = 1e-7;     /* .. up to this of the largest parts */
 static const double MET = 100.0;       /* times what counts as broken: a row that is missed */
 static const double AT_BOUND = 1e-7;   /* a row at its bound in the caller's guess */
 static const double OPPOSED = 1e-12;   /* of its terms: what clashing rows fall short of 0 by, at least */
 static const double FAR = 1e4;         /* times 1 + |x|: clashing rows are met nowhere nearer */
+static const double LEAP = 1e3;        /* times the last step: further it is not trusted */
 static const double RAY = 1e-9;        /* how well a ray must be one */
 static const double GOOD = 1e-3;       /* times what a proof asks: refinement ends */
 static const double SLOW = 0.7;        /* or where more is left of what was left before */
@@ -34,12 +38,14 @@ static void *take(size_t *used, char *memory, size_t count, size_t size) {
     return at;
 }
 
-/* Set the pointers into the memory, close together for a QP of this size. Returns how much of it they need. */
+/* Set the pointers into the memory, close together for a QP of this size. Returns how much of it they need.
+ */
 static size_t lay_out(hqp_qp_solver *s, int variables, int most_rows, char *memory) {
     const size_t n = (size_t)variables, ld = (n + 3) & ~(size_t)3, rows = (size_t)most_rows + n;
     const size_t few = (size_t)most_rows * (n / 4) + n, d = sizeof(double), i = sizeof(int);
-    double **lines[] = {&s->inverse, &s->multiplier, &s->pull, &s->rest, &s->cosine, &s->sine, &s->x, &s->u,
-                        &s->step, &s->center, &s->kept, &s->gradient, &s->scale, &s->scratch, &s->size, &s->end};
+    double **lines[] = {&s->inverse, &s->multiplier, &s->pull, &s->rest,   &s->cosine, &s->sine,
+                        &s->x,       &s->u,          &s->step, &s->center, &s->kept,   &s->gradient,
+                        &s->scale,   &s->scratch,    &s->size, &s->end,    &s->bend};
     int **counts[] = {&s->from, &s->id, &s->slot, &s->begins, &s->ends};
     double **bounds[] = {&s->lo, &s->hi, &s->norm, &s->value};
     int **extents[] = {&s->length, &s->begin, &s->first, &s->last};
@@ -72,23 +78,22 @@ void hqp_qp_destroy(hqp_qp_solver *s) {
     free(s);
 }
 
-/* The gradient of the Lagrangian, the size of its terms, and what the objective is. */
+/* The gradient of the Lagrangian, the size of its three parts (far x must not count for more than what they
+ * come to), and what the objective is. */
 static void find_gradient(hqp_qp_solver *s) {
     const int n = s->n;
-    double bent = 0.0, tilted = 0.0;
+    double bent = 0.0, tilted = 0.0, *pulled = s->rest;
+    memset(pulled, 0, (size_t)n * sizeof(double));
+    for (int k = 0; k < s->count; k++)
+        hqp_qp_add_row(s, s->id[k], s->multiplier[k] * s->side[s->id[k]], pulled);
     for (int i = 0; i < n; i++) {
-        const double value = hqp_qp_inner_sized(s->qp.P + (ptrdiff_t)i * n, s->x, n, s->scale + i);
-        s->gradient[i] = value + s->qp.q[i];
-        s->scale[i] += fabs(s->qp.q[i]);
+        const double value = hqp_qp_inner(s->qp.P + (ptrdiff_t)i * n, s->x, n), tilt = s->qp.q[i];
+        s->gradient[i] = value + tilt + pulled[i];
+        s->scale[i] = fabs(value) + fabs(tilt) + fabs(pulled[i]);
         bent += value * s->x[i];
-        tilted += s->qp.q[i] * s->x[i];
+        tilted += tilt * s->x[i];
     }
     s->objective = 0.5 * bent + tilted;
-    for (int k = 0; k < s->count; k++) {
-        const double factor = s->multiplier[k] * s->side[s->id[k]];
-        hqp_qp_add_row(s, s->id[k], factor, s->gradient);
-        hqp_qp_add_size(s, s->id[k], factor, s->scale);
-    }
 }
 
 /* How much more than allowed is left of the gradient, or of the distance of held rows to their bound, in
@@ -99,7 +104,9 @@ static double excess(hqp_qp_solver *s, double *gap) {
     find_gradient(s);
     for (int i = 0; i < s->n; i++) largest = s->scale[i] > largest ? s->scale[i] : largest;
     for (int i = 0; i < s->n; i++) {
-        const double part = fabs(s->gradient[i]) / (STATIONARY * s->scale[i] + SPILT * largest + 1e-300);
+        const double rounding = fmin(ROUNDING * s->bend[i] * x_norm, FEEBLE * largest);
+        const double most_left = STATIONARY * s->scale[i] + SPILT * largest + rounding + 1e-300;
+        const double part = fabs(s->gradient[i]) / most_left;
         if (!(part <= most)) most = part; /* NaN counts */
     }
     for (int k = 0; k < s->count; k++) {
@@ -144,7 +151,9 @@ static int prove(hqp_qp_solver *s) {
         if (left <= GOOD || k == REFINEMENTS || !(left <= SLOW * before)) break;
         before = left;
         for (int i = 0; i < s->n; i++) s->gradient[i] = -s->gradient[i];
-        hqp_qp_correct(s, s->gradient, gap);
+        hqp_qp_newton(s, s->gradient, gap);
+        hqp_add(s->x, 1.0, s->gradient, s->n);
+        hqp_add(s->multiplier, 1.0, gap, s->count);
     }
     if (clamp(s)) left = excess(s, gap);
     return left <= 1.0 && is_feasible(s);
@@ -156,7 +165,8 @@ static void seat_guess(hqp_qp_solver *s) {
         const double value = hqp_qp_value(s, i, s->qp.start), norm = s->norm[i];
         for (int side = -1; side <= 1 && !s->side[i]; side += 2) {
             const double bound = hqp_qp_bound(s, i, side);
-            if (side * (bound - value) <= AT_BOUND * (norm + fabs(bound)) && fabs(bound) < INFINITY && norm > 0.0)
+            if (side * (bound - value) <= AT_BOUND * (norm + fabs(bound)) && fabs(bound) < INFINITY &&
+                norm > 0.0)
                 hqp_qp_seat(s, i, side);
         }
     }
@@ -172,6 +182,19 @@ static hqp_qp_status factorise(hqp_qp_solver *s) {
     return hqp_qp_factorise(s, shift, 0.0) ? HQP_QP_SOLVED : HQP_QP_NOT_CONVEX;
 }
 
+/* Take out of a ray what rounding put there: P is flat, and held rows stay at their bound. Returns 0 where
+ * most of it goes. */
+static int straighten(hqp_qp_solver *s, double *ray) {
+    double *down = s->gradient, *gap = s->scratch;
+    for (int i = 0; i < s->n; i++) down[i] = -hqp_qp_inner(s->qp.P + (ptrdiff_t)i * s->n, ray, s->n);
+    for (int k = 0; k < s->count; k++) gap[k] = -s->side[s->id[k]] * hqp_qp_value(s, s->id[k], ray);
+    hqp_qp_newton(s, down, gap);
+    hqp_add(ray, 1.0, down, s->n);
+    const double length = sqrt(hqp_qp_inner(ray, ray, s->n));
+    for (int i = 0; i < s->n; i++) ray[i] /= length;
+    return length > 0.5;
+}
+
 /* The last step goes on along s->rest, of length 1: how far the objective falls there inside the
  * constraints. */
 static double stride(hqp_qp_solver *s) {
@@ -181,6 +204,7 @@ static double stride(hqp_qp_solver *s) {
     const double length = sqrt(hqp_qp_inner(ray, ray, n));
     if (!(length > 0.0) || !(length < INFINITY)) return 0.0;
     for (int i = 0; i < n; i++) ray[i] /= length;
+    if (!straighten(s, ray)) return 0.0;
     for (int i = 0; i < n; i++) {
         const double bent = hqp_qp_inner(s->qp.P + (ptrdiff_t)i * n, ray, n);
         slope += s->qp.q[i] * ray[i] + bent * s->x[i];
@@ -188,7 +212,7 @@ static double stride(hqp_qp_solver *s) {
         most_bent = fmax(most_bent, fabs(bent));
     }
     if (!(slope < 0.0)) return 0.0;
-    double most = most_bent <= RAY * s->largest ? INFINITY : -slope / bend;
+    double most = most_bent <= RAY * s->largest ? INFINITY : fmin(-slope / bend, LEAP * length);
     for (int i = 0; i < s->rows; i++) {
         const double value = hqp_qp_value(s, i, ray), bound = value > 0.0 ? s->hi[i] : s->lo[i];
         if (fabs(value) <= RAY * s->norm[i] || fabs(bound) == INFINITY) continue;
@@ -266,7 +290,8 @@ static void hand_out(const hqp_qp_solver *s, double *multipliers) {
 
 static hqp_qp_status begin(hqp_qp_solver *s, const hqp_qp *qp) {
     if (qp->n < 1 || qp->n > s->most_n || qp->equalities < 0 || qp->inequalities < 0 ||
-        qp->equalities > s->most_rows - qp->inequalities || qp->max_iterations < 0 || !(qp->time_limit >= 0.0))
+        qp->equalities > s->most_rows - qp->inequalities || qp->max_iterations < 0 ||
+        !(qp->time_limit >= 0.0))
         return HQP_QP_BAD_DATA;
     if (qp->start && !(hqp_qp_inner(qp->start, qp->start, qp->n) <= MOST * MOST)) return HQP_QP_BAD_DATA;
     lay_out(s, qp->n, qp->equalities + qp->inequalities, (char *)(s + 1));
@@ -299,7 +324,8 @@ hqp_qp_status hqp_qp_call(hqp_qp_solver *s, int n, int equalities, int inequalit
                           const double *q, const double *A, const double *b, const double *G, const double *h,
                           const double *lb, const double *ub, const double *start, int max_iterations,
                           double time_limit, double *out, hqp_qp_answer *found) {
-    const hqp_qp qp = {n, equalities, inequalities, P, q, A, b, G, h, lb, ub, start, max_iterations, time_limit};
+    const hqp_qp qp = {n,  equalities, inequalities,   P,         q, A, b, G, h, lb,
+                       ub, start,      max_iterations, time_limit};
     found->x = out;
     found->multipliers = out + n;
     return hqp_qp_solve(s, &qp, found);

@@ -6,7 +6,7 @@
 static const double MOST = 1e100;
 enum { AT_ONCE = 8 };
 static const double NOTHING = 1e-10; /* how far a row of zeros may miss its bound */
-static const int FEW = 4; /* a row is sparse where at most one in so many entries is not zero */
+static const int FEW = 4;            /* a row is sparse where at most one in so many entries is not zero */
 
 /* Nonzeros of a row in [first, last), if there are at most so many of them; else -1. */
 static int list(hqp_qp_solver *s, const double *row, int first, int last, int most, int place) {
@@ -133,17 +133,4 @@ void hqp_qp_add_row(const hqp_qp_solver *s, int id, double factor, double *to) {
     const int *column = s->column + s->begin[id];
     const double *coefficient = s->coefficient + s->begin[id];
     for (int k = 0; k < length; k++) to[column[k]] += factor * coefficient[k];
-}
-
-/* to += |factor c|, entry by entry */
-void hqp_qp_add_size(const hqp_qp_solver *s, int id, double factor, double *to) {
-    const int length = s->length[id];
-    if (length < 0) {
-        const double *row = hqp_qp_dense(s, id);
-        for (int j = 0; j < s->n; j++) to[j] += fabs(factor * row[j]);
-        return;
-    }
-    const int *column = s->column + s->begin[id];
-    const double *coefficient = s->coefficient + s->begin[id];
-    for (int k = 0; k < length; k++) to[column[k]] += fabs(factor * coefficient[k]);
 }

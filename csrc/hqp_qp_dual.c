@@ -193,7 +193,8 @@ static double ratio(const hqp_qp_solver *s, double length, int *first) {
     for (int k = 0; k < s->count; k++) {
         const double pull = s->pull[k];
         if (!(pull > 0.0) || hqp_qp_is_equality(s, s->id[k])) continue;
-        if (pull * pull * s->size[s->slot[k]] <= NO_PULL * size || !(s->multiplier[k] < length * pull)) continue;
+        if (pull * pull * s->size[s->slot[k]] <= NO_PULL * size || !(s->multiplier[k] < length * pull))
+            continue;
         length = s->multiplier[k] / pull;
         *first = k;
     }
@@ -334,8 +335,8 @@ void hqp_qp_settle(hqp_qp_solver *s) {
 }
 
 /* Newton's step of x and multipliers for the held rows, from what is left of the gradient (down = -gradient)
- * and of the distance to their bounds. Overwrites both. */
-void hqp_qp_correct(hqp_qp_solver *s, double *down, double *gap) {
+ * and of the distance to their bounds (gap); it takes the place of both. */
+void hqp_qp_newton(hqp_qp_solver *s, double *down, double *gap) {
     hqp_qp_forward(s, down, 0);
     multiply(s, down, 0, s->n, s->pull);
     for (int k = 0; k < s->count; k++) gap[k] = s->pull[k] - gap[k];
@@ -343,8 +344,6 @@ void hqp_qp_correct(hqp_qp_solver *s, double *down, double *gap) {
     solve_transposed(s, gap);
     subtract(s, gap, down);
     hqp_qp_backward(s, down);
-    hqp_add(s->x, 1.0, down, s->n);
-    hqp_add(s->multiplier, 1.0, gap, s->count);
 }
 
 /* Take out of x and multipliers what rounding left there. */
@@ -359,7 +358,9 @@ void hqp_qp_refresh(hqp_qp_solver *s) {
         hqp_qp_add_row(s, id, -s->multiplier[k] * side, down);
         gap[k] = side * (hqp_qp_bound(s, id, side) - hqp_qp_value(s, id, s->x));
     }
-    hqp_qp_correct(s, down, gap);
+    hqp_qp_newton(s, down, gap);
+    hqp_add(s->x, 1.0, down, s->n);
+    hqp_add(s->multiplier, 1.0, gap, s->count);
     for (int k = 0; k < s->count; k++) {
         if (s->multiplier[k] < 0.0 && !hqp_qp_is_equality(s, s->id[k])) s->multiplier[k] = 0.0;
     }

@@ -34,7 +34,9 @@ hqp_qp_status hqp_qp_read(hqp_qp_solver *s) {
         while (j < i && row[j] == 0.0) j++;
         s->from[i] = j;
         s->is_diagonal &= j == i;
-        squares += hqp_qp_inner(row, row, n);
+        const double square = hqp_qp_inner(row, row, n);
+        s->bend[i] = sqrt(square);
+        squares += square;
         largest = row[i] > largest ? row[i] : largest;
     }
     s->largest = largest;
@@ -86,7 +88,8 @@ static int close_block(hqp_qp_solver *s, int i, int count, double *const *row, i
     return 1;
 }
 
-/* `count` rows of L from row i on, two columns at a time. What a block has too many of is the last row again. */
+/* `count` rows of L from row i on, two columns at a time. What a block has too many of is the last row again.
+ */
 static int fill_rows(hqp_qp_solver *s, int i, int count, double least) {
     const ptrdiff_t ld = s->ld, n = s->n;
     const double *given[BLOCK];

@@ -21,34 +21,35 @@ struct hqp_qp_solver {
     /* P + shift I = L L^T. L keeps the envelope of P: row i is zero before from[i]. */
     double *L, *inverse; /* [n][ld], [n]: 1 / its diagonal */
     int *from;
+    double *bend; /* [n] lengths of the rows of P */
     int is_diagonal;
     double shift, largest; /* largest entry of the diagonal of P */
 
     /* constraints: lo <= c^T x <= hi */
-    double *lo, *hi, *norm;   /* [rows] */
-    double *value;            /* [rows] c^T x, where it was asked for */
-    int *length, *begin;      /* [rows] nonzeros of a sparse row, and where they lie; -1: a dense row */
-    int *first, *last;        /* [rows] c is zero outside of columns [first, last) */
-    int *column;              /* of the nonzeros of sparse rows */
-    double *coefficient;      /* the same */
-    signed char *side;        /* held at lo: -1, at hi: 1, else 0 */
-    signed char *waived;      /* a combination of held rows that is missed by no more than is allowed */
+    double *lo, *hi, *norm; /* [rows] */
+    double *value;          /* [rows] c^T x, where it was asked for */
+    int *length, *begin;    /* [rows] nonzeros of a sparse row, and where they lie; -1: a dense row */
+    int *first, *last;      /* [rows] c is zero outside of columns [first, last) */
+    int *column;            /* of the nonzeros of sparse rows */
+    double *coefficient;    /* the same */
+    signed char *side;      /* held at lo: -1, at hi: 1, else 0 */
+    signed char *waived;    /* a combination of held rows that is missed by no more than is allowed */
 
     /* the working set: held rows, turned so that multipliers are not negative. Behind them, at position
      * `count`, the row that is on its way in. Position k has its data in slot[k]. */
     int count, *id, *slot;
-    int *begins, *ends;  /* [slot] m is zero outside of this window */
-    double *M, *T;       /* [slot][ld] rows m, and lines of T T^T = M M^T */
-    double *size, *end;  /* [slot] |m|^2, 1 / diagonal of T */
-    double *multiplier;  /* [position] */
-    double *pull;        /* [position] M^T pull is closest to the row behind, */
-    double *rest;        /* [ld] this is left of it */
+    int *begins, *ends; /* [slot] m is zero outside of this window */
+    double *M, *T;      /* [slot][ld] rows m, and lines of T T^T = M M^T */
+    double *size, *end; /* [slot] |m|^2, 1 / diagonal of T */
+    double *multiplier; /* [position] */
+    double *pull;       /* [position] M^T pull is closest to the row behind, */
+    double *rest;       /* [ld] this is left of it */
     double *cosine, *sine;
 
-    double *x, *u, *step; /* [ld] */
-    double *center;       /* [ld] of shift / 2 |x - center|^2 */
-    double *kept;         /* [ld] x before refinement */
-    double *gradient, *scale; /* [ld] of the Lagrangian, and the size of its terms */
+    double *x, *u, *step;     /* [ld] */
+    double *center;           /* [ld] of shift / 2 |x - center|^2 */
+    double *kept;             /* [ld] x before refinement */
+    double *gradient, *scale; /* [ld] of the Lagrangian, and the size of its parts */
     double *scratch;          /* [ld] */
     double objective;
     int iterations, iteration_limit;
@@ -118,35 +119,11 @@ static inline void hqp_qp_inner4(const double *const *b, const double *x, int co
     for (int k = 0; k < 4 && i < count; k++) sum[k] += b[k][i] * x[i];
 }
 
-/* sum a_i b_i over [0, count), and in *size that of the |a_i b_i| */
-static inline double hqp_qp_inner_sized(const double *a, const double *b, int count, double *size) {
-    typedef long long bits __attribute__((vector_size(16)));
-    const bits positive = {0x7fffffffffffffff, 0x7fffffffffffffff};
-    hqp_loose sum[2] = {{0.0, 0.0}, {0.0, 0.0}}, all[2] = {{0.0, 0.0}, {0.0, 0.0}};
-    double rest[2] = {0.0, 0.0};
-    int i = 0;
-    for (; i + 4 <= count; i += 4) {
-        for (int k = 0; k < 2; k++) {
-            const hqp_loose product = *(const hqp_loose *)(a + i + 2 * k) * *(const hqp_loose *)(b + i + 2 * k);
-            sum[k] += product;
-            all[k] += (hqp_loose)((bits)product & positive);
-        }
-    }
-    for (; i < count; i++) {
-        rest[0] += a[i] * b[i];
-        rest[1] += fabs(a[i] * b[i]);
-    }
-    const hqp_loose total = sum[0] + sum[1], sizes = all[0] + all[1];
-    *size = sizes[0] + sizes[1] + rest[1];
-    return total[0] + total[1] + rest[0];
-}
-
 /* hqp_qp_data.c: constraints as the caller gives them */
 int hqp_qp_take(hqp_qp_solver *s);
 double hqp_qp_value(const hqp_qp_solver *s, int id, const double *x);
 void hqp_qp_find_values(hqp_qp_solver *s);
 void hqp_qp_add_row(const hqp_qp_solver *s, int id, double factor, double *to);
-void hqp_qp_add_size(const hqp_qp_solver *s, int id, double factor, double *to);
 
 /* hqp_qp_factor.c: L */
 hqp_qp_status hqp_qp_read(hqp_qp_solver *s);
@@ -158,7 +135,7 @@ void hqp_qp_backward(const hqp_qp_solver *s, double *y);
 void hqp_qp_clear(hqp_qp_solver *s);
 void hqp_qp_seat(hqp_qp_solver *s, int id, int side);
 void hqp_qp_settle(hqp_qp_solver *s);
-void hqp_qp_correct(hqp_qp_solver *s, double *down, double *gap);
+void hqp_qp_newton(hqp_qp_solver *s, double *down, double *gap);
 void hqp_qp_refresh(hqp_qp_solver *s);
 hqp_qp_end hqp_qp_descend(hqp_qp_solver *s);
 double hqp_qp_allowance(const hqp_qp_solver *s, int id, double bound, double x_norm);

@@ -105,15 +105,16 @@ def parts_of(qp: Mapping[str, Any]) -> list[Array]:
 
 
 def faults(qp: Mapping[str, Any], found: QpSolution) -> dict[str, float]:
-    """The worst by which each condition of Karush, Kuhn and Tucker is missed, relative to what it sums."""
+    """The worst by which each condition of Karush, Kuhn and Tucker is missed, relative to its parts."""
     P, q, G, h, A, b, lb, ub = parts_of(qp)
     x, y, z, box = found.x, found.y, found.z, found.z_box
-    terms = np.abs(q) + np.abs(P) @ np.abs(x) + np.abs(A.T) @ np.abs(y) + np.abs(G.T) @ z + np.abs(box)
-    gradient = P @ x + q + A.T @ y + G.T @ z + box
+    bent, pulled = P @ x, A.T @ y + G.T @ z + box
+    gradient, parts = bent + q + pulled, np.abs(bent) + np.abs(q) + np.abs(pulled)
+    parts += 1e-4 * parts.max(initial=0.0) + 1e-7 * np.abs(P) @ np.abs(x)  # the last: rounding
     over, size_A, size_G, size_box = G @ x - h, _size(A, x, b), _size(G, x, h), 1.0 + np.abs(x)
     reach = np.where(box > 0.0, x - ub, np.where(box < 0.0, lb - x, 0.0))
     return {
-        "gradient": _most(np.abs(gradient) / (terms + 1e-4 * terms.max(initial=0.0) + 1e-300)),
+        "gradient": _most(np.abs(gradient) / (parts + 1e-300)),
         "A": _most(np.abs(A @ x - b) / size_A),
         "G": _most(over / size_G),
         "box": max(_most((x - ub) / size_box), _most((lb - x) / size_box)),

@@ -42,9 +42,9 @@ static int below(int limit) { /* xorshift64 */
 
 /* in -1..1, or, `roughness` times of 1000, a number that hurts */
 static double rough(int roughness) {
-    static const double hurting[] = {0.0,  -0.0,  1e-320, -1e-160, 1e-100, 1e-9,          1e9,
-                                     1e99, -1e99, 1e101,  1e300,   1.0,    -(double)NAN,  (double)INFINITY,
-                                     2.0,  1e-6,  1e6,    -1.0,    0.5,    -(double)INFINITY};
+    static const double hurting[] = {
+        0.0,   -0.0, 1e-320,       -1e-160,          1e-100, 1e-9, 1e9, 1e99, -1e99, 1e101,
+        1e300, 1.0,  -(double)NAN, (double)INFINITY, 2.0,    1e-6, 1e6, -1.0, 0.5,   -(double)INFINITY};
     if (below(1000) < roughness) return hurting[below(20)];
     return below(3) ? below(2000001) * 1e-6 - 1.0 : 0.0;
 }
