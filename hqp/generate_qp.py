@@ -82,7 +82,7 @@ def unbounded_qp(seed: int) -> Qp:
 
 
 def _scaled(qp: Qp, rng: np.random.Generator) -> Qp:
-    """The QP in other units: variables and rows by factors of 1e-3 to 1e3 each, coefficients by 1e-6 to 1e6."""
+    """The QP in other units: variables and rows by factors of 1e-3 to 1e3 each."""
     unit, of_A, of_G = (10.0 ** rng.uniform(-3, 3, len(qp[name])) for name in ("q", "b", "h"))
     return {
         "P": unit[:, None] * qp["P"] * unit,

@@ -5,7 +5,7 @@ from typing import Any, Final
 import numpy as np
 
 from ._hqp import ffi, lib
-from .problem import Array, HqpError
+from .problem import Array
 from .qp_levels import nearest, solve_by_levels
 from .qp_solution import QpSolution, UnboundedError
 from .solver import Status

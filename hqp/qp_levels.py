@@ -75,7 +75,7 @@ def solve_by_levels(
 
 
 def nearest(n: int, G: Any, h: Any, A: Any, b: Any, lb: Any, ub: Any) -> tuple[Array, Status]:
-    """The x that breaks the constraints least, by the squares of its distances to them, and how sure that is."""
+    """The x that breaks the constraints least, by the squares of its distances, and how sure that is."""
     constraints = _constraints(n, G, h, A, b, lb, ub)[1]
     found = Solver(n, [constraints.rows]).solve([constraints])
     return found.x.copy(), found.status

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from hapticd.hqp import HqpError, Status, UnboundedError, qp, solve_qp
 from hapticd.hqp.generate_qp import KINDS, faults, infeasible_qp, parts_of, qp_of, unbounded_qp
-from hapticd.hqp.reference import QpError, quadprog_qp
 
 FIRST, PROBLEMS = 20_000, 150
 """Of the seeds: those below were tuned on."""
@@ -31,20 +30,20 @@ def test_nasty_qps_are_optimal_by_their_multipliers(kind, alone):
         assert max(worst.values()) < WORST, (seed, worst)
 
 
-@pytest.mark.parametrize("kind", ["plain", "doubled", "degenerate", "boxed", "equal"])
+@pytest.mark.parametrize("kind", ["plain", "degenerate", "boxed", "equal"])
 def test_a_strictly_convex_qp_has_the_answer_of_quadprog(kind):
-    compared = 0
+    quadprog, compared = pytest.importorskip("quadprog"), 0
     for seed in range(FIRST, FIRST + PROBLEMS // 3):
         problem = qp_of(kind, seed)
         P, q, G, h, A, b, lb, ub = parts_of(problem)
         box = np.eye(len(q))
-        rows, least = np.vstack([-G, A, -A, box, -box]), np.concatenate([-h, b, -b, lb, -ub])
+        rows, least = np.vstack([A, -G, box, -box]), np.concatenate([b, -h, lb, -ub])
         acts = np.isfinite(least)
         if not acts.any():
             continue
         try:
-            x, _ = quadprog_qp(P, -q, rows[acts], least[acts])
-        except QpError:
+            x = quadprog.solve_qp(P, -q, rows[acts].T.copy(), least[acts], len(b))[0]
+        except ValueError:
             continue
         compared += 1
         ours = solve_qp(**problem)
