@@ -26,7 +26,8 @@ static const double AT_BOUND = 1e-7;   /* a row at its bound in the caller's gue
 static const double OPPOSED = 1e-12;   /* of its terms: what clashing rows fall short of 0 by, at least */
 static const double FAR = 1e4;         /* times 1 + |x|: clashing rows are met nowhere nearer */
 static const double LEAP = 1e3;        /* times the last step: further it is not trusted */
-static const double RAY = 1e-9;        /* how well a ray must be one */
+static const double FLAT = 1e-12;      /* of the largest entry of P: |P ray| of a flat ray */
+static const double RAY = 1e-9;        /* of the length of a row: what of a ray it may see */
 static const double GOOD = 1e-3;       /* times what a proof asks: refinement ends */
 static const double SLOW = 0.7;        /* or where more is left of what was left before */
 enum { REFINEMENTS = 12, STEPS = 100, RETURNS = 8 };
@@ -204,7 +205,7 @@ static double stride(hqp_qp_solver *s) {
     const double length = sqrt(hqp_qp_inner(ray, ray, n));
     if (!(length > 0.0) || !(length < INFINITY)) return 0.0;
     for (int i = 0; i < n; i++) ray[i] /= length;
-    if (!straighten(s, ray)) return 0.0;
+    if (!straighten(s, ray) || !straighten(s, ray)) return 0.0; /* twice: the first is rounded, too */
     for (int i = 0; i < n; i++) {
         const double bent = hqp_qp_inner(s->qp.P + (ptrdiff_t)i * n, ray, n);
         slope += s->qp.q[i] * ray[i] + bent * s->x[i];
@@ -212,7 +213,7 @@ static double stride(hqp_qp_solver *s) {
         most_bent = fmax(most_bent, fabs(bent));
     }
     if (!(slope < 0.0)) return 0.0;
-    double most = most_bent <= RAY * s->largest ? INFINITY : fmin(-slope / bend, LEAP * length);
+    double most = most_bent <= FLAT * s->largest ? INFINITY : fmin(-slope / bend, LEAP * length);
     for (int i = 0; i < s->rows; i++) {
         const double value = hqp_qp_value(s, i, ray), bound = value > 0.0 ? s->hi[i] : s->lo[i];
         if (fabs(value) <= RAY * s->norm[i] || fabs(bound) == INFINITY) continue;
