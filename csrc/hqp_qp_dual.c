@@ -48,27 +48,38 @@ static void place(hqp_qp_solver *s, int id, int side) {
     s->multiplier[k] = 0.0;
 }
 
-/* y = T^-1 y */
-static void solve(const hqp_qp_solver *s, double *y) {
-    for (int i = 0; i < s->count; i++)
-        y[i] = (y[i] - hqp_qp_inner(hqp_qp_line(s, i), y, i)) * s->end[s->slot[i]];
+/* Pointers to four lines of T, and the inverses of their diagonal entries. */
+static void four_lines(const hqp_qp_solver *s, int i, const double **line, double *inverse) {
+    for (int k = 0; k < 4; k++) {
+        line[k] = hqp_qp_line(s, i + k);
+        inverse[k] = s->end[s->slot[i + k]];
+    }
 }
 
-/* y = T^-T y, four lines at a time */
+/* y = T^-1 y */
+static void solve(const hqp_qp_solver *s, double *y) {
+    const double *line[4];
+    double inverse[4];
+    int i = 0;
+    for (; i + 4 <= s->count; i += 4) {
+        four_lines(s, i, line, inverse);
+        hqp_qp_forward4(line, inverse, y, 0, i);
+    }
+    for (; i < s->count; i++) y[i] = (y[i] - hqp_qp_inner(hqp_qp_line(s, i), y, i)) * s->end[s->slot[i]];
+}
+
+/* y = T^-T y */
 static void solve_transposed(const hqp_qp_solver *s, double *y) {
+    const double *line[4];
+    double inverse[4];
     int i = s->count;
     for (; i % 4; i--) {
         y[i - 1] *= s->end[s->slot[i - 1]];
         hqp_add(y, -y[i - 1], hqp_qp_line(s, i - 1), i - 1);
     }
-    for (; i > 0; i -= 4) {
-        const double *line[4];
-        for (int k = 3; k >= 0; k--) {
-            line[k] = hqp_qp_line(s, i - 4 + k);
-            y[i - 4 + k] *= s->end[s->slot[i - 4 + k]];
-            for (int j = 0; j < k; j++) y[i - 4 + j] -= y[i - 4 + k] * line[k][i - 4 + j];
-        }
-        hqp_qp_take_off(y, y + i - 4, line, i - 4);
+    for (i -= 4; i >= 0; i -= 4) {
+        four_lines(s, i, line, inverse);
+        hqp_qp_backward4(line, inverse, y, 0, i);
     }
 }
 

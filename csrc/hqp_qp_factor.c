@@ -124,20 +124,42 @@ int hqp_qp_factorise(hqp_qp_solver *s, double shift, double least) {
     return 1;
 }
 
+/* Pointers to four rows of L. Returns where the first of them begins. */
+static int four_rows(const hqp_qp_solver *s, int i, const double **row) {
+    int from = i;
+    for (int k = 0; k < 4; k++) {
+        row[k] = s->L + (ptrdiff_t)(i + k) * s->ld;
+        from = s->from[i + k] < from ? s->from[i + k] : from;
+    }
+    return from;
+}
+
 /* y = L^-1 y; y is zero before `first` */
 void hqp_qp_forward(const hqp_qp_solver *s, double *y, int first) {
-    for (int i = first; i < s->n; i++) {
-        const int from = s->from[i] > first ? s->from[i] : first;
-        const double *row = s->L + (ptrdiff_t)i * s->ld;
-        y[i] = (y[i] - hqp_qp_inner(row + from, y + from, i - from)) * s->inverse[i];
+    const double *row[4];
+    int i = first & ~3;
+    for (; i + 4 <= s->n; i += 4) {
+        const int from = four_rows(s, i, row);
+        hqp_qp_forward4(row, s->inverse + i, y, from, i);
+    }
+    for (; i < s->n; i++) {
+        const int from = s->from[i];
+        const double *last = s->L + (ptrdiff_t)i * s->ld;
+        y[i] = (y[i] - hqp_qp_inner(last + from, y + from, i - from)) * s->inverse[i];
     }
 }
 
 /* y = L^-T y */
 void hqp_qp_backward(const hqp_qp_solver *s, double *y) {
-    for (int i = s->n - 1; i >= 0; i--) {
-        const int from = s->from[i];
-        y[i] *= s->inverse[i];
-        hqp_add(y + from, -y[i], s->L + (ptrdiff_t)i * s->ld + from, i - from);
+    const double *row[4];
+    int i = s->n;
+    for (; i % 4; i--) {
+        const int from = s->from[i - 1];
+        y[i - 1] *= s->inverse[i - 1];
+        hqp_add(y + from, -y[i - 1], s->L + (ptrdiff_t)(i - 1) * s->ld + from, i - 1 - from);
+    }
+    for (i -= 4; i >= 0; i -= 4) {
+        const int from = four_rows(s, i, row);
+        hqp_qp_backward4(row, s->inverse + i, y, from, i);
     }
 }

@@ -119,6 +119,31 @@ static inline void hqp_qp_inner4(const double *const *b, const double *x, int co
     for (int k = 0; k < 4 && i < count; k++) sum[k] += b[k][i] * x[i];
 }
 
+/* Four steps of forward substitution: y[i .. i + 4) of the rows of a lower triangle, which are zero before
+ * `from`. inverse: of their diagonal entries. */
+static inline void hqp_qp_forward4(const double *const *row, const double *inverse, double *y, int from,
+                                   int i) {
+    const double *part[4] = {row[0] + from, row[1] + from, row[2] + from, row[3] + from};
+    double sum[4];
+    hqp_qp_inner4(part, y + from, i - from, sum);
+    for (int k = 0; k < 4; k++) {
+        double left = y[i + k] - sum[k];
+        for (int c = 0; c < k; c++) left -= row[k][i + c] * y[i + c];
+        y[i + k] = left * inverse[k];
+    }
+}
+
+/* Four steps of backward substitution with the transpose. */
+static inline void hqp_qp_backward4(const double *const *row, const double *inverse, double *y, int from,
+                                    int i) {
+    const double *part[4] = {row[0] + from, row[1] + from, row[2] + from, row[3] + from};
+    for (int k = 3; k >= 0; k--) {
+        y[i + k] *= inverse[k];
+        for (int c = 0; c < k; c++) y[i + c] -= y[i + k] * row[k][i + c];
+    }
+    hqp_qp_take_off(y + from, y + i, part, i - from);
+}
+
 /* hqp_qp_data.c: constraints as the caller gives them */
 int hqp_qp_take(hqp_qp_solver *s);
 double hqp_qp_value(const hqp_qp_solver *s, int id, const double *x);
