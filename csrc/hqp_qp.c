@@ -19,8 +19,9 @@ static const double REACH = 1e4; /* with P = 0: how far x may go in the first pr
 static const double LESS = 0.01; /* times that, where many steps do not suffice */
 static const double STATIONARY = 1e-9; /* of the parts of its entry: left of a gradient of 0 */
 static const double SPILT = 1e-13;     /* of the largest parts of any entry: the same */
-static const double ROUNDING = 4e-16;  /* of |row of P| |x|: the same, .. */
-static const double FEEBLE = 1e-7;     /* .. up to this of the largest parts */
+static const double ROUNDING = 4e-16;  /* of |row of P| |x| + sum |multiplier| |row|: the same, .. */
+static const double FEEBLE = 1e-7;     /* .. up to this of the largest parts, */
+static const double STILL = 1e-12;     /* and what this much of a step changes */
 static const double MET = 100.0;       /* times what counts as broken: a row that is missed */
 static const double AT_BOUND = 1e-7;   /* a row at its bound in the caller's guess */
 static const double OPPOSED = 1e-12;   /* of its terms: what clashing rows fall short of 0 by, at least */
@@ -101,11 +102,13 @@ static void find_gradient(hqp_qp_solver *s) {
  * `gap` [count]. */
 static double excess(hqp_qp_solver *s, double *gap) {
     const double x_norm = sqrt(hqp_qp_inner(s->x, s->x, s->n));
-    double most = 0.0, largest = 0.0;
+    double most = 0.0, largest = 0.0, pulls = 0.0;
     find_gradient(s);
     for (int i = 0; i < s->n; i++) largest = s->scale[i] > largest ? s->scale[i] : largest;
+    for (int k = 0; k < s->count; k++) pulls += fabs(s->multiplier[k]) * s->norm[s->id[k]];
+    const double feeble = FEEBLE * largest + STILL * s->largest;
     for (int i = 0; i < s->n; i++) {
-        const double rounding = fmin(ROUNDING * s->bend[i] * x_norm, FEEBLE * largest);
+        const double rounding = fmin(ROUNDING * (s->bend[i] * x_norm + pulls), feeble);
         const double most_left = STATIONARY * s->scale[i] + SPILT * largest + rounding + 1e-300;
         const double part = fabs(s->gradient[i]) / most_left;
         if (!(part <= most)) most = part; /* NaN counts */

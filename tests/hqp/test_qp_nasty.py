@@ -123,6 +123,21 @@ def test_one_variable(constraints, x, alone):
     assert solve_qp([[1.0]], [-2.0], **constraints).x == pytest.approx([x], abs=1e-12)
 
 
+def test_an_objective_that_is_least_where_all_its_parts_are_zero(alone):
+    found = solve_qp([[2.0, -2.0], [-2.0, 2.0]], [0.0, 0.0], A=[[1.0, 1.0]], b=[1.0], lb=[0.0, 0.0])
+    assert found.found and found.x == pytest.approx([0.5, 0.5], abs=1e-12)
+
+
+def test_large_multipliers_that_nearly_cancel_are_proven(alone):
+    rng = np.random.default_rng(7)
+    A = np.vstack([rng.normal(size=(4, 8)), np.zeros((4, 8))])
+    A[4:] = A[:4] + 1e-6 * rng.normal(size=(4, 8))
+    x = rng.normal(size=8)
+    found = solve_qp(np.eye(8), 1e3 * rng.normal(size=8), A=A, b=A @ x)
+    assert np.abs(found.y).max() > 1e6 and found.found
+    np.testing.assert_allclose(found.x, x, atol=1e-6)
+
+
 @pytest.mark.parametrize(
     "constraints", [{"lb": [1.0], "ub": [0.0]}, {"A": [[0.0]], "b": [1.0]}, {"G": [[1.0]], "h": [-np.inf]}]
 )
