@@ -16,7 +16,6 @@ static const double DEFINITE = 1e-10; /* of a diagonal entry of P: a smaller piv
 static const double PROXIMITY =
     1e-8;                        /* of the largest: added to a singular P; who lacks more is not convex */
 static const double REACH = 1e4; /* with P = 0: how far x may go in the first proximal step */
-static const double LESS = 0.01; /* times that, where many steps do not suffice */
 static const double STATIONARY = 1e-9; /* of the parts of its entry: left of a gradient of 0 */
 static const double SPILT = 1e-13;     /* of the largest parts of any entry: the same */
 static const double ROUNDING = 4e-16;  /* of |row of P| |x| + sum |multiplier| |row|: the same, .. */
