@@ -84,11 +84,12 @@ void hqp_qp_destroy(hqp_qp_solver *s) {
 static void find_gradient(hqp_qp_solver *s) {
     const int n = s->n;
     double bent = 0.0, tilted = 0.0, *pulled = s->rest;
+    hqp_qp_bend(s, s->x, s->gradient);
     memset(pulled, 0, (size_t)n * sizeof(double));
     for (int k = 0; k < s->count; k++)
         hqp_qp_add_row(s, s->id[k], s->multiplier[k] * s->side[s->id[k]], pulled);
     for (int i = 0; i < n; i++) {
-        const double value = hqp_qp_inner(s->qp.P + (ptrdiff_t)i * n, s->x, n), tilt = s->qp.q[i];
+        const double value = s->gradient[i], tilt = s->qp.q[i];
         s->gradient[i] = value + tilt + pulled[i];
         s->scale[i] = fabs(value) + fabs(tilt) + fabs(pulled[i]);
         bent += value * s->x[i];
@@ -189,7 +190,8 @@ static hqp_qp_status factorise(hqp_qp_solver *s) {
  * most of it goes. */
 static int straighten(hqp_qp_solver *s, double *ray) {
     double *down = s->gradient, *gap = s->scratch;
-    for (int i = 0; i < s->n; i++) down[i] = -hqp_qp_inner(s->qp.P + (ptrdiff_t)i * s->n, ray, s->n);
+    hqp_qp_bend(s, ray, down);
+    for (int i = 0; i < s->n; i++) down[i] = -down[i];
     for (int k = 0; k < s->count; k++) gap[k] = -s->side[s->id[k]] * hqp_qp_value(s, s->id[k], ray);
     hqp_qp_newton(s, down, gap);
     hqp_add(ray, 1.0, down, s->n);
@@ -208,8 +210,9 @@ static double stride(hqp_qp_solver *s) {
     if (!(length > 0.0) || !(length < INFINITY)) return 0.0;
     for (int i = 0; i < n; i++) ray[i] /= length;
     if (!straighten(s, ray) || !straighten(s, ray)) return 0.0; /* twice: the first is rounded, too */
+    hqp_qp_bend(s, ray, s->gradient);
     for (int i = 0; i < n; i++) {
-        const double bent = hqp_qp_inner(s->qp.P + (ptrdiff_t)i * n, ray, n);
+        const double bent = s->gradient[i];
         slope += s->qp.q[i] * ray[i] + bent * s->x[i];
         bend += bent * ray[i];
         most_bent = fmax(most_bent, fabs(bent));

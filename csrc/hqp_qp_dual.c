@@ -360,9 +360,9 @@ void hqp_qp_newton(hqp_qp_solver *s, double *down, double *gap) {
 /* Take out of x and multipliers what rounding left there. */
 void hqp_qp_refresh(hqp_qp_solver *s) {
     double *down = s->gradient, *gap = s->scratch;
+    hqp_qp_bend(s, s->x, down);
     for (int i = 0; i < s->n; i++) {
-        const double slope = hqp_qp_inner(s->qp.P + (ptrdiff_t)i * s->n, s->x, s->n) + s->qp.q[i];
-        down[i] = -slope - s->shift * (s->x[i] - s->center[i]);
+        down[i] = -down[i] - s->qp.q[i] - s->shift * (s->x[i] - s->center[i]);
     }
     for (int k = 0; k < s->count; k++) {
         const int id = s->id[k], side = s->side[id];

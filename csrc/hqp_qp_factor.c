@@ -45,6 +45,17 @@ hqp_qp_status hqp_qp_read(hqp_qp_solver *s) {
     return largest == 0.0 && squares > 0.0 ? HQP_QP_NOT_CONVEX : HQP_QP_SOLVED;
 }
 
+/* to = P x */
+void hqp_qp_bend(const hqp_qp_solver *s, const double *x, double *to) {
+    const ptrdiff_t n = s->n;
+    int i = 0;
+    for (; i + 4 <= n; i += 4) {
+        const double *row = s->qp.P + i * n, *rows[4] = {row, row + n, row + 2 * n, row + 3 * n};
+        hqp_qp_inner4(rows, x, s->n, to + i);
+    }
+    for (; i < n; i++) to[i] = hqp_qp_inner(s->qp.P + i * n, x, s->n);
+}
+
 /* The inner products of BLOCK rows with two others over [from, to), both even. */
 static inline void products(double *const *a, const double *left, const double *right, int from, int to,
                             double sum[][2]) {

@@ -152,6 +152,7 @@ void hqp_qp_add_row(const hqp_qp_solver *s, int id, double factor, double *to);
 
 /* hqp_qp_factor.c: L */
 hqp_qp_status hqp_qp_read(hqp_qp_solver *s);
+void hqp_qp_bend(const hqp_qp_solver *s, const double *x, double *to);
 int hqp_qp_factorise(hqp_qp_solver *s, double shift, double least);
 void hqp_qp_forward(const hqp_qp_solver *s, double *y, int first);
 void hqp_qp_backward(const hqp_qp_solver *s, double *y);

@@ -107,7 +107,8 @@ def solve_qp(
             A, b = _contiguous(A, _FLOAT), _contiguous(b, _FLOAT)
             if A.shape != (k, n) or b.ndim != 1:
                 raise ValueError
-            equalities, values = _view(_DOUBLES, A), _view(_DOUBLES, b)
+            if k:
+                equalities, values = _view(_DOUBLES, A), _view(_DOUBLES, b)
         elif b is not None:
             raise ValueError
         if G is not None:
@@ -115,7 +116,8 @@ def solve_qp(
             G, h = _contiguous(G, _FLOAT), _contiguous(h, _FLOAT)
             if G.shape != (m, n) or h.ndim != 1:
                 raise ValueError
-            rows, bounds = _view(_DOUBLES, G), _view(_DOUBLES, h)
+            if m:
+                rows, bounds = _view(_DOUBLES, G), _view(_DOUBLES, h)
         elif h is not None:
             raise ValueError
         if n > memory.n or k + m > memory.rows:
