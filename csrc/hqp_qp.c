@@ -43,7 +43,7 @@ static void *take(size_t *used, char *memory, size_t count, size_t size) {
  */
 static size_t lay_out(hqp_qp_solver *s, int variables, int most_rows, char *memory) {
     const size_t n = (size_t)variables, ld = (n + 3) & ~(size_t)3, rows = (size_t)most_rows + n;
-    const size_t few = (size_t)most_rows * (n / 4) + n, d = sizeof(double), i = sizeof(int);
+    const size_t few = (size_t)most_rows * (n / 4 + 1) + n, d = sizeof(double), i = sizeof(int);
     double **lines[] = {&s->inverse, &s->multiplier, &s->pull, &s->rest,   &s->cosine, &s->sine,
                         &s->x,       &s->u,          &s->step, &s->center, &s->kept,   &s->gradient,
                         &s->scale,   &s->scratch,    &s->size, &s->end,    &s->bend};

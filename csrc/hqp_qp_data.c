@@ -5,6 +5,7 @@
 
 static const double MOST = 1e100;
 enum { AT_ONCE = 8 };
+static const int SMALL = 24;         /* of fewer variables, a row of more than one nonzero is dense */
 static const double NOTHING = 1e-10; /* how far a row of zeros may miss its bound */
 static const int FEW = 4;            /* a row is sparse where at most one in so many entries is not zero */
 
@@ -43,7 +44,8 @@ static int measure(hqp_qp_solver *s, int id, const double *row, int place) {
     s->first[id] = first;
     s->last[id] = last;
     s->begin[id] = place;
-    s->length[id] = list(s, row, first, last, s->n / FEW, place);
+    const int small = s->n < SMALL, most = small ? 1 : s->n / FEW;
+    s->length[id] = small && last - first > 1 ? -1 : list(s, row, first, last, most, place);
     return s->length[id] < 0 ? place : place + s->length[id];
 }
 
