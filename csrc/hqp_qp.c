@@ -147,10 +147,20 @@ static int clamp(hqp_qp_solver *s) {
     return any;
 }
 
+/* Variables that are held at their own bound are there to the last bit. */
+static void snap(hqp_qp_solver *s) {
+    const int box = s->qp.equalities + s->qp.inequalities;
+    for (int k = 0; k < s->count; k++) {
+        const int id = s->id[k];
+        if (id >= box) s->x[id - box] = hqp_qp_bound(s, id, s->side[id]);
+    }
+}
+
 /* Solve the equations of the held rows, without shift, and prove the answer. */
 static int prove(hqp_qp_solver *s) {
     double *gap = s->scratch, before = INFINITY, left;
     for (int k = 0;; k++) {
+        snap(s);
         left = excess(s, gap);
         if (left <= GOOD || k == REFINEMENTS || !(left <= SLOW * before)) break;
         before = left;

@@ -128,6 +128,15 @@ def test_one_variable(constraints, x, alone):
     assert solve_qp([[1.0]], [-2.0], **constraints).x == pytest.approx([x], abs=1e-12)
 
 
+def test_variables_at_their_bound_are_there_to_the_last_bit(alone):
+    for seed in range(FIRST, FIRST + 50):
+        problem = qp_of("boxed", seed)
+        found = solve_qp(**problem)
+        bound = np.where(found.z_box > 0.0, problem["ub"], problem["lb"])
+        held = found.z_box != 0.0
+        assert (found.x == bound)[held].all(), seed
+
+
 def test_an_objective_that_is_least_where_all_its_parts_are_zero(alone):
     found = solve_qp([[2.0, -2.0], [-2.0, 2.0]], [0.0, 0.0], A=[[1.0, 1.0]], b=[1.0], lb=[0.0, 0.0])
     assert found.found and found.x == pytest.approx([0.5, 0.5], abs=1e-12)
