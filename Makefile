@@ -110,7 +110,7 @@ install-c:
 	install -d $(DESTDIR)$(PREFIX)/lib/pkgconfig $(DESTDIR)$(PREFIX)/include/hapticd
 	install -m 755 build/$(SONAME) $(DESTDIR)$(PREFIX)/lib/$(SONAME)
 	ln -sf $(SONAME) $(DESTDIR)$(PREFIX)/lib/libhapticd-hqp.so
-	install -m 644 csrc/hqp.h csrc/hqp.hpp $(DESTDIR)$(PREFIX)/include/hapticd
+	install -m 644 csrc/hqp.h csrc/hqp_qp.h csrc/hqp.hpp $(DESTDIR)$(PREFIX)/include/hapticd
 	printf '%s\n' 'prefix=$(PREFIX)' 'Name: hapticd-hqp' 'Version: $(SOLVER_VERSION)' \
 	    'Description: hierarchical least squares with inequalities' 'Libs: -L$${prefix}/lib -lhapticd-hqp' \
 	    'Cflags: -I$${prefix}/include/hapticd' >$(DESTDIR)$(PREFIX)/lib/pkgconfig/hapticd-hqp.pc

@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..hqp import HqpError, solve_qp
+from ..hqp import HqpError, UnboundedError, solve_qp
 from .figures import progress
 from .recorded import BenchError
 
@@ -43,14 +43,15 @@ class Qp(NamedTuple):
 
 
 class Found(NamedTuple):
-    """Seconds, and x; no x: the solver gave up or refused."""
+    """Seconds, and x; no x: the solver gave up, or refused the QP as none that it is for."""
 
     seconds: float
     x: Array | None
+    refused: bool = False
 
 
 def hapticd(qp: Qp) -> Found:
-    """Ours, with the factorisation of P, and without multipliers, which are computed when asked for."""
+    """Ours: the whole call."""
     equal, below, above = qp.lower == qp.upper, np.isfinite(qp.lower), np.isfinite(qp.upper)
     below, above = below & ~equal, above & ~equal
     G = np.vstack([qp.rows[above], -qp.rows[below]])
@@ -59,8 +60,8 @@ def hapticd(qp: Qp) -> Found:
     start = time.perf_counter()
     try:
         found = solve_qp(qp.P, qp.q, G, h, A, b)
-    except HqpError:
-        return Found(time.perf_counter() - start, None)
+    except HqpError as error:
+        return Found(time.perf_counter() - start, None, not isinstance(error, UnboundedError))
     return Found(time.perf_counter() - start, found.x if found.found else None)
 
 
@@ -159,7 +160,7 @@ def is_feasible(qp: Qp, x: Array) -> bool:
 
 
 def judge(qp: Qp, answers: dict[str, Found]) -> dict[str, str]:
-    """Per solver "right", "wrong" or "unsolved": feasible, and as good as the best that is."""
+    """Per solver "right" (feasible, and as good as the best that is), "wrong", "unsolved" or "refused"."""
     objective = {
         name: float(0.5 * found.x @ qp.P @ found.x + qp.q @ found.x)
         for name, found in answers.items()
@@ -167,7 +168,9 @@ def judge(qp: Qp, answers: dict[str, Found]) -> dict[str, str]:
     }
     best = min(objective.values(), default=np.inf)
     return {
-        name: "unsolved"
+        name: "refused"
+        if found.refused
+        else "unsolved"
         if found.x is None
         else "right"
         if name in objective and objective[name] <= best + AGREES * (1.0 + abs(best))
@@ -208,7 +211,7 @@ def suite(
     ratios: dict[str, list[float]] = {name: [] for name in solvers if name != "hapticd"}
     found: dict[str, float | int | list[str]] = {"qps": len(qps)}
     listed: dict[str, list[str]] = {
-        f"{name} {kind}": [] for name in solvers for kind in ("wrong", "unsolved")
+        f"{name} {kind}": [] for name in solvers for kind in ("wrong", "unsolved", "refused")
     }
     for k in progress("QPs", range(len(qps)), len(qps)):
         taken = [{name: solve(qps[k]) for name, solve in solvers.items()} for _ in range(rounds)]

@@ -90,7 +90,11 @@ control = partial(
     "-O3",
 )
 hqp = partial(
-    module, "hapticd.hqp._hqp", ["hqp.h"], [path.name for path in sorted(HERE.glob("hqp*.c"))], "-O3"
+    module,
+    "hapticd.hqp._hqp",
+    ["hqp.h", "hqp_qp.h"],
+    [path.name for path in sorted(HERE.glob("hqp*.c"))],
+    "-O3",
 )
 LINK = ("link_age", "link_seal", "link", "link_channel")
 link = partial(module, "hapticd.link._inbox", [f"{part}.h" for part in LINK], [f"{part}.c" for part in LINK])

@@ -16,7 +16,7 @@
 #define HQP_H
 
 /* Of this interface: another major number breaks callers, another minor one adds to it. */
-#define HQP_VERSION "1.0"
+#define HQP_VERSION "1.1"
 
 /* Shape of the array that a field points to, and whether it may be NULL: for those who bind arrays of other
    languages, nothing to the compiler. */

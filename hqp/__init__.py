@@ -6,7 +6,8 @@ levels before it.
 
 from .multipliers import Conflict, Multipliers, conflicts, multipliers
 from .problem import HqpError, Level
-from .qp import QpSolution, UnboundedError, solve_qp
+from .qp import solve_qp
+from .qp_solution import QpSolution, UnboundedError
 from .slacks import Slacks
 from .solver import REMARKS, Solution, Solver, Status, solve
 

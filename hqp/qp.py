@@ -1,85 +1,53 @@
 """Quadratic programs, in the words of those who come from QP solvers."""
 
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
-from .multipliers import conflicts, multipliers
-from .problem import Array, HqpError, Level
-from .solver import Solution, Solver, Status
+from ._hqp import ffi, lib
+from .problem import Array
+from .qp_levels import nearest, solve_by_levels
+from .qp_solution import QpSolution, UnboundedError
+from .solver import Status
 
-CONVEX = 1e-9  # of the largest eigenvalue of P: how far below 0 rounding may take the least one
-RANK = 1e-11  # of the largest eigenvalue of P: what counts as 0
-INSIDE = 1e-9  # of |q|: what of it may lie outside the range of P
-PROXIMITY = 1e-8  # of the largest eigenvalue of P: what is added to a singular P in the end
-LESS = 0.1  # times that, with each proximal step
-REACH = 1e4  # how far x may go in one proximal step: further away rounding is felt
-REPEATS = 200  # proximal steps at most
-MET = 1e-8  # times (1 + |bound|): slack of a constraint that counts as none
-ROUNDING = 1e-12  # times |row| |x|: the same
-
-
-class UnboundedError(HqpError):
-    """The objective falls for ever along `ray`, (n,), inside the constraints."""
-
-    def __init__(self, ray: Array) -> None:
-        super().__init__(
-            "objective",
-            "is unbounded below: P ray = 0, q ray < 0 and no constraint ends the ray",
-            "bound x along the ray that this error carries, or correct the sign of q",
-        )
-        self.ray = ray
+_FLOAT: Final = np.dtype(np.float64)
+_DOUBLES: Final = ffi.typeof("double[]")
+_LIMITS: Final = {
+    lib.HQP_QP_ITERATION_CAP: Status.ITERATION_CAP,
+    lib.HQP_QP_TIME_LIMIT: Status.TIME_LIMIT,
+}
+_SOLVED: Final = Status.SOLVED  # of an enumeration it takes longer to read
+NULL: Final = ffi.NULL
+_KEPT: Final = 8  # as many threads find their memory again
+_contiguous, _view, _empty, _call = np.ascontiguousarray, ffi.from_buffer, np.empty, lib.hqp_qp_call
 
 
-@dataclass(frozen=True)
-class QpSolution:
-    """What solve_qp found.
+class _Memory:
+    """What a solve works in: memory of C for QPs of up to n variables and so many rows."""
 
-    P x + q + A^T y + G^T z + z_box = 0 with z >= 0, and z_box > 0 at ub, < 0 at lb.
+    __slots__ = ("found", "n", "rows", "solver")
 
-    Attributes:
-        x: (n,).
-        status: SOLVED: x is proven optimal, or, if `found` is False, proven to break the constraints least.
-        found: x is optimal and meets the constraints.
-        iterations: working sets tried.
-        objective: 1/2 x^T P x + q^T x.
-        conflict: where the constraints contradict each other, the rows at fault, the worst first:
-            ("A" | "G" | "box", row, multiplier).
-    """
+    def __init__(self) -> None:
+        self.n = self.rows = -1
+        self.found = ffi.new("hqp_qp_answer *")
+        self.solver: Any = None
 
-    x: Array
-    status: Status
-    found: bool
-    iterations: int
-    objective: float
-    conflict: list[tuple[str, int, float]]
-    _levels: list[Level]
-    _parts: list[tuple[str, slice]]
+    def grow(self, n: int, rows: int) -> None:
+        """Make room.
 
-    @property
-    def y(self) -> Array:
-        """Multipliers of A x = b, (rows of A,). Computed when asked for, like z and z_box."""
-        return self._multipliers("A")
+        Raises:
+            ValueError: sizes out of range.
+        """
+        self.solver, self.n, self.rows = None, max(n, self.n), max(rows, self.rows)
+        made = lib.hqp_qp_create(self.n, self.rows)
+        if made == NULL:
+            self.n = self.rows = -1
+            raise ValueError
+        self.solver = ffi.gc(made, lib.hqp_qp_destroy)
 
-    @property
-    def z(self) -> Array:
-        """Multipliers of G x <= h, (rows of G,)."""
-        return self._multipliers("G")
 
-    @property
-    def z_box(self) -> Array:
-        """Multipliers of lb <= x <= ub, (n,)."""
-        return self._multipliers("box")
-
-    def _multipliers(self, part: str) -> Array:
-        if not self.found:
-            raise HqpError("multipliers", "do not exist: the QP is not solved", "look at status and conflict")
-        of_level = multipliers(self._levels, self.x, 1)[0]
-        if part == "A":
-            return of_level.A
-        return of_level.C[dict(self._parts)[part]]
+_memories: list[_Memory] = []
+"""Memory that nobody works in. To pop and to append is safe beside other threads."""
 
 
 def solve_qp(
@@ -98,9 +66,8 @@ def solve_qp(
 ) -> QpSolution:
     """Minimise 1/2 x^T P x + q^T x subject to G x <= h, A x = b, lb <= x <= ub; names as in qpsolvers.
 
-    The constraints are the first level and the objective is the second, a least-squares problem. Where P is
-    singular and q reaches outside its range there is none; then it is one with P + e I, about the x of the
-    last solve, time and again until x stays (the proximal point method), e falling on the way.
+    A dual active-set method solves it, with proximal steps where P is singular. What it cannot prove is
+    solved as a hierarchy of two levels.
 
     Args:
         P: (n, n), symmetric, positive semidefinite.
@@ -111,9 +78,9 @@ def solve_qp(
         b: (k,).
         lb: (n,) or None, -inf where there is no bound.
         ub: (n,) or None, +inf where there is no bound.
-        initvals: (n,), x to start from; None: 0.
-        max_iterations: of each solve, as of Solver.
-        time_limit: seconds of each solve, as of Solver.
+        initvals: (n,), x to start from; None: none.
+        max_iterations: rows added to the working set and released at most; 0: automatic.
+        time_limit: seconds; 0: none.
 
     Returns:
         A QpSolution; look at `found`.
@@ -123,201 +90,90 @@ def solve_qp(
             semidefinite.
         UnboundedError: the objective has no minimum.
     """
-    q = _array("q", q, 1)
-    n = len(q)
-    P = _array("P", P, 2, (n, n))
-    parts, constraints = _constraints(n, G, h, A, b, lb, ub)
-    objective = _least_squares(P, q)
-    root, target = objective.rows(objective.shift, np.zeros(n))
-    levels = [constraints, Level(A=root, b=target)]
-    solver = Solver(n, [level.rows for level in levels], max_iterations=max_iterations, time_limit=time_limit)
-    if initvals is not None:
-        solver.start(_array("initvals", initvals, 1, (n,)))
-    found = solver.solve(levels)
-    iterations = found.iterations
-    status, broken = found.status, _broken(constraints, found)
-    if objective.shift and status is Status.SOLVED and not broken:
-        status, steps = _approach(P, q, objective, levels, solver)
-        iterations += steps
-    x = found.x.copy()
-    conflict = _conflict(levels, parts, x) if status is Status.SOLVED and broken else []
-    return QpSolution(
-        x=x,
-        status=status,
-        found=status is Status.SOLVED and not broken,
-        iterations=iterations,
-        objective=float(0.5 * x @ P @ x + q @ x),
-        conflict=conflict,
-        _levels=levels,
-        _parts=parts,
-    )
-
-
-def _array(name: str, value: Any, ndim: int, shape: tuple[int, ...] | None = None) -> Array:
     try:
-        array = np.ascontiguousarray(value, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise HqpError(name, f"is not an array of numbers: {error}", "pass a dense array") from error
-    if array.ndim != ndim or (shape is not None and array.shape != shape):
-        expected = f"must have shape {shape}" if shape else f"must have {ndim} dimension{'s' * (ndim > 1)}"
-        raise HqpError(name, f"has shape {array.shape}", f"it {expected}")
-    if np.isnan(array).any():
-        raise HqpError(name, "has an entry that is NaN", "look where it comes from")
-    return array
-
-
-def _pair(names: str, matrix: Any, vector: Any, n: int) -> tuple[Array, Array]:
-    """Rows and their bounds; none of either where both are None."""
-    if matrix is None and vector is None:
-        return np.empty((0, n)), np.empty(0)
-    if matrix is None or vector is None:
-        raise HqpError(" and ".join(names), "are given one without the other", "give both or none")
-    rows = _array(names[0], matrix, 2)
-    if rows.shape[1] != n:
-        raise HqpError(names[0], f"has {rows.shape[1]} columns and q has {n} entries", "one per variable")
-    return rows, _array(names[1], vector, 1, (len(rows),))
-
-
-def _constraints(
-    n: int, G: Any, h: Any, A: Any, b: Any, lb: Any, ub: Any
-) -> tuple[list[tuple[str, slice]], Level]:
-    """The first level, and which of its inequalities are G's and which the box's."""
-    above, most = _pair("Gh", G, h, n)
-    equal, value = _pair("Ab", A, b, n)
-    lower = np.full(n, -np.inf) if lb is None else _array("lb", lb, 1, (n,))
-    upper = np.full(n, np.inf) if ub is None else _array("ub", ub, 1, (n,))
-    box = np.eye(n)[: 0 if lb is None and ub is None else n]
-    level = Level(
-        A=equal,
-        b=value,
-        C=np.vstack([above, box]),
-        lb=np.concatenate([np.full(len(above), -np.inf), lower[: len(box)]]),
-        ub=np.concatenate([most, upper[: len(box)]]),
-        weights=_normalising(np.vstack([equal, above, box])),
-    )
-    return [("G", slice(0, len(above))), ("box", slice(len(above), len(above) + len(box)))], level
-
-
-def _normalising(rows: Array) -> Array:
-    """Weights with which each row counts as one of length 1: constraints that can be met do not mind."""
-    squares = np.einsum("ij,ij->i", rows, rows)
-    return np.where(squares > 1e-60, 1.0 / np.maximum(squares, 1e-60), 1.0)
-
-
-@dataclass(frozen=True)
-class _Objective:
-    """An objective as least squares: root^T root = P, or, with a shift, vectors diag(values) vectors^T = P.
-
-    Attributes:
-        shift: what is to be added to P at first; 0: nothing.
-    """
-
-    q: Array
-    root: Array
-    target: Array
-    values: Array
-    vectors: Array
-    shift: float
-
-    def rows(self, shift: float, x: Array) -> tuple[Array, Array]:
-        """R and d: |R y - d|^2 / 2 is the objective at y, but for a constant, plus shift |y - x|^2 / 2."""
-        if not self.shift:
-            return self.root, self.target
-        roots = np.sqrt(self.values + shift)
-        return np.ascontiguousarray(roots[:, None] * self.vectors.T), np.asarray(
-            self.vectors.T @ (shift * x - self.q) / roots
+        memory = _memories.pop()
+    except IndexError:
+        memory = _Memory()
+    try:  # written out, for speed: of a small QP most of the time goes into this function
+        q = _contiguous(q, _FLOAT)
+        n = len(q)
+        P = _contiguous(P, _FLOAT)
+        if P.shape != (n, n) or q.ndim != 1:
+            raise ValueError
+        k = m = 0
+        equalities = values = rows = bounds = NULL
+        if A is not None:
+            k = len(b)
+            A, b = _contiguous(A, _FLOAT), _contiguous(b, _FLOAT)
+            if A.shape != (k, n) or b.ndim != 1:
+                raise ValueError
+            if k:
+                equalities, values = _view(_DOUBLES, A), _view(_DOUBLES, b)
+        elif b is not None:
+            raise ValueError
+        if G is not None:
+            m = len(h)
+            G, h = _contiguous(G, _FLOAT), _contiguous(h, _FLOAT)
+            if G.shape != (m, n) or h.ndim != 1:
+                raise ValueError
+            if m:
+                rows, bounds = _view(_DOUBLES, G), _view(_DOUBLES, h)
+        elif h is not None:
+            raise ValueError
+        if n > memory.n or k + m > memory.rows:
+            memory.grow(n, k + m)
+        out = _empty(n + k + m + n)
+        found = memory.found
+        ends = _call(
+            memory.solver,
+            n,
+            k,
+            m,
+            _view(_DOUBLES, P),
+            _view(_DOUBLES, q),
+            equalities,
+            values,
+            rows,
+            bounds,
+            NULL if lb is None else _view_of(lb, (n,)),
+            NULL if ub is None else _view_of(ub, (n,)),
+            NULL if initvals is None else _view_of(initvals, (n,)),
+            max_iterations,
+            time_limit,
+            _view(_DOUBLES, out),
+            found,
         )
+        if ends == 0:
+            return QpSolution(out[:n], _SOLVED, True, found.iterations, found.objective, [], out, k, m)
+        iterations, objective = found.iterations, found.objective
+    except (TypeError, ValueError, OverflowError):  # solve_by_levels says what is wrong
+        return solve_by_levels(P, q, G, h, A, b, lb, ub, initvals, max_iterations, time_limit)
+    finally:
+        if len(_memories) < _KEPT:
+            _memories.append(memory)
+    if ends == lib.HQP_QP_UNBOUNDED:
+        raise UnboundedError(out[:n])
+    if ends in _LIMITS and (max_iterations or time_limit):
+        return QpSolution(out[:n], _LIMITS[ends], False, iterations, objective, [], None, k, m)
+    if ends == lib.HQP_QP_INFEASIBLE:
+        x, status = nearest(n, G, h, A, b, lb, ub)
+        return QpSolution(x, status, False, iterations, np.nan, _conflict(out[n:], k, m), None, k, m)
+    return solve_by_levels(P, q, G, h, A, b, lb, ub, initvals, max_iterations, time_limit)
 
 
-def _least_squares(P: Array, q: Array) -> _Objective:
-    size, none = float(np.abs(P).max(initial=0.0)), np.empty(0)
-    if np.abs(P - P.T).max(initial=0.0) > 1e-9 * size:
-        raise HqpError("P", "is not symmetric", "pass (P + P.T) / 2, which has the same objective")
-    root = _cholesky(P)
-    if root is not None:
-        return _Objective(q, root, np.asarray(-np.linalg.solve(root.T, q)), none, none, 0.0)
-    values, vectors = np.linalg.eigh(P)
-    largest = max(float(values[-1]), 0.0)
-    if values[0] < -CONVEX * largest or (largest == 0.0 and values[0] < 0.0):
-        why = f"has the eigenvalue {values[0]:.1e}: it is not positive semidefinite"
-        raise HqpError("P", why, "the QP is not convex, and this solver is for convex ones")
-    kept = values > RANK * largest
-    roots, range_of = np.sqrt(values[kept]), vectors[:, kept]
-    inside = range_of.T @ q
-    if np.linalg.norm(q - range_of @ inside) <= INSIDE * np.linalg.norm(q):
-        root = np.ascontiguousarray(roots[:, None] * range_of.T)
-        return _Objective(q, root, np.asarray(-inside / roots), none, none, 0.0)
-    shift = max(PROXIMITY * largest, float(np.linalg.norm(q)) / REACH)
-    return _Objective(q, none, none, np.maximum(values, 0.0), vectors, shift)
+def _view_of(value: Any, shape: tuple[int, ...]) -> Any:
+    array = _contiguous(value, _FLOAT)
+    if array.shape != shape:
+        raise ValueError
+    return _view(_DOUBLES, array)
 
 
-def _cholesky(P: Array) -> NDArray[np.float64] | None:
-    """R with R^T R = P, or None where P is singular or close to it."""
-    try:
-        root = np.linalg.cholesky(P).T
-    except np.linalg.LinAlgError:
-        return None
-    pivots = np.diag(root)
-    return np.ascontiguousarray(root) if len(pivots) and pivots.min() > 1e-5 * pivots.max() else None
-
-
-def _approach(
-    P: Array, q: Array, objective: _Objective, levels: list[Level], solver: Solver
-) -> tuple[Status, int]:
-    """Proximal steps until x, in the solver, stays. Returns how that ended, and the iterations."""
-    solution, iterations, shift = solver.solution, 0, objective.shift
-    least, step = PROXIMITY * max(float(objective.values[-1]), shift), np.full(len(q), np.inf)
-    for _ in range(REPEATS):
-        before, last = solution.x.copy(), step
-        shift = max(LESS * shift, least)
-        levels[1].A[:], levels[1].b[:] = objective.rows(shift, before)
-        solver.resolve(levels, 1)
-        iterations += solution.iterations
-        if solution.status is Status.NOT_PROVEN and shift < objective.shift:  # too far for its rounding
-            shift = least = min(shift / LESS**2, objective.shift)
-            solver.start(before)
-            levels[1].A[:], levels[1].b[:] = objective.rows(shift, before)
-            solver.solve(levels)
-            iterations += solution.iterations
-        if solution.status is not Status.SOLVED:
-            return solution.status, iterations
-        step = solution.x - before
-        moved = np.linalg.norm(step)
-        if shift * moved <= 1e-10 * (1.0 + np.linalg.norm(q)):
-            return Status.SOLVED, iterations
-        if np.linalg.norm(step - last) <= 1e-6 * moved and _is_ray(P, q, levels[0], step / moved):
-            raise UnboundedError(step / moved)
-    return Status.ITERATION_CAP, iterations
-
-
-def _is_ray(P: Array, q: Array, constraints: Level, ray: Array) -> bool:
-    tiny = 1e-7
-    value = constraints.C @ ray
-    size = tiny * (1.0 + np.linalg.norm(constraints.C, axis=1))
-    keeps = (value <= np.where(np.isfinite(constraints.ub), size, np.inf)) & (
-        value >= np.where(np.isfinite(constraints.lb), -size, -np.inf)
-    )
-    is_flat = np.linalg.norm(P @ ray) <= tiny * max(float(np.abs(P).max(initial=0.0)), 1e-300)
-    equal = np.linalg.norm(constraints.A @ ray) <= tiny * (1.0 + np.linalg.norm(constraints.A))
-    return bool(q @ ray < 0.0 and is_flat and equal and keeps.all())
-
-
-def _broken(constraints: Level, found: Solution) -> bool:
-    """A constraint is missed by more than MET and rounding."""
-    w, v = found.w[0], found.v[0]
-    bound = np.where(v > 0.0, constraints.lb, constraints.ub)
-    bound = np.concatenate([constraints.b, np.where(np.isfinite(bound), bound, 0.0)])
-    lengths = np.linalg.norm(np.vstack([constraints.A, constraints.C]), axis=1)
-    most = MET * (1.0 + np.abs(bound)) + ROUNDING * lengths * np.linalg.norm(found.x)
-    return bool((np.abs(np.concatenate([w, v])) > most).any())
-
-
-def _conflict(levels: list[Level], parts: list[tuple[str, slice]], x: Array) -> list[tuple[str, int, float]]:
+def _conflict(multipliers: Array, equalities: int, inequalities: int) -> list[tuple[str, int, float]]:
+    """Rows that add up to 0 x < 0, the one with the largest multiplier, 1, first."""
+    box = equalities + inequalities
+    largest = np.abs(multipliers).max()
     rows = []
-    for _, part, row, multiplier in conflicts(levels, x, 0):
-        if part == "A":
-            rows.append(("A", row, multiplier))
-            continue
-        name, start = next((name, s.start) for name, s in parts if s.start <= row < s.stop)
-        rows.append((name, row - start, multiplier))
-    return rows
+    for i in np.flatnonzero(multipliers):
+        part, start = ("A", 0) if i < equalities else ("G", equalities) if i < box else ("box", box)
+        rows.append((part, int(i) - start, float(multipliers[i] / largest)))
+    return sorted(rows, key=lambda row: -abs(row[2]))

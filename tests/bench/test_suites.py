@@ -49,8 +49,22 @@ def test_the_command_prints_how_the_times_compare(folder: Path, capsys: pytest.C
 def test_a_judge_minds_constraints_and_the_best_objective() -> None:
     qp = Qp("", np.eye(1), np.zeros(1), np.eye(1), np.ones(1), np.full(1, np.inf))
     points = {"best": 1.0, "worse": 1.1, "outside": 0.5}
-    answers = {name: Found(0.0, np.array([x])) for name, x in points.items()} | {"none": Found(0.0, None)}
-    assert judge(qp, answers) == {"best": "right", "worse": "wrong", "outside": "wrong", "none": "unsolved"}
+    answers = {name: Found(0.0, np.array([x])) for name, x in points.items()}
+    answers |= {"none": Found(0.0, None), "not mine": Found(0.0, None, refused=True)}
+    assert judge(qp, answers) == {
+        "best": "right",
+        "worse": "wrong",
+        "outside": "wrong",
+        "none": "unsolved",
+        "not mine": "refused",
+    }
+
+
+def test_a_qp_that_is_not_convex_is_refused_and_one_without_minimum_unsolved() -> None:
+    rows, bounds = np.empty((0, 1)), np.empty(0)
+    assert qps.hapticd(Qp("", -np.eye(1), np.ones(1), rows, bounds, bounds)).refused
+    found = qps.hapticd(Qp("", np.zeros((1, 1)), np.ones(1), rows, bounds, bounds))
+    assert found.x is None and not found.refused
 
 
 def test_a_normalised_recording_has_rows_of_length_one_and_optimal_answers() -> None:

@@ -54,6 +54,16 @@ def test_sanitizers_find_nothing(tmp_path, sanitized):
     assert (done.returncode, done.stdout, done.stderr) == (0, "passed\n", "")
 
 
+def test_rough_qps_never_allocate_crash_or_differ(tmp_path):
+    done = run(program(tmp_path, "qp", COUNTING, core_objects(tmp_path, COUNTING)), "20000")
+    assert (done.returncode, done.stdout) == (0, "passed\n"), done.stdout
+
+
+def test_sanitizers_find_nothing_in_qps(tmp_path, sanitized):
+    done = run(program(tmp_path, "qp", SANITIZED, sanitized), "5000")
+    assert (done.returncode, done.stdout, done.stderr) == (0, "passed\n", "")
+
+
 def test_valgrind_finds_no_uninitialised_value_and_no_leak(tmp_path):
     valgrind = shutil.which("valgrind")
     if not valgrind:

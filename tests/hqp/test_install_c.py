@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parent.parent.parent
+QP_OUTPUT = "status 0: x = 0.500 1.500, multiplier of the sum 0.500\n"
 OUTPUT = """\
 solved: x = 0.500 0.500, wish missed by 0.000
 solved: x = 1.000 1.000, wish missed by 0.000
@@ -46,6 +47,12 @@ def test_the_c_example_compiles_against_what_is_installed_and_runs(prefix, tmp_p
     assert run(f"{tmp_path}/example", LD_LIBRARY_PATH=f"{prefix}/lib") == OUTPUT
 
 
+def test_the_example_of_a_qp_compiles_against_what_is_installed_and_runs(prefix, tmp_path):
+    strict = ["-std=c11", "-Wall", "-Wextra", "-Wconversion", "-Werror"]
+    run("cc", *strict, "docs/examples/qp.c", *flags(prefix, "hapticd-hqp"), "-o", f"{tmp_path}/example")
+    assert run(f"{tmp_path}/example", LD_LIBRARY_PATH=f"{prefix}/lib") == QP_OUTPUT
+
+
 def test_the_cpp_example_compiles_against_what_is_installed_and_runs(prefix, tmp_path):
     if not shutil.which("c++") or subprocess.run(["pkg-config", "--exists", "eigen3"]).returncode:
         pytest.skip("there is no C++ compiler, or no Eigen")
@@ -55,11 +62,11 @@ def test_the_cpp_example_compiles_against_what_is_installed_and_runs(prefix, tmp
 
 
 def test_the_library_exports_its_interface_and_nothing_else(prefix):
-    header = (prefix / "include" / "hapticd" / "hqp.h").read_text()
-    declared = set(re.findall(r"^[\w ]+[ *](hqp_\w+)\(", header, re.M))
+    headers = [(prefix / "include" / "hapticd" / name).read_text() for name in ("hqp.h", "hqp_qp.h")]
+    declared = set(re.findall(r"^[\w ]+[ *](hqp_\w+)\(", "".join(headers), re.M))
     listed = run("nm", "-D", "--defined-only", str(prefix / "lib" / "libhapticd-hqp.so"))
     assert {line.split()[-1] for line in listed.splitlines()} == declared
-    assert "hqp_solve" in declared
+    assert {"hqp_solve", "hqp_qp_solve"} <= declared
 
 
 def test_the_version_of_header_library_and_package_is_one(prefix):

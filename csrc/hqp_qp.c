@@ -1,0 +1,348 @@
+/*
+ * Quadratic programs: from the caller's data to a proven answer. docs/hqp.md describes the method.
+ *
+ * P must be positive definite for the dual method. Where it is not, shift / 2 |x - center|^2 is added, with
+ * the last x as the next center (the proximal point method). The rows held in the end are mostly those of
+ * the optimum long before x is there, so each time the equations of the held rows are solved without the
+ * shift, and what comes out counts if it is proven.
+ */
+#include <stdlib.h>
+#include <string.h>
+
+#include "hqp_qp_internal.h"
+
+static const double MOST = 1e100;
+static const double DEFINITE = 1e-10; /* of a diagonal entry of P: a smaller pivot is no pivot */
+static const double PROXIMITY =
+    1e-8;                        /* of the largest: added to a singular P; who lacks more is not convex */
+static const double REACH = 1e4; /* with P = 0: how far x may go in the first proximal step */
+static const double STATIONARY = 1e-9; /* of the parts of its entry: left of a gradient of 0 */
+static const double SPILT = 1e-13;     /* of the largest parts of any entry: the same */
+static const double ROUNDING = 4e-16;  /* of |row of P| |x| + sum |multiplier| |row|: the same, .. */
+static const double FEEBLE = 1e-7;     /* .. up to this of the largest parts, */
+static const double STILL = 1e-12;     /* and what this much of a step changes */
+static const double MET = 100.0;       /* times what counts as broken: a row that is missed */
+static const double AT_BOUND = 1e-7;   /* a row at its bound in the caller's guess */
+static const double OPPOSED = 1e-12;   /* of its terms: what clashing rows fall short of 0 by, at least */
+static const double FAR = 1e4;         /* times 1 + |x|: clashing rows are met nowhere nearer */
+static const double LEAP = 1e3;        /* times the last step: further it is not trusted */
+static const double FLAT = 1e-12;      /* of the largest entry of P: |P ray| of a flat ray */
+static const double RAY = 1e-9;        /* of the length of a row: what of a ray it may see */
+static const double GOOD = 1e-3;       /* times what a proof asks: refinement ends */
+static const double SLOW = 0.7;        /* or where more is left of what was left before */
+enum { REFINEMENTS = 12, STEPS = 100, RETURNS = 8 };
+enum { ANOTHER_CENTER = 100 }; /* beside the statuses */
+
+static void *take(size_t *used, char *memory, size_t count, size_t size) {
+    void *at = memory ? memory + *used : NULL;
+    *used += (count * size + 31) & ~(size_t)31;
+    return at;
+}
+
+/* Set the pointers into the memory, close together for a QP of this size. Returns how much of it they need.
+ */
+static size_t lay_out(hqp_qp_solver *s, int variables, int most_rows, char *memory) {
+    const size_t n = (size_t)variables, ld = (n + 3) & ~(size_t)3, rows = (size_t)most_rows + n;
+    const size_t few = (size_t)most_rows * (n / 4 + 1) + n, d = sizeof(double), i = sizeof(int);
+    double **lines[] = {&s->inverse, &s->multiplier, &s->pull, &s->rest,   &s->cosine, &s->sine,
+                        &s->x,       &s->u,          &s->step, &s->center, &s->kept,   &s->gradient,
+                        &s->scale,   &s->scratch,    &s->size, &s->end,    &s->bend};
+    int **counts[] = {&s->from, &s->id, &s->slot, &s->begins, &s->ends};
+    double **bounds[] = {&s->lo, &s->hi, &s->norm, &s->value};
+    int **extents[] = {&s->length, &s->begin, &s->first, &s->last};
+    size_t used = 0;
+    for (size_t k = 0; k < sizeof lines / sizeof *lines; k++) *lines[k] = take(&used, memory, ld + 4, d);
+    for (size_t k = 0; k < sizeof counts / sizeof *counts; k++) *counts[k] = take(&used, memory, n + 1, i);
+    for (size_t k = 0; k < sizeof bounds / sizeof *bounds; k++) *bounds[k] = take(&used, memory, rows, d);
+    for (size_t k = 0; k < sizeof extents / sizeof *extents; k++) *extents[k] = take(&used, memory, rows, i);
+    s->side = take(&used, memory, rows, 1);
+    s->waived = take(&used, memory, rows, 1);
+    s->column = take(&used, memory, few, i);
+    s->coefficient = take(&used, memory, few, d);
+    s->L = take(&used, memory, n * ld, d);
+    s->M = take(&used, memory, (n + 1) * ld, d);
+    s->T = take(&used, memory, (n + 1) * ld, d);
+    return used;
+}
+
+hqp_qp_solver *hqp_qp_create(int n, int rows) {
+    if (n < 1 || n > 1024 || rows < 0 || rows > 8192) return NULL;
+    hqp_qp_solver sizes;
+    hqp_qp_solver *s = malloc(sizeof *s + lay_out(&sizes, n, rows, NULL));
+    if (!s) return NULL;
+    s->most_n = n;
+    s->most_rows = rows;
+    return s;
+}
+
+void hqp_qp_destroy(hqp_qp_solver *s) {
+    free(s);
+}
+
+/* The gradient of the Lagrangian, the size of its three parts (far x must not count for more than what they
+ * come to), and what the objective is. */
+static void find_gradient(hqp_qp_solver *s) {
+    const int n = s->n;
+    double bent = 0.0, tilted = 0.0, *pulled = s->rest;
+    hqp_qp_bend(s, s->x, s->gradient);
+    memset(pulled, 0, (size_t)n * sizeof(double));
+    for (int k = 0; k < s->count; k++)
+        hqp_qp_add_row(s, s->id[k], s->multiplier[k] * s->side[s->id[k]], pulled);
+    for (int i = 0; i < n; i++) {
+        const double value = s->gradient[i], tilt = s->qp.q[i];
+        s->gradient[i] = value + tilt + pulled[i];
+        s->scale[i] = fabs(value) + fabs(tilt) + fabs(pulled[i]);
+        bent += value * s->x[i];
+        tilted += tilt * s->x[i];
+    }
+    s->objective = 0.5 * bent + tilted;
+}
+
+/* How much more than allowed is left of the gradient, or of the distance of held rows to their bound, in
+ * `gap` [count]. */
+static double excess(hqp_qp_solver *s, double *gap) {
+    const double x_norm = sqrt(hqp_qp_inner(s->x, s->x, s->n));
+    double most = 0.0, largest = 0.0, pulls = 0.0;
+    find_gradient(s);
+    for (int i = 0; i < s->n; i++) largest = s->scale[i] > largest ? s->scale[i] : largest;
+    for (int k = 0; k < s->count; k++) pulls += fabs(s->multiplier[k]) * s->norm[s->id[k]];
+    const double feeble = FEEBLE * largest + STILL * s->largest;
+    for (int i = 0; i < s->n; i++) {
+        const double rounding = fmin(ROUNDING * (s->bend[i] * x_norm + pulls), feeble);
+        const double most_left = STATIONARY * s->scale[i] + SPILT * largest + rounding + 1e-300;
+        const double part = fabs(s->gradient[i]) / most_left;
+        if (!(part <= most)) most = part; /* NaN counts */
+    }
+    for (int k = 0; k < s->count; k++) {
+        const int id = s->id[k], side = s->side[id];
+        const double bound = hqp_qp_bound(s, id, side);
+        gap[k] = side * (bound - hqp_qp_value(s, id, s->x));
+        const double part = fabs(gap[k]) / (MET * hqp_qp_allowance(s, id, bound, x_norm));
+        if (!(part <= most)) most = part;
+    }
+    return most;
+}
+
+/* No row is missed. */
+static int is_feasible(hqp_qp_solver *s) {
+    const double x_norm = sqrt(hqp_qp_inner(s->x, s->x, s->n));
+    hqp_qp_find_values(s);
+    for (int i = 0; i < s->rows; i++) {
+        const double over = s->value[i] - s->hi[i], under = s->lo[i] - s->value[i];
+        if (over <= 0.0 && under <= 0.0) continue;
+        const double beyond = over > under ? over : under, bound = over > under ? s->hi[i] : s->lo[i];
+        if (!(beyond <= MET * hqp_qp_allowance(s, i, bound, x_norm))) return 0;
+    }
+    return x_norm < INFINITY;
+}
+
+/* Multipliers of inequalities are not negative. Returns whether one was. */
+static int clamp(hqp_qp_solver *s) {
+    int any = 0;
+    for (int k = 0; k < s->count; k++) {
+        if (s->multiplier[k] >= 0.0 || hqp_qp_is_equality(s, s->id[k])) continue;
+        s->multiplier[k] = 0.0;
+        any = 1;
+    }
+    return any;
+}
+
+/* Variables that are held at their own bound are there to the last bit. */
+static void snap(hqp_qp_solver *s) {
+    const int box = s->qp.equalities + s->qp.inequalities;
+    for (int k = 0; k < s->count; k++) {
+        const int id = s->id[k];
+        if (id >= box) s->x[id - box] = hqp_qp_bound(s, id, s->side[id]);
+    }
+}
+
+/* Solve the equations of the held rows, without shift, and prove the answer. */
+static int prove(hqp_qp_solver *s) {
+    double *gap = s->scratch, before = INFINITY, left;
+    for (int k = 0;; k++) {
+        snap(s);
+        left = excess(s, gap);
+        if (left <= GOOD || k == REFINEMENTS || !(left <= SLOW * before)) break;
+        before = left;
+        for (int i = 0; i < s->n; i++) s->gradient[i] = -s->gradient[i];
+        hqp_qp_newton(s, s->gradient, gap);
+        hqp_add(s->x, 1.0, s->gradient, s->n);
+        hqp_add(s->multiplier, 1.0, gap, s->count);
+    }
+    if (clamp(s)) left = excess(s, gap);
+    return left <= 1.0 && is_feasible(s);
+}
+
+/* Rows that the guess puts at their bound, or beyond, are held from the start. */
+static void seat_guess(hqp_qp_solver *s) {
+    for (int i = s->qp.equalities; i < s->rows; i++) {
+        const double value = hqp_qp_value(s, i, s->qp.start), norm = s->norm[i];
+        for (int side = -1; side <= 1 && !s->side[i]; side += 2) {
+            const double bound = hqp_qp_bound(s, i, side);
+            if (side * (bound - value) <= AT_BOUND * (norm + fabs(bound)) && fabs(bound) < INFINITY &&
+                norm > 0.0)
+                hqp_qp_seat(s, i, side);
+        }
+    }
+}
+
+/* Factorise P, or with a shift where it is singular. */
+static hqp_qp_status factorise(hqp_qp_solver *s) {
+    if (s->largest > 0.0 && hqp_qp_factorise(s, 0.0, DEFINITE)) return HQP_QP_SOLVED;
+    double most = 0.0;
+    for (int j = 0; j < s->n; j++) most = fmax(most, fabs(s->qp.q[j]));
+    double shift = PROXIMITY * s->largest;
+    if (s->largest == 0.0) shift = most > 0.0 ? most / REACH : 1.0;
+    return hqp_qp_factorise(s, shift, 0.0) ? HQP_QP_SOLVED : HQP_QP_NOT_CONVEX;
+}
+
+/* Take out of a ray what rounding put there: P is flat, and held rows stay at their bound. Returns 0 where
+ * most of it goes. */
+static int straighten(hqp_qp_solver *s, double *ray) {
+    double *down = s->gradient, *gap = s->scratch;
+    hqp_qp_bend(s, ray, down);
+    for (int i = 0; i < s->n; i++) down[i] = -down[i];
+    for (int k = 0; k < s->count; k++) gap[k] = -s->side[s->id[k]] * hqp_qp_value(s, s->id[k], ray);
+    hqp_qp_newton(s, down, gap);
+    hqp_add(ray, 1.0, down, s->n);
+    const double length = sqrt(hqp_qp_inner(ray, ray, s->n));
+    for (int i = 0; i < s->n; i++) ray[i] /= length;
+    return length > 0.5;
+}
+
+/* The last step goes on along s->rest, of length 1: how far the objective falls there inside the
+ * constraints. */
+static double stride(hqp_qp_solver *s) {
+    const int n = s->n;
+    double *ray = s->rest, slope = 0.0, bend = 0.0, most_bent = 0.0;
+    for (int i = 0; i < n; i++) ray[i] = s->x[i] - s->center[i];
+    const double length = sqrt(hqp_qp_inner(ray, ray, n));
+    if (!(length > 0.0) || !(length < INFINITY)) return 0.0;
+    for (int i = 0; i < n; i++) ray[i] /= length;
+    if (!straighten(s, ray) || !straighten(s, ray)) return 0.0; /* twice: the first is rounded, too */
+    hqp_qp_bend(s, ray, s->gradient);
+    for (int i = 0; i < n; i++) {
+        const double bent = s->gradient[i];
+        slope += s->qp.q[i] * ray[i] + bent * s->x[i];
+        bend += bent * ray[i];
+        most_bent = fmax(most_bent, fabs(bent));
+    }
+    if (!(slope < 0.0)) return 0.0;
+    double most = most_bent <= FLAT * s->largest ? INFINITY : fmin(-slope / bend, LEAP * length);
+    for (int i = 0; i < s->rows; i++) {
+        const double value = hqp_qp_value(s, i, ray), bound = value > 0.0 ? s->hi[i] : s->lo[i];
+        if (fabs(value) <= RAY * s->norm[i] || fabs(bound) == INFINITY) continue;
+        most = fmin(most, fmax(0.0, (bound - hqp_qp_value(s, i, s->x)) / value));
+    }
+    return most;
+}
+
+/* The row on its way in and the held ones that do not let it add up to 0 x <= something negative: what they
+ * weigh becomes their multiplier. */
+static int is_clash(hqp_qp_solver *s) {
+    const int k = s->count, n = s->n;
+    double *sum = s->gradient, gap = 0.0, all = 0.0;
+    memset(sum, 0, (size_t)n * sizeof(double));
+    for (int i = 0; i <= k; i++) {
+        const int id = s->id[i], side = s->side[id];
+        double weight = i == k ? 1.0 : -s->pull[i];
+        if (weight < 0.0 && !hqp_qp_is_equality(s, id)) weight = 0.0;
+        s->multiplier[i] = weight;
+        hqp_qp_add_row(s, id, weight * side, sum);
+        gap += weight * side * hqp_qp_bound(s, id, side);
+        all += fabs(weight * hqp_qp_bound(s, id, side));
+    }
+    double extent = 0.0, most = 0.0;
+    for (int j = 0; j < n; j++) {
+        extent += fabs(s->x[j]);
+        most = fmax(most, fabs(sum[j]));
+    }
+    if (!(gap < -OPPOSED * all && -gap > FAR * most * (1.0 + extent))) return 0;
+    s->count++; /* its multiplier is part of the answer */
+    return 1;
+}
+
+/* The dual method to its end for this center, as often as refinement brings up rows that were not seen.
+ * Returns a status, or ANOTHER_CENTER. */
+static int solve_for_center(hqp_qp_solver *s) {
+    for (int k = 0;; k++) {
+        const hqp_qp_end end = hqp_qp_descend(s);
+        if (end == HQP_QP_CLASH) return is_clash(s) ? HQP_QP_INFEASIBLE : HQP_QP_NOT_PROVEN;
+        if (end == HQP_QP_CAPPED) {
+            find_gradient(s);
+            return s->iterations >= s->iteration_limit ? HQP_QP_ITERATION_CAP : HQP_QP_TIME_LIMIT;
+        }
+        memcpy(s->kept, s->x, (size_t)s->n * sizeof(double));
+        if (prove(s)) return HQP_QP_SOLVED;
+        if (s->shift > 0.0) return ANOTHER_CENTER;
+        if (k == RETURNS) return HQP_QP_NOT_PROVEN;
+    }
+}
+
+static hqp_qp_status solve(hqp_qp_solver *s) {
+    hqp_qp_clear(s);
+    for (int i = 0; i < s->qp.equalities; i++) {
+        if (s->norm[i] > 0.0) hqp_qp_seat(s, i, 1);
+    }
+    if (s->qp.start) seat_guess(s);
+    memset(s->center, 0, (size_t)s->ld * sizeof(double));
+    for (int k = 0; k < STEPS; k++) {
+        hqp_qp_settle(s);
+        const int status = solve_for_center(s);
+        if (status != ANOTHER_CENTER) return (hqp_qp_status)status;
+        memcpy(s->x, s->kept, (size_t)s->n * sizeof(double));
+        const double further = stride(s);
+        if (further == INFINITY) return HQP_QP_UNBOUNDED;
+        for (int i = 0; i < s->n; i++) s->center[i] = s->x[i] + further * s->rest[i];
+    }
+    return HQP_QP_NOT_PROVEN;
+}
+
+/* Hand out the multipliers of held rows, which are numbered as they are. */
+static void hand_out(const hqp_qp_solver *s, double *multipliers) {
+    memset(multipliers, 0, (size_t)(s->qp.equalities + s->qp.inequalities + s->n) * sizeof(double));
+    for (int i = 0; i < s->count; i++) multipliers[s->id[i]] = s->multiplier[i] * s->side[s->id[i]];
+}
+
+static hqp_qp_status begin(hqp_qp_solver *s, const hqp_qp *qp) {
+    if (qp->n < 1 || qp->n > s->most_n || qp->equalities < 0 || qp->inequalities < 0 ||
+        qp->equalities > s->most_rows - qp->inequalities || qp->max_iterations < 0 ||
+        !(qp->time_limit >= 0.0))
+        return HQP_QP_BAD_DATA;
+    if (qp->start && !(hqp_qp_inner(qp->start, qp->start, qp->n) <= MOST * MOST)) return HQP_QP_BAD_DATA;
+    lay_out(s, qp->n, qp->equalities + qp->inequalities, (char *)(s + 1));
+    s->qp = *qp;
+    s->n = qp->n;
+    s->ld = (qp->n + 3) & ~3;
+    s->count = s->iterations = 0;
+    s->objective = 0.0;
+    s->began = qp->time_limit > 0.0 ? hqp_now() : 0.0;
+    const hqp_qp_status status = hqp_qp_read(s);
+    if (status != HQP_QP_SOLVED) return status;
+    if (!hqp_qp_take(s)) return HQP_QP_BAD_DATA;
+    s->iteration_limit = qp->max_iterations > 0 ? qp->max_iterations : 128 + 16 * (s->n + s->rows);
+    return factorise(s);
+}
+
+hqp_qp_status hqp_qp_solve(hqp_qp_solver *s, const hqp_qp *qp, hqp_qp_answer *answer) {
+    hqp_qp_status status = begin(s, qp);
+    answer->iterations = 0;
+    if (status != HQP_QP_SOLVED) return status;
+    status = solve(s);
+    memcpy(answer->x, status == HQP_QP_UNBOUNDED ? s->rest : s->x, (size_t)s->n * sizeof(double));
+    if (answer->multipliers) hand_out(s, answer->multipliers);
+    answer->objective = s->objective;
+    answer->iterations = s->iterations;
+    return status;
+}
+
+hqp_qp_status hqp_qp_call(hqp_qp_solver *s, int n, int equalities, int inequalities, const double *P,
+                          const double *q, const double *A, const double *b, const double *G, const double *h,
+                          const double *lb, const double *ub, const double *start, int max_iterations,
+                          double time_limit, double *out, hqp_qp_answer *found) {
+    const hqp_qp qp = {n,  equalities, inequalities,   P,         q, A, b, G, h, lb,
+                       ub, start,      max_iterations, time_limit};
+    found->x = out;
+    found->multipliers = out + n;
+    return hqp_qp_solve(s, &qp, found);
+}

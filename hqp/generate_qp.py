@@ -1,0 +1,134 @@
+"""Random quadratic programs of nasty kinds, and how far an answer is from what makes it optimal."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from .problem import Array
+from .qp_solution import QpSolution
+
+INF = np.inf
+KINDS = ("plain", "singular", "linear", "scaled", "doubled", "degenerate", "equal", "boxed", "free", "near")
+Qp = dict[str, Array]
+"""Arguments of solve_qp by name."""
+
+
+def qp_of(kind: str, seed: int) -> Qp:
+    """A feasible QP with an optimum, of 1 to 24 variables.
+
+    Args:
+        kind: of KINDS: P singular, zero or nearly singular, units far apart, rows twice, many rows through
+            one vertex, equalities alone, a box alone, nothing at all.
+        seed: which of them.
+    """
+    rng = np.random.default_rng([KINDS.index(kind), seed])
+    n = int(rng.integers(1, 25))
+    rank = {"singular": int(rng.integers(0, n + 1)), "linear": 0, "near": max(1, n // 2)}.get(kind, n)
+    root = rng.normal(size=(rank, n))
+    P = root.T @ root + (np.diag(10.0 ** rng.uniform(-9, -5, n)) if kind == "near" else 0.0)
+    x = rng.normal(size=n)
+    equalities = 0 if kind in ("boxed", "free") else int(rng.integers(0, n // 2 + 1))
+    inequalities = 0 if kind in ("equal", "boxed", "free") else int(rng.integers(0, 3 * n + 1))
+    A, G = rng.normal(size=(equalities, n)), rng.normal(size=(inequalities, n))
+    if kind == "degenerate":
+        G, A, x = np.round(G), np.round(A), np.round(x)
+    if kind == "doubled":
+        A = np.vstack([A, 2.0 * A, A[:1] + A[-1:]])
+        G = np.vstack([G, -0.5 * G, A[:2], G[:3] * (1.0 + 1e-9)])
+    tight = rng.random(len(G)) < (0.9 if kind == "degenerate" else 0.3)
+    h = G @ x + np.where(tight, 0.0, rng.exponential(size=len(G)))
+    h[rng.random(len(h)) < 0.05] = INF
+    lb = x - rng.exponential(2.0, size=n) * (rng.random(n) < 0.8)
+    ub = x + rng.exponential(2.0, size=n) * (rng.random(n) < 0.8)
+    if kind in ("plain", "boxed", "doubled", "scaled", "degenerate"):
+        lb[rng.random(n) < 0.4], ub[rng.random(n) < 0.4] = -INF, INF
+    qp = {"P": P, "q": 3.0 * rng.normal(size=n), "G": G, "h": h, "A": A, "b": A @ x, "lb": lb, "ub": ub}
+    if kind in ("free", "equal"):
+        del qp["lb"], qp["ub"]
+    if kind == "free":
+        del qp["G"], qp["h"], qp["A"], qp["b"]
+    return _scaled(qp, rng) if kind == "scaled" else qp
+
+
+def infeasible_qp(seed: int) -> Qp:
+    """A QP some rows of which contradict each other: with positive weights they add up to 0 x < 0."""
+    rng = np.random.default_rng([len(KINDS), seed])
+    qp = qp_of("plain", seed)
+    n, k = len(qp["q"]), int(rng.integers(1, 4))
+    clash = rng.normal(size=(k, n))
+    last = -rng.uniform(0.2, 2.0, size=k) @ clash
+    point = rng.normal(size=n)
+    h = np.append(clash @ point, last @ point - rng.uniform(0.1, 2.0))
+    return {**qp, "G": np.vstack([qp["G"], clash, last]), "h": np.concatenate([qp["h"], h])}
+
+
+def unbounded_qp(seed: int) -> Qp:
+    """A QP with a direction d: P d = 0, q d < 0, and no constraint ends it."""
+    rng = np.random.default_rng([len(KINDS) + 1, seed])
+    n = int(rng.integers(1, 15))
+    d = rng.normal(size=n)
+    d /= np.linalg.norm(d)
+    root = rng.normal(size=(int(rng.integers(0, n + 1)), n))
+    root -= np.outer(root @ d, d)
+    G = rng.normal(size=(int(rng.integers(0, 2 * n)), n))
+    G -= np.outer(np.maximum(G @ d, 0.0) * rng.uniform(1.0, 2.0), d)
+    A = rng.normal(size=(int(rng.integers(0, n // 2 + 1)), n))
+    A -= np.outer(A @ d, d)
+    x, q = rng.normal(size=n), rng.normal(size=n)
+    q -= (q @ d + rng.uniform(0.1, 1.0)) * d
+    lb, ub = np.where(d >= 0.0, x - 1.0, -INF), np.where(d <= 0.0, x + 1.0, INF)
+    return {"P": root.T @ root, "q": q, "G": G, "h": G @ x + 0.1, "A": A, "b": A @ x, "lb": lb, "ub": ub}
+
+
+def _scaled(qp: Qp, rng: np.random.Generator) -> Qp:
+    """The QP in other units: variables and rows by factors of 1e-3 to 1e3 each."""
+    unit, of_A, of_G = (10.0 ** rng.uniform(-3, 3, len(qp[name])) for name in ("q", "b", "h"))
+    return {
+        "P": unit[:, None] * qp["P"] * unit,
+        "q": unit * qp["q"],
+        "G": of_G[:, None] * qp["G"] * unit,
+        "h": of_G * qp["h"],
+        "A": of_A[:, None] * qp["A"] * unit,
+        "b": of_A * qp["b"],
+        "lb": qp["lb"] / unit,
+        "ub": qp["ub"] / unit,
+    }
+
+
+def parts_of(qp: Mapping[str, Any]) -> list[Array]:
+    """P, q, G, h, A, b, lb, ub with nothing absent."""
+    n = len(qp["q"])
+    rows, none = np.empty((0, n)), np.empty(0)
+    absent = {"G": rows, "h": none, "A": rows, "b": none, "lb": np.full(n, -INF), "ub": np.full(n, INF)}
+    return [np.asarray({**absent, **qp}[name], dtype=float) for name in ("P", "q", *absent)]
+
+
+def faults(qp: Mapping[str, Any], found: QpSolution) -> dict[str, float]:
+    """The worst by which each condition of Karush, Kuhn and Tucker is missed, relative to its parts."""
+    P, q, G, h, A, b, lb, ub = parts_of(qp)
+    x, y, z, box = found.x, found.y, found.z, found.z_box
+    bent, pulled = P @ x, A.T @ y + G.T @ z + box
+    gradient, parts = bent + q + pulled, np.abs(bent) + np.abs(q) + np.abs(pulled)
+    parts += 1e-4 * parts.max(initial=0.0) + 1e-7 * np.abs(P) @ np.abs(x)  # the last: rounding
+    over, size_A, size_G, size_box = G @ x - h, _size(A, x, b), _size(G, x, h), 1.0 + np.abs(x)
+    reach = np.where(box > 0.0, x - ub, np.where(box < 0.0, lb - x, 0.0))
+    return {
+        "gradient": _most(np.abs(gradient) / (parts + 1e-300)),
+        "A": _most(np.abs(A @ x - b) / size_A),
+        "G": _most(over / size_G),
+        "box": max(_most((x - ub) / size_box), _most((lb - x) / size_box)),
+        "sign": _most(-z),
+        "slack of G": _most(np.abs(np.where(z > 0.0, over, 0.0)) / size_G),
+        "slack of the box": _most(np.abs(reach) / size_box),
+    }
+
+
+def _size(rows: Array, x: Array, bound: Array) -> Array:
+    norm = np.linalg.norm(rows, axis=1)
+    finite = np.where(np.isfinite(bound), np.abs(bound), 0.0)
+    return np.asarray(np.minimum(norm, 1.0) + finite + 1e-3 * norm * np.linalg.norm(x) + 1e-300)
+
+
+def _most(values: Array) -> float:
+    return float(np.max(values, initial=0.0))
