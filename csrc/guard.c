@@ -14,7 +14,7 @@ static const double HORIZON = 0.05;
 /* The same of its speed [s]. */
 static const double SLOWING = 0.01;
 /* A motor of which the posture moves less than this share is hardly asked. */
-static const double SOFT = 0.01;
+static const double SOFT = 0.003;
 /* Largest lambda, in torques of its motor: N leaves little of it where the posture hardly moves the motor. */
 static const double MOST = 20.0;
 /* Damping ratio of the end stop. */
@@ -77,8 +77,6 @@ void guard_update(guard *g) {
         const double slower = (-g->fastest[i] - qd) / SLOWING, faster = (g->fastest[i] - qd) / SLOWING;
         g->floor[i] = inertia * fmin(fmax(b.lower, slower), faster) - own;
         g->ceiling[i] = inertia * fmax(fmin(b.upper, faster), slower) - own;
-        g->firm_floor[i] = inertia * fmin(b.lower, faster) - own;
-        g->firm_ceiling[i] = inertia * fmax(b.upper, slower) - own;
         g->stop[i] = stopped(g->lower[i] + zone - q, qd, zone, g->limit[i], inertia) -
                      stopped(q - g->upper[i] + zone, -qd, zone, g->limit[i], inertia) +
                      slowed(qd, g->fastest[i], g->limit[i], inertia);

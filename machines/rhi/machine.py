@@ -25,7 +25,7 @@ from .bodies import surroundings
 from .config import RhiAssist, RhiConfig, RhiPlane, RhiResist
 from .contact_aware import ContactAware, Settings
 from .environment import Environment
-from .guard import Span
+from .guard import STOP, Span
 from .hierarchy import Hierarchy
 from .manipulability import Shape, force_ellipsoid
 from .nullspace import Gains
@@ -44,6 +44,8 @@ SUPPORT_FADE_S = 5e-3
 """Time constant with which what the measured hand contributed leaves the torques of a stop."""
 SWING = 0.1
 """Fastest swing of the posture [rad] in a tick."""
+DRAGGED_S = 15e-3
+"""How far ahead a motor at its end stop is to be inside its limits [s]: a stop that its brake ends takes that."""
 AT_REST = 0.25
 """Measured speeds below this are standstill: a hand goes on pulling at motors that hold [rad/s]."""
 
@@ -126,8 +128,11 @@ class RedundantInterface:
         self._standstill = Standstill((AT_REST,) * arm.n, round(REST_S * config.loop.rate))
         self.position: list[float] = [0.0] * arm.n
         self.velocity: list[float] = [0.0] * arm.n
-        self.astray = [False] * arm.n  # it renders forces, and leads its motors nowhere
-        self.overload = ""  # what its motors cannot render they leave out
+        self.astray = [False] * arm.n  # which of them a hand drags over their limits
+        self.overload = ""  # the first of these; what the motors cannot render they leave out
+        margin = rhi.null_space.margin
+        stops = Span(motors.lower, motors.upper, margin).inside(STOP * margin)
+        self._ends = tuple(zip(drive_names(config), motors.lower, *stops, motors.upper, strict=True))
         self.raw_wrench: list[float] | None = None
         self.inertial = True  # it needs no accelerometer
         self.braking = max(v / a for v, a in zip(motors.velocity, motors.acceleration, strict=True))
@@ -184,6 +189,8 @@ class RedundantInterface:
         self.solved = self.controller.update(self._demand, gain, self.environment.energy, felt)
         self._mark(Stage.SOLVE)
         self._standstill.reset()
+        self.astray = self._dragged()
+        self.overload = self._ends[self.astray.index(True)][0] if True in self.astray else ""
         if not self.solved:
             self._hold_back()
             return
@@ -196,9 +203,18 @@ class RedundantInterface:
         self.commands = torque.tolist()
 
     def brake(self, dropped: Sequence[bool]) -> bool:
-        """Motors to rest at their rated accelerations, then hold."""
+        """Motors to rest at their rated accelerations, then hold; one that a hand drags is its brake's."""
         self._hold_back()
-        return self._standstill.update(self.plausibility.speed, dropped) and self._hold.at_rest
+        at_rest = self._standstill.update(self.plausibility.speed, dropped) and self._hold.at_rest
+        return at_rest or True in self._dragged()
+
+    def _dragged(self) -> list[bool]:
+        """Of each motor, whether it is at its end stop and on the way over its limit all the same."""
+        rows = zip(self.position, self.velocity, self._ends, strict=True)
+        return [
+            (q < least and q + DRAGGED_S * qd < lower) or (q > most and q + DRAGGED_S * qd > upper)
+            for q, qd, (_, lower, least, most, upper) in rows
+        ]
 
     def _hold_back(self) -> None:
         """Before the start hands over, its hold; later a hold that begins where the motors are."""
