@@ -82,17 +82,18 @@ double nullspace_bearable(const nullspace *s, double part);
 void nullspace_compose(nullspace *s, double part, double gain);
 
 /* Let torques (n), which render this share of a force (m), follow what they are to be, and return the share
- * that they render: beyond what the change of the force explains none steps by more than twice slew, as a part
- * of limit. */
+ * that they render: beyond what the change of the force explains none steps by more than twice slew, as a
+ * part of limit. */
 double nullspace_ease(nullspace *s, const double *force, double share, double *torque);
 
 /* Rows of a hierarchy over (tau, alpha), each n + 1 wide, with their right-hand sides:
- * force (m):       J#^T (tau - alpha J^T F) = J#^T (stop + J^T f + gain tau_N)
- * limits (n):      floor <= rows tau <= ceiling, of the guard, whose bounds give way to what guard_hold leaves
- * posture (n + 1): L^-1 (tau - alpha J^T F) = L^-1 (N stop + gain tau_N), and alpha = 1, which weighs as much
- *                  as a force that is wanting and counts ten times as far as the same torques of the posture.
- * One level of both: with the force before the posture torques would jump from one corner of the box to
- * another where a little of alpha is to be had there. */
+ *     force (m):       J#^T (tau - alpha J^T F) = J#^T (stop + J^T f + gain tau_N)
+ *     limits (n):      floor <= rows tau <= ceiling, of the guard
+ *     posture (n + 1): L^-1 (tau - alpha J^T F) = L^-1 (N stop + gain tau_N), w alpha = w
+ * Bounds of the guard give way to what guard_hold leaves. Posture and force are one level: where the force
+ * came first torques would jump from one corner of the box to another where a little of alpha is to be had
+ * there. With w = 10 |L^-1 J^T F| what is wanting of the force counts ten times as far as the same torques
+ * of the posture. */
 void nullspace_levels(const nullspace *s, double gain, double *force, double *force_b, double *limits,
                       double *posture, double *posture_b);
 

@@ -5,8 +5,8 @@ Over the torques tau and the rendered share alpha of the force F:
 0. torque box, 0 <= alpha <= what limits or headroom allow for alpha J^T F and the coupling
 1. the hand feels alpha F and nothing else: J#^T tau = alpha F + the coupling force, and the end stop
 2. the posture keeps the joint limits, as softly as csrc/guard.h
-3. alpha = 1, and the wish of the null space: min |w (1 - alpha)|^2 + |L^-1 (tau - alpha J^T F - tau_N)|^2, the
-   M^-1 metric, in which w = 10 |L^-1 J^T F|: the force counts ten times as far as the posture
+3. alpha = 1, and the wish of the null space in the M^-1 metric: least
+   |w (1 - alpha)|^2 + |L^-1 (tau - alpha J^T F - tau_N)|^2, w = 10 |L^-1 J^T F|: the force counts ten times
 
 Far from box and joint limits this is the projection law (3); at the box the projection can only shrink tau_N
 as a whole, while here every motor gives what it has left. Each level has one answer that moves with what it

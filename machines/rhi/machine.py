@@ -45,7 +45,7 @@ SUPPORT_FADE_S = 5e-3
 SWING = 0.1
 """Fastest swing of the posture [rad] in a tick."""
 DRAGGED_S = 15e-3
-"""How far ahead a motor at its end stop is to be inside its limits [s]: a stop that its brake ends takes that."""
+"""How far ahead a motor at its end stop is to be inside its limits [s]: its brake holds it after that."""
 AT_REST = 0.25
 """Measured speeds below this are standstill: a hand goes on pulling at motors that hold [rad/s]."""
 

@@ -237,7 +237,7 @@ class NullSpace:
         lib.nullspace_compose(self._core, part, gain)
 
     def ease(self, torque: Array, force: Sequence[float], share: float) -> float:
-        """Let torques (n,) [N m] follow what they are to be, in place; the share of the force that they render.
+        """Let torques (n,) [N m] follow what they are to be, in place; returns the share that they render.
 
         Beyond what the change of the force explains none steps by more than twice ``slew``, as a part of
         ``limit``.

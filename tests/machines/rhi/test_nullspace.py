@@ -226,7 +226,7 @@ def test_the_posture_s_torques_change_at_a_bounded_rate_and_leave_the_hand_alone
 
 
 def test_torques_step_no_further_than_is_theirs_and_the_force_s_change_explains(arm: RedundantArm) -> None:
-    """Whatever is resolved from tick to tick; the hand feels the share that is told, and all of it at last."""
+    """Whatever is resolved from tick to tick; the hand feels the share that is told, at last all of it."""
     slew, rng = 0.02, np.random.default_rng(13)
     space = NullSpace(arm, LIMIT, home_shape(arm), GAINS, U, slew=slew)
     arm.q[:], arm.qd[:] = (0.66, 0.65, 0.47, 0.1), 0.0
