@@ -10,16 +10,16 @@
 enum { JOINTS = SERIAL_MAX_JOINTS, TASK = REDUNDANT_MAX_TASK };
 
 /* How far ahead a motor is to be inside its limits [s]: it brakes with a time constant of this. */
-static const double HORIZON = 0.05;
+static const double HORIZON = 0.07;
 /* The same of its speed [s]. */
 static const double SLOWING = 0.01;
 /* A motor of which the posture moves less than this share is hardly asked. */
-static const double SOFT = 0.003;
+static const double SOFT = 0.002;
 /* Largest lambda, in torques of its motor: N leaves little of it where the posture hardly moves the motor. */
 static const double MOST = 20.0;
 /* Damping ratio of the end stop. */
 static const double ABSORBED = 0.5;
-enum { SWEEPS = 100 };
+enum { SWEEPS = 300 };
 /* Change of all lambdas in a sweep that ends them [N m]. */
 static const double SETTLED = 1e-6;
 /* What counts of a motor at its limit. */

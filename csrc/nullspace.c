@@ -19,7 +19,7 @@ static const double ACROSS = 0.25;
 static const double AVOID = 1.0;
 /* Parts of their limits by which torques may step, beyond what is asked at the hand, in the time in which the
  * posture's share rises to all. */
-static const double STEPPING = 2.0;
+static const double STEPPING = 2.8;
 /* Part of a motor's room that is always taken to be left for the joint limits. */
 static const double ALWAYS = 0.1;
 /* How much more the force counts than the posture where the motors cannot give both. */

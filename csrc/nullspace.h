@@ -82,8 +82,8 @@ double nullspace_bearable(const nullspace *s, double part);
 void nullspace_compose(nullspace *s, double part, double gain);
 
 /* Let torques (n), which render this share of a force (m), follow what they are to be, and return the share
- * that they render: beyond what the change of the force explains none steps by more than twice slew, as a
- * part of limit. */
+ * that they render: beyond what the change of the force explains none steps by more than 2.8 slew, as a part
+ * of limit. */
 double nullspace_ease(nullspace *s, const double *force, double share, double *torque);
 
 /* Rows of a hierarchy over (tau, alpha), each n + 1 wide, with their right-hand sides:

@@ -25,7 +25,7 @@ from .bodies import surroundings
 from .config import RhiAssist, RhiConfig, RhiPlane, RhiResist
 from .contact_aware import ContactAware, Settings
 from .environment import Environment
-from .guard import STOP, Span
+from .guard import Span
 from .hierarchy import Hierarchy
 from .manipulability import Shape, force_ellipsoid
 from .nullspace import Gains
@@ -45,7 +45,7 @@ SUPPORT_FADE_S = 5e-3
 SWING = 0.1
 """Fastest swing of the posture [rad] in a tick."""
 DRAGGED_S = 15e-3
-"""How far ahead a motor at its end stop is to be inside its limits [s]: its brake holds it after that."""
+"""How far ahead a motor is to be inside its limits [s]: by then its brake holds it."""
 AT_REST = 0.25
 """Measured speeds below this are standstill: a hand goes on pulling at motors that hold [rad/s]."""
 
@@ -130,9 +130,7 @@ class RedundantInterface:
         self.velocity: list[float] = [0.0] * arm.n
         self.astray = [False] * arm.n  # which of them a hand drags over their limits
         self.overload = ""  # the first of these; what the motors cannot render they leave out
-        margin = rhi.null_space.margin
-        stops = Span(motors.lower, motors.upper, margin).inside(STOP * margin)
-        self._ends = tuple(zip(drive_names(config), motors.lower, *stops, motors.upper, strict=True))
+        self._ends = tuple(zip(drive_names(config), motors.lower, motors.upper, strict=True))
         self.raw_wrench: list[float] | None = None
         self.inertial = True  # it needs no accelerometer
         self.braking = max(v / a for v, a in zip(motors.velocity, motors.acceleration, strict=True))
@@ -209,12 +207,9 @@ class RedundantInterface:
         return at_rest or True in self._dragged()
 
     def _dragged(self) -> list[bool]:
-        """Of each motor, whether it is at its end stop and on the way over its limit all the same."""
+        """Of each motor, whether it is on the way over its limit: neither posture nor end stop slow it down."""
         rows = zip(self.position, self.velocity, self._ends, strict=True)
-        return [
-            (q < least and q + DRAGGED_S * qd < lower) or (q > most and q + DRAGGED_S * qd > upper)
-            for q, qd, (_, lower, least, most, upper) in rows
-        ]
+        return [not lower <= q + DRAGGED_S * qd <= upper for q, qd, (_, lower, upper) in rows]
 
     def _hold_back(self) -> None:
         """Before the start hands over, its hold; later a hold that begins where the motors are."""

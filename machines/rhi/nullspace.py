@@ -239,7 +239,7 @@ class NullSpace:
     def ease(self, torque: Array, force: Sequence[float], share: float) -> float:
         """Let torques (n,) [N m] follow what they are to be, in place; returns the share that they render.
 
-        Beyond what the change of the force explains none steps by more than twice ``slew``, as a part of
+        Beyond what the change of the force explains none steps by more than 2.8 ``slew``, as a part of
         ``limit``.
 
         Args:
