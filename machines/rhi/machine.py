@@ -207,7 +207,7 @@ class RedundantInterface:
         return at_rest or True in self._dragged()
 
     def _dragged(self) -> list[bool]:
-        """Of each motor, whether it is on the way over its limit: neither posture nor end stop slow it down."""
+        """Of each motor, whether it is on the way over its limit: posture and end stop are too weak."""
         rows = zip(self.position, self.velocity, self._ends, strict=True)
         return [not lower <= q + DRAGGED_S * qd <= upper for q, qd, (_, lower, upper) in rows]
 
