@@ -10,16 +10,16 @@
 enum { JOINTS = SERIAL_MAX_JOINTS, TASK = REDUNDANT_MAX_TASK };
 
 /* How far ahead a motor is to be inside its limits [s]: it brakes with a time constant of this. */
-static const double HORIZON = 0.05;
+static const double HORIZON = 0.07;
 /* The same of its speed [s]. */
 static const double SLOWING = 0.01;
 /* A motor of which the posture moves less than this share is hardly asked. */
-static const double SOFT = 0.01;
+static const double SOFT = 0.002;
 /* Largest lambda, in torques of its motor: N leaves little of it where the posture hardly moves the motor. */
 static const double MOST = 20.0;
 /* Damping ratio of the end stop. */
 static const double ABSORBED = 0.5;
-enum { SWEEPS = 100 };
+enum { SWEEPS = 300 };
 /* Change of all lambdas in a sweep that ends them [N m]. */
 static const double SETTLED = 1e-6;
 /* What counts of a motor at its limit. */
@@ -77,8 +77,6 @@ void guard_update(guard *g) {
         const double slower = (-g->fastest[i] - qd) / SLOWING, faster = (g->fastest[i] - qd) / SLOWING;
         g->floor[i] = inertia * fmin(fmax(b.lower, slower), faster) - own;
         g->ceiling[i] = inertia * fmax(fmin(b.upper, faster), slower) - own;
-        g->firm_floor[i] = inertia * fmin(b.lower, faster) - own;
-        g->firm_ceiling[i] = inertia * fmax(b.upper, slower) - own;
         g->stop[i] = stopped(g->lower[i] + zone - q, qd, zone, g->limit[i], inertia) -
                      stopped(q - g->upper[i] + zone, -qd, zone, g->limit[i], inertia) +
                      slowed(qd, g->fastest[i], g->limit[i], inertia);

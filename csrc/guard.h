@@ -30,7 +30,6 @@ typedef struct {
     double room;                    /* distance from which on a motor counts fully */
     /* results of guard_update: floor <= rows tau <= ceiling, in torques: row i is M_ii (M^-1 N)_i */
     double *rows SHAPE(n, n), *floor SHAPE(n), *ceiling SHAPE(n);
-    double *firm_floor SHAPE(n), *firm_ceiling SHAPE(n); /* the same of the joint limits alone */
     double *stop SHAPE(n); /* torque of the end stop, and against speed that the posture cannot keep */
 } guard;
 

@@ -17,6 +17,15 @@ static const double HELD_STILL = 0.01;
 static const double ACROSS = 0.25;
 /* Weight of what leads out of dead ends [N m]. */
 static const double AVOID = 1.0;
+/* Parts of their limits by which torques may step, beyond what is asked at the hand, in the time in which the
+ * posture's share rises to all. */
+static const double STEPPING = 2.8;
+/* Part of a motor's room that is always taken to be left for the joint limits. */
+static const double ALWAYS = 0.1;
+/* How much more the force counts than the posture where the motors cannot give both. */
+static const double FORCE_FIRST = 10.0;
+/* Least |L^-1 J^T F| that the force counts as [N m/sqrt(kg m^2)]: without any, its share is still 1. */
+static const double SLIGHT = 1.0;
 
 enum { JOINTS = SERIAL_MAX_JOINTS, TASK = REDUNDANT_MAX_TASK };
 
@@ -298,12 +307,13 @@ static double beside(const nullspace *s, const double *torque, double alpha) {
     return alpha;
 }
 
-/* Largest share, at most 1, of what is more (n) that finds room beside these torques. */
+/* Largest share, at most 1, of what is more (n) that finds room beside these torques, of which a little is
+ * always taken to be left: it goes on where torques beside a full motor change their sides. */
 static double fitting(const nullspace *s, const double *torque, const double *more) {
     double share = 1.0;
     for (int i = 0; i < s->n; i++) {
         const double used = more[i] < 0.0 ? -torque[i] : torque[i];
-        const double room = fmax(s->room[i] - used, 0.0), size = fabs(more[i]);
+        const double room = fmax(s->room[i] - used, ALWAYS * s->room[i]), size = fabs(more[i]);
         if (size * share > room) share = room / size;
     }
     return share;
@@ -347,18 +357,42 @@ void nullspace_compose(nullspace *s, double part, double gain) {
     s->share = share;
 }
 
-/* Bounds of speeds, as far as the guard's own soft answer to a wish keeps them. */
+double nullspace_ease(nullspace *s, const double *force, double share, double *torque) {
+    const int n = s->n, m = s->m;
+    double base[JOINTS], part = 1.0;
+    for (int i = 0; i < n; i++) {
+        double asked = 0.0;
+        for (int a = 0; a < m; a++) asked += s->J[n * a + i] * (force[a] - s->asked[a]);
+        base[i] = fmax(fmin(s->given[i] + s->rendered * asked, s->room[i]), -s->room[i]);
+        const double way = torque[i] - base[i], gone = copysign(1.0, way) * (base[i] - s->given[i]);
+        const double most = fmax(STEPPING * s->slew * s->limit[i] + fabs(asked) - gone, 0.0);
+        if (part * fabs(way) > most) part = most / fabs(way);
+    }
+    if (part < 1.0) {
+        for (int i = 0; i < n; i++) torque[i] = base[i] + part * (torque[i] - base[i]);
+        share = s->rendered + part * (share - s->rendered);
+    }
+    memcpy(s->given, torque, sizeof(double) * (size_t)n);
+    memcpy(s->asked, force, sizeof(double) * (size_t)m);
+    s->rendered = share;
+    return share;
+}
+
+/* Bounds as far as the guard's own soft answer to a wish keeps them. */
 static void soften(const nullspace *s, const double *wish) {
     const int n = s->n;
-    double kept[JOINTS];
+    const double nothing[JOINTS] = {0.0};
+    double kept[JOINTS], base[JOINTS];
     guard *g = s->guard;
-    guard_hold(g, wish, kept);
-    const double most = fitting(s, wish, kept);
-    for (int i = 0; i < n; i++) kept[i] = wish[i] + most * kept[i];
+    const double share = fitting(s, nothing, wish);
+    for (int i = 0; i < n; i++) base[i] = share * wish[i];
+    guard_hold(g, base, kept);
+    const double most = fitting(s, base, kept);
+    for (int i = 0; i < n; i++) kept[i] = base[i] + most * kept[i];
     for (int i = 0; i < n; i++) {
         const double moved = dot(n, g->rows + n * i, kept);
-        g->floor[i] = fmax(fmin(g->floor[i], moved), g->firm_floor[i]);
-        g->ceiling[i] = fmin(fmax(g->ceiling[i], moved), g->firm_ceiling[i]);
+        g->floor[i] = fmin(g->floor[i], moved);
+        g->ceiling[i] = fmax(g->ceiling[i], moved);
     }
 }
 
@@ -372,6 +406,7 @@ void nullspace_levels(const nullspace *s, double gain, double *force, double *fo
         for (int a = 0; a < s->m; a++) felt[i] += s->J[n * a + i] * s->coupling[a];
     }
     soften(s, wish);
+    double effort = 0.0; /* |L^-1 J^T F|^2 */
     for (int a = 0; a < s->m; a++) {
         memcpy(force + wide * a, s->inverse + n * a, row);
         force[wide * a + n] = -dot(n, s->inverse + n * a, s->wanted);
@@ -380,6 +415,10 @@ void nullspace_levels(const nullspace *s, double gain, double *force, double *fo
     for (int i = 0; i < n; i++) {
         memcpy(limits + wide * i, s->guard->rows + n * i, row);
         memcpy(posture + wide * i, s->root + n * i, row);
+        const double push = dot(n, s->root + n * i, s->wanted);
+        posture[wide * i + n] = -push;
         posture_b[i] = dot(n, s->root + n * i, wish);
+        effort += push * push;
     }
+    posture[wide * n + n] = posture_b[n] = FORCE_FIRST * fmax(sqrt(effort), SLIGHT);
 }

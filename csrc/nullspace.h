@@ -53,6 +53,9 @@ typedef struct {
     double share; /* share of the null-space torque; of the tick before when called */
     double slew;  /* largest rise of it in a call, less for a posture that asks for more than the limits; it
                    * falls 2.5 times as fast, and null changes by twice as much, as a part of limit */
+    /* torques, force and share of the call of nullspace_ease before */
+    double *given SHAPE(n), *asked SHAPE(m);
+    double rendered;
 } nullspace;
 
 /* Cost, gradient, secondary and null-space torque for D = omega D_free + (1 - omega) D_stiff, (12), (13),
@@ -78,10 +81,19 @@ double nullspace_bearable(const nullspace *s, double part);
  * both, and share changes by no more than slew: alpha yields to them. */
 void nullspace_compose(nullspace *s, double part, double gain);
 
+/* Let torques (n), which render this share of a force (m), follow what they are to be, and return the share
+ * that they render: beyond what the change of the force explains none steps by more than 2.8 slew, as a part
+ * of limit. */
+double nullspace_ease(nullspace *s, const double *force, double share, double *torque);
+
 /* Rows of a hierarchy over (tau, alpha), each n + 1 wide, with their right-hand sides:
- * force (m):    J#^T (tau - alpha J^T F) = J#^T (stop + J^T f + gain tau_N)
- * limits (n):   floor <= rows tau <= ceiling, of the guard, whose bounds give way to what guard_hold leaves
- * posture (n):  L^-1 tau = L^-1 (N stop + gain tau_N) */
+ *     force (m):       J#^T (tau - alpha J^T F) = J#^T (stop + J^T f + gain tau_N)
+ *     limits (n):      floor <= rows tau <= ceiling, of the guard
+ *     posture (n + 1): L^-1 (tau - alpha J^T F) = L^-1 (N stop + gain tau_N), w alpha = w
+ * Bounds of the guard give way to what guard_hold leaves. Posture and force are one level: where the force
+ * came first torques would jump from one corner of the box to another where a little of alpha is to be had
+ * there. With w = 10 |L^-1 J^T F| what is wanting of the force counts ten times as far as the same torques
+ * of the posture. */
 void nullspace_levels(const nullspace *s, double gain, double *force, double *force_b, double *limits,
                       double *posture, double *posture_b);
 

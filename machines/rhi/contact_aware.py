@@ -197,7 +197,8 @@ class ContactAware:
         if solved:
             held = self.headroom.update(space.drive, self.transition.turning)
             solved = self.resolution.resolve(held, gain)
-        self.alpha = part * self.resolution.alpha if solved else 0.0
+        resolved = self.resolution
+        self.alpha = space.ease(resolved.torque, force, part * resolved.alpha) if solved else 0.0
         self.tank.render([self.alpha * f for f in force], self.alpha)
         np.add(self.resolution.torque, arm.weight, out=self.torque)
         np.minimum(self.torque, space.limit, out=self.torque)  # where the weight takes more than is left

@@ -63,7 +63,6 @@ class Guard:
         """Bind to an arm and its limits, and to J#^T (m, n) and L^-1 (n, n) of its null space."""
         n = arm.n
         self.rows, self.floor, self.ceiling = np.zeros((n, n)), np.zeros(n), np.zeros(n)
-        self.firm_floor, self.firm_ceiling = np.zeros(n), np.zeros(n)
         self.stop, self._add = np.zeros(n), np.zeros(n)
         places = {"kept": KEPT * span.margin, "zone": STOP * span.margin, "room": ROOM * span.margin}
         core: Any = ffi.new("guard *", {"n": n, "m": arm.m, **places})
@@ -73,8 +72,7 @@ class Guard:
         fastest = SPEED * np.array(span.fastest, float) if span.fastest else np.full(n, np.inf)
         bind(lib, core, fastest=fastest)
         bind(lib, core, limit=limit, friction=friction, inverse=inverse, root=root)
-        bind(lib, core, rows=self.rows, floor=self.floor, ceiling=self.ceiling)
-        bind(lib, core, firm_floor=self.firm_floor, firm_ceiling=self.firm_ceiling, stop=self.stop)
+        bind(lib, core, rows=self.rows, floor=self.floor, ceiling=self.ceiling, stop=self.stop)
 
     def update(self) -> None:
         """Rows, bounds and end stop for the present state."""

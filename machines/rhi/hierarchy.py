@@ -4,12 +4,14 @@ Over the torques tau and the rendered share alpha of the force F:
 
 0. torque box, 0 <= alpha <= what limits or headroom allow for alpha J^T F and the coupling
 1. the hand feels alpha F and nothing else: J#^T tau = alpha F + the coupling force, and the end stop
-2. the posture keeps the joint limits, see csrc/guard.h
-3. alpha = 1, as far as the box lets it
-4. the wish of the null space: min |L^-1 (tau - tau_N)|, the M^-1 metric
+2. the posture keeps the joint limits, as softly as csrc/guard.h
+3. alpha = 1, and the wish of the null space in the M^-1 metric: least
+   |w (1 - alpha)|^2 + |L^-1 (tau - alpha J^T F - tau_N)|^2, w = 10 |L^-1 J^T F|: the force counts ten times
 
 Far from box and joint limits this is the projection law (3); at the box the projection can only shrink tau_N
-as a whole, while here every motor gives what it has left.
+as a whole, while here every motor gives what it has left. Each level has one answer that moves with what it
+is asked: next to singular postures, limits that do not give way ask for all the torque there is, one way or
+the other, and a force that comes before the posture has its torques jump between corners of the box.
 """
 
 from __future__ import annotations
@@ -28,8 +30,7 @@ LEVELS: tuple[tuple[str, str], ...] = (
     ("torques of the motors", "N m"),
     ("force at the hand", "N"),
     ("limits of joints", "N m"),
-    ("force in full", ""),
-    ("posture", "N m/sqrt(kg m^2)"),
+    ("force in full, and posture", "N m/sqrt(kg m^2)"),
 )
 """Name of every level, and the unit of its slack."""
 
@@ -54,9 +55,8 @@ class Hierarchy:
         force = Level(A=np.zeros((m, n + 1)), b=np.zeros(m))
         guard = space.guard
         limits = Level(C=np.zeros((n, n + 1)), lb=guard.floor, ub=guard.ceiling)
-        share = Level(A=np.eye(n + 1)[n:].copy(), b=np.ones(1))
-        posture = Level(A=np.zeros((n, n + 1)), b=np.zeros(n))
-        self._levels = (self._box, force, limits, share, posture)
+        posture = Level(A=np.zeros((n + 1, n + 1)), b=np.zeros(n + 1))
+        self._levels = (self._box, force, limits, posture)
         self._rows = [force.A, force.b, limits.C, posture.A, posture.b]
         rows = [level.rows for level in self._levels]
         self._solver = Solver(n + 1, rows, max_iterations=MAX_ITERATIONS)

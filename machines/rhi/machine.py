@@ -44,6 +44,8 @@ SUPPORT_FADE_S = 5e-3
 """Time constant with which what the measured hand contributed leaves the torques of a stop."""
 SWING = 0.1
 """Fastest swing of the posture [rad] in a tick."""
+DRAGGED_S = 15e-3
+"""How far ahead a motor is to be inside its limits [s]: by then its brake holds it."""
 AT_REST = 0.25
 """Measured speeds below this are standstill: a hand goes on pulling at motors that hold [rad/s]."""
 
@@ -126,8 +128,9 @@ class RedundantInterface:
         self._standstill = Standstill((AT_REST,) * arm.n, round(REST_S * config.loop.rate))
         self.position: list[float] = [0.0] * arm.n
         self.velocity: list[float] = [0.0] * arm.n
-        self.astray = [False] * arm.n  # it renders forces, and leads its motors nowhere
-        self.overload = ""  # what its motors cannot render they leave out
+        self.astray = [False] * arm.n  # which of them a hand drags over their limits
+        self.overload = ""  # the first of these; what the motors cannot render they leave out
+        self._ends = tuple(zip(drive_names(config), motors.lower, motors.upper, strict=True))
         self.raw_wrench: list[float] | None = None
         self.inertial = True  # it needs no accelerometer
         self.braking = max(v / a for v, a in zip(motors.velocity, motors.acceleration, strict=True))
@@ -184,6 +187,8 @@ class RedundantInterface:
         self.solved = self.controller.update(self._demand, gain, self.environment.energy, felt)
         self._mark(Stage.SOLVE)
         self._standstill.reset()
+        self.astray = self._dragged()
+        self.overload = self._ends[self.astray.index(True)][0] if True in self.astray else ""
         if not self.solved:
             self._hold_back()
             return
@@ -196,9 +201,15 @@ class RedundantInterface:
         self.commands = torque.tolist()
 
     def brake(self, dropped: Sequence[bool]) -> bool:
-        """Motors to rest at their rated accelerations, then hold."""
+        """Motors to rest at their rated accelerations, then hold; one that a hand drags is its brake's."""
         self._hold_back()
-        return self._standstill.update(self.plausibility.speed, dropped) and self._hold.at_rest
+        at_rest = self._standstill.update(self.plausibility.speed, dropped) and self._hold.at_rest
+        return at_rest or True in self._dragged()
+
+    def _dragged(self) -> list[bool]:
+        """Of each motor, whether it is on the way over its limit: posture and end stop are too weak."""
+        rows = zip(self.position, self.velocity, self._ends, strict=True)
+        return [not lower <= q + DRAGGED_S * qd <= upper for q, qd, (_, lower, upper) in rows]
 
     def _hold_back(self) -> None:
         """Before the start hands over, its hold; later a hold that begins where the motors are."""

@@ -109,6 +109,7 @@ class NullSpace:
         self.free, self.stiff = np.zeros(n), np.zeros(n)
         self.gradient, self.secondary_torque, self.null = np.zeros(n), np.zeros(n), np.zeros(n)
         self.wanted, self.torque = np.zeros(n), np.zeros(n)
+        self._given, self._asked = np.zeros(n), np.zeros(arm.m)
         self.inverse, self.root = np.zeros((arm.m, n)), np.zeros((n, n))
         self.coupling = np.zeros(arm.m)
         friction = np.array(gains.friction or np.zeros(n), float)
@@ -144,9 +145,12 @@ class NullSpace:
             coupling=self.coupling,
             wanted=self.wanted,
             torque=self.torque,
+            given=self._given,
+            asked=self._asked,
         )
-        self._force = ffi.new("double[]", arm.m)
+        self._force, self._demand = ffi.new("double[]", arm.m), ffi.new("double[]", arm.m)
         self._rows: list[object] = []
+        self._eased: object = None
 
     @property
     def cost(self) -> float:
@@ -205,7 +209,7 @@ class NullSpace:
         """
         if not self._rows:
             n, m = self._core.n, self._core.m
-            shapes = (m, n + 1), (m,), (n, n + 1), (n, n + 1), (n,)
+            shapes = (m, n + 1), (m,), (n, n + 1), (n + 1, n + 1), (n + 1,)
             self._rows = [pointer(a, "double", *shape) for a, shape in zip(rows, shapes, strict=True)]
         lib.nullspace_levels(self._core, gain, *self._rows)
 
@@ -219,7 +223,8 @@ class NullSpace:
 
     def reset(self) -> None:
         """No torque has been given yet."""
-        self.null[:] = self.torque[:] = 0.0
+        self.null[:] = self.torque[:] = self._given[:] = self._asked[:] = 0.0
+        self._core.rendered = 1.0
 
     def compose(self, part: float, gain: float = 1.0) -> None:
         """Write ``torque``: alpha J^T F within this part of the limits, then tau_N with its coupling.
@@ -230,3 +235,19 @@ class NullSpace:
                 cancelled as a whole. Less of both where there is no room.
         """
         lib.nullspace_compose(self._core, part, gain)
+
+    def ease(self, torque: Array, force: Sequence[float], share: float) -> float:
+        """Let torques (n,) [N m] follow what they are to be, in place; returns the share that they render.
+
+        Beyond what the change of the force explains none steps by more than 2.8 ``slew``, as a part of
+        ``limit``.
+
+        Args:
+            torque: as resolved; always the same array.
+            force: of the environment on the hand, (m,) [N].
+            share: of it that they render as resolved.
+        """
+        if self._eased is None:
+            self._eased = pointer(torque, "double", self._core.n)
+        self._demand[0 : len(force)] = force
+        return float(lib.nullspace_ease(self._core, self._demand, share, self._eased))

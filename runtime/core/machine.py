@@ -71,7 +71,8 @@ class Machine(Protocol):
         state: numpy structure of what the log keeps of a tick.
         braking: longest time that ``brake`` takes from full speed [s].
         position, velocity: measured, one an axis.
-        astray: whether each axis is further from where its controller has it than loads explain.
+        astray: whether each axis is further from where its controller has it than loads explain, or dragged
+            over a limit that its motor does not hold.
         overload: axis of which more torque is asked than is rated, now or lately; "" for none.
         raw_wrench: as the sensor reports it, None where a sensor it needs gives nothing valid.
         inertial: whether the other accelerometers give valid values.

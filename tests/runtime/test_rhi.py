@@ -10,6 +10,7 @@ from hapticd.runtime.live import lockstep_run
 from hapticd.runtime.recording.log import Log, open_log
 from hapticd.runtime.recording.replay import replay
 from hapticd.runtime.recording.summary import Report, table
+from hapticd.testing.bench import Bench
 
 from .conftest import loaded
 
@@ -103,3 +104,23 @@ def test_the_hold_and_the_controller_agree_on_the_built_in_configuration() -> No
     session = build(config.load("rhi"))
     assert session.config.devices["motor_1"].node == 1
     assert [axis.command for axis in session.cycle.machine.axes] == LIMIT.tolist()
+
+
+@pytest.mark.parametrize("resolution", ["projection", "hqp"])
+def test_a_hand_that_drags_a_motor_over_its_limit_meets_the_brakes_in_front_of_it(resolution: str) -> None:
+    """A hand of 40 N leads the handle to where no posture is left; the motors hold a fifth of that there."""
+    change = ('resolution = "projection"', f'resolution = "{resolution}"')
+    bench = Bench(loaded(change, machine="rhi"))
+    bench.run(bench.ticks(3.6))
+    assert bench.mode is Mode.ACTIVE
+    arm, hand, motors = bench.plant.arm, bench.plant.hand, bench.lockstep.session.config.rhi.motors
+    begin = arm.position.copy()
+    way = np.array([-0.1, 0.4, begin[2]]) - begin
+    hand.take()
+    room = np.inf
+    for k in range(bench.ticks(2.0)):
+        hand.lead((begin + way * min(1.0, 0.4 * (k + 1) * bench.dt / np.linalg.norm(way))).tolist())
+        bench.run(1)
+        room = min(room, np.min(arm.q - motors.lower), np.min(motors.upper - arm.q))
+    assert bench.mode is Mode.STOPPED and bench.reason == "overloaded"
+    assert 0.0 < room < 0.05  # its brake holds it there, however long the hand pulls

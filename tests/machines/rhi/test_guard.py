@@ -13,7 +13,7 @@ from .rhi_device import LIMIT, ROTOR, U, four_dof, home_shape
 from .test_contact_aware import FREE, FRICTION
 
 SPAN = Span((-1.0, -0.8, -1.8, -2.2), (2.0, 2.6, 1.8, 2.2), 0.15)
-SOFT, HORIZON = 0.01, 0.05
+SOFT, HORIZON = 0.002, 0.07
 """Of csrc/guard.c."""
 
 

@@ -225,6 +225,37 @@ def test_the_posture_s_torques_change_at_a_bounded_rate_and_leave_the_hand_alone
     assert bounded > 100
 
 
+def test_torques_step_no_further_than_is_theirs_and_the_force_s_change_explains(arm: RedundantArm) -> None:
+    """Whatever is resolved from tick to tick; the hand feels the share that is told, at last all of it."""
+    slew, rng = 0.02, np.random.default_rng(13)
+    space = NullSpace(arm, LIMIT, home_shape(arm), GAINS, U, slew=slew)
+    arm.q[:], arm.qd[:] = (0.66, 0.65, 0.47, 0.1), 0.0
+    arm.update()
+    assert space.secondary(0.0)
+    N = null_projection(arm.J, arm.M)
+    space.reset()
+    before, force_before, eased = np.zeros(4), np.zeros(2), 0
+    torque = np.zeros(4)
+    for k in range(600):
+        if k % 40 == 0:
+            force, share = 8.0 * rng.standard_normal(2), rng.uniform()
+            force *= min(1.0, 0.5 / np.max(np.abs(arm.J.T @ force) / LIMIT))
+            posture = N @ rng.standard_normal(4)
+            posture *= 0.5 / np.max(np.abs(posture) / LIMIT)
+        resolved = share * arm.J.T @ force + posture
+        torque[:] = resolved
+        rendered = space.ease(torque, force.tolist(), share)
+        most = 2.8 * slew * LIMIT + np.abs(arm.J.T @ (force - force_before))
+        assert (np.abs(torque - before) <= most + 1e-12).all()
+        np.testing.assert_allclose(space.inverse @ torque, rendered * force, atol=1e-9)
+        if k % 40 == 39:
+            np.testing.assert_array_equal(torque, resolved)
+            assert rendered == share
+        eased += not np.array_equal(torque, resolved)
+        before, force_before = torque.copy(), force.copy()
+    assert eased > 100
+
+
 def test_what_motors_bear_leaves_the_coupling_force_its_torque(arm: RedundantArm) -> None:
     rng = np.random.default_rng(7)
     space = NullSpace(arm, LIMIT, home_shape(arm), GAINS, U)
@@ -251,7 +282,7 @@ def test_the_posture_fades_in_and_what_its_motion_does_to_the_hand_is_cancelled_
 ) -> None:
     rng = np.random.default_rng(8)
     space = NullSpace(arm, 100.0 * LIMIT, home_shape(arm), Gains(20.0, 0.1, 0.3), U)
-    force_b, others = np.zeros(2), [np.zeros((2, 5)), np.zeros((4, 5)), np.zeros((4, 5)), np.zeros(4)]
+    force_b, others = np.zeros(2), [np.zeros((2, 5)), np.zeros((4, 5)), np.zeros((5, 5)), np.zeros(5)]
     rows = [others[0], force_b, *others[1:]]
     tried = 0
     for _ in range(100):
