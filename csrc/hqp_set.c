@@ -172,7 +172,7 @@ static int release_doubtful(hqp_solver *s, int level) {
     hqp_find_multipliers(s, s->value, s->x_norm);
     for (int i = 0; i < s->work_rank; i++) {
         const int id = s->work[s->work_order[i]], is_clear = s->multiplier[i] > CLEAR * s->rounding[i];
-        if (s->multiplier[i] > s->rounding[i] && s->multiplier[i] < little) {
+        if (s->multiplier[i] < little) {
             s->leans = level;
             s->least = little = s->multiplier[i];
         }

@@ -202,7 +202,7 @@ def test_levels_between_which_rounding_would_decide_are_solved_alike_as_the_last
 
 
 def test_a_level_below_gains_where_the_one_above_loses_next_to_nothing():
-    """What level 8 could have without the rows that level 7 holds by 1e-8 is half of what it has with them."""
+    """Without the rows that level 7 holds by 1e-8 level 8 could have half of what it has with them."""
     for levels, held in zip(recorded("contact_order"), (538.0, 445.2), strict=True):
         assert slack_norms(levels, solve(levels).x)[7] < 0.95 * held
 
