@@ -120,8 +120,12 @@ static inline void hqp_qp_inner4(const double *const *b, const double *x, int co
         const hqp_loose pair = *(const hqp_loose *)(x + i);
         for (int k = 0; k < 4; k++) part[k] += *(const hqp_loose *)(b[k] + i) * pair;
     }
-    for (int k = 0; k < 4; k++) sum[k] = part[k][0] + part[k][1];
-    for (int k = 0; k < 4 && i < count; k++) sum[k] += b[k][i] * x[i];
+    for (int k = 0; k < 4; k += 2) {
+        const hqp_loose low = {part[k][0], part[k + 1][0]}, high = {part[k][1], part[k + 1][1]};
+        hqp_loose both = low + high;
+        if (i < count) both += (hqp_loose){b[k][i], b[k + 1][i]} * x[i];
+        *(hqp_loose *)(sum + k) = both;
+    }
 }
 
 /* Four steps of forward substitution: y[i .. i + 4) of the rows of a lower triangle, which are zero before
