@@ -5,10 +5,12 @@
 
 static const double SYMMETRIC = 1e-9; /* of |P|, Frobenius: less is left of P - P^T below the diagonal */
 static const double MOST = 1e100;
+static const double LEAST = 1e-300; /* a P of zeros is symmetric */
 enum { TILE = 16, BLOCK = 4 };
 
-/* The sum of (P_ij - P_ji)^2 over i > j, with P read in tiles that fit the cache. */
-static double find_skew(const double *P, ptrdiff_t n) {
+/* The sum of (unit (P_ij - P_ji))^2 over i > j, which no tiny P makes 0 by rounding, with P read in tiles
+ * that fit the cache. */
+static double find_skew(const double *P, ptrdiff_t n, double unit) {
     double skew = 0.0;
     for (ptrdiff_t top = 0; top < n; top += TILE) {
         for (ptrdiff_t left = 0; left <= top; left += TILE) {
@@ -20,10 +22,10 @@ static double find_skew(const double *P, ptrdiff_t n) {
                 ptrdiff_t j = left;
                 for (; j + 2 <= end; j += 2) {
                     const hqp_loose mirrored = {column[j * n], column[(j + 1) * n]};
-                    const hqp_loose gap = *(const hqp_loose *)(row + j) - mirrored;
+                    const hqp_loose gap = (*(const hqp_loose *)(row + j) - mirrored) * unit;
                     part += gap * gap;
                 }
-                if (j < end) odd = row[j] - column[j * n];
+                if (j < end) odd = (row[j] - column[j * n]) * unit;
                 skew += part[0] + part[1] + odd * odd;
             }
         }
@@ -50,7 +52,7 @@ hqp_qp_status hqp_qp_read(hqp_qp_solver *s) {
     }
     s->largest = largest;
     if (!(squares + hqp_qp_inner(s->qp.q, s->qp.q, n) <= MOST * MOST)) return HQP_QP_BAD_DATA;
-    if (!(find_skew(P, n) <= SYMMETRIC * SYMMETRIC * squares)) return HQP_QP_NOT_SYMMETRIC;
+    if (!(find_skew(P, n, 1.0 / (SYMMETRIC * sqrt(squares) + LEAST)) <= 1.0)) return HQP_QP_NOT_SYMMETRIC;
     return largest == 0.0 && squares > 0.0 ? HQP_QP_NOT_CONVEX : HQP_QP_SOLVED;
 }
 
