@@ -22,12 +22,13 @@ static int list(hqp_qp_solver *s, const double *row, int first, int last, int mo
     return count;
 }
 
+typedef unsigned long long loose_bits __attribute__((vector_size(16), aligned(8), may_alias));
+
 /* AT_ONCE entries are +0 or -0 */
 static int is_zero(const double *row) {
-    unsigned long long bits[AT_ONCE], any = 0;
-    memcpy(bits, row, sizeof bits);
-    for (int k = 0; k < AT_ONCE; k++) any |= bits[k];
-    return any << 1 == 0;
+    loose_bits any = {0, 0};
+    for (int k = 0; k < AT_ONCE; k += 2) any |= *(const loose_bits *)(row + k);
+    return (any[0] | any[1]) << 1 == 0;
 }
 
 /* Extent, norm and nonzeros of a row. Returns the next free place for nonzeros, or -1 for bad numbers. */

@@ -3,23 +3,34 @@
 
 #include "hqp_qp_internal.h"
 
-static const double SYMMETRIC = 1e-9; /* of the largest entry of P */
+static const double SYMMETRIC = 1e-9; /* of |P|, Frobenius: less is left of P - P^T below the diagonal */
 static const double MOST = 1e100;
+static const double LEAST = 1e-300; /* a P of zeros is symmetric */
 enum { TILE = 16, BLOCK = 4 };
 
-/* |P_ij - P_ji| is at most this, with P read in tiles that fit the cache. */
-static int is_symmetric(const double *P, int n, double most) {
-    int skew = 0;
-    for (int top = 0; top < n; top += TILE) {
-        for (int left = 0; left <= top; left += TILE) {
-            for (int i = top; i < top + TILE && i < n; i++) {
-                const int end = left + TILE < i ? left + TILE : i;
-                for (int j = left; j < end; j++)
-                    skew |= fabs(P[(ptrdiff_t)i * n + j] - P[(ptrdiff_t)j * n + i]) > most;
+/* The sum of (unit (P_ij - P_ji))^2 over i > j, which no tiny P makes 0 by rounding, with P read in tiles
+ * that fit the cache. */
+static double find_skew(const double *P, ptrdiff_t n, double unit) {
+    double skew = 0.0;
+    for (ptrdiff_t top = 0; top < n; top += TILE) {
+        for (ptrdiff_t left = 0; left <= top; left += TILE) {
+            for (ptrdiff_t i = top; i < top + TILE && i < n; i++) {
+                const ptrdiff_t end = left + TILE < i ? left + TILE : i;
+                const double *row = P + i * n, *column = P + i;
+                hqp_loose part = {0.0, 0.0};
+                double odd = 0.0;
+                ptrdiff_t j = left;
+                for (; j + 2 <= end; j += 2) {
+                    const hqp_loose mirrored = {column[j * n], column[(j + 1) * n]};
+                    const hqp_loose gap = (*(const hqp_loose *)(row + j) - mirrored) * unit;
+                    part += gap * gap;
+                }
+                if (j < end) odd = (row[j] - column[j * n]) * unit;
+                skew += part[0] + part[1] + odd * odd;
             }
         }
     }
-    return !skew;
+    return skew;
 }
 
 /* Look at P: finite, symmetric; its envelope. No entry of a convex P is larger than those of its diagonal. */
@@ -41,7 +52,7 @@ hqp_qp_status hqp_qp_read(hqp_qp_solver *s) {
     }
     s->largest = largest;
     if (!(squares + hqp_qp_inner(s->qp.q, s->qp.q, n) <= MOST * MOST)) return HQP_QP_BAD_DATA;
-    if (!is_symmetric(P, n, SYMMETRIC * sqrt(squares))) return HQP_QP_NOT_SYMMETRIC;
+    if (!(find_skew(P, n, 1.0 / (SYMMETRIC * sqrt(squares) + LEAST)) <= 1.0)) return HQP_QP_NOT_SYMMETRIC;
     return largest == 0.0 && squares > 0.0 ? HQP_QP_NOT_CONVEX : HQP_QP_SOLVED;
 }
 
@@ -58,9 +69,9 @@ void hqp_qp_bend(const hqp_qp_solver *s, const double *x, double *to) {
 
 /* The inner products of BLOCK rows with two others over [from, to), both even. */
 static inline void products(double *const *a, const double *left, const double *right, int from, int to,
-                            double sum[][2]) {
+                            hqp_loose *sum) {
     hqp_loose part[BLOCK][2] = {{{0.0, 0.0}}};
-    for (int i = from; i < to; i += 2) {
+    for (ptrdiff_t i = from; i < to; i += 2) {
         const hqp_loose l = *(const hqp_loose *)(left + i), r = *(const hqp_loose *)(right + i);
         for (int k = 0; k < BLOCK; k++) {
             const hqp_loose pair = *(const hqp_loose *)(a[k] + i);
@@ -69,7 +80,8 @@ static inline void products(double *const *a, const double *left, const double *
         }
     }
     for (int k = 0; k < BLOCK; k++) {
-        for (int c = 0; c < 2; c++) sum[k][c] = part[k][c][0] + part[k][c][1];
+        const hqp_loose low = {part[k][0][0], part[k][1][0]}, high = {part[k][0][1], part[k][1][1]};
+        sum[k] = low + high;
     }
 }
 
@@ -85,7 +97,7 @@ static int close_row(hqp_qp_solver *s, int i, double pivot, double least) {
 
 /* The square block of columns [i, i + count) of rows that are known in [start, i). */
 static int close_block(hqp_qp_solver *s, int i, int count, double *const *row, int start, double least) {
-    double sum[BLOCK / 2][BLOCK][2];
+    hqp_loose sum[BLOCK / 2][BLOCK];
     for (int c = 0; c < BLOCK / 2; c++) products(row, row[2 * c], row[2 * c + 1], start, i, sum[c]);
     for (int k = 0; k < count; k++) {
         const double *given = s->qp.P + (ptrdiff_t)(i + k) * s->n + i;
@@ -104,7 +116,8 @@ static int close_block(hqp_qp_solver *s, int i, int count, double *const *row, i
 static int fill_rows(hqp_qp_solver *s, int i, int count, double least) {
     const ptrdiff_t ld = s->ld, n = s->n;
     const double *given[BLOCK];
-    double *row[BLOCK], sum[BLOCK][2];
+    double *row[BLOCK];
+    hqp_loose sum[BLOCK];
     int start = i;
     for (int k = 0; k < BLOCK; k++) {
         const int id = i + (k < count ? k : count - 1);
@@ -119,8 +132,9 @@ static int fill_rows(hqp_qp_solver *s, int i, int count, double least) {
         const int from = (s->from[j] < s->from[j + 1] ? s->from[j] : s->from[j + 1]) & ~1;
         products(row, left, right, from > start ? from : start, j, sum);
         for (int k = 0; k < BLOCK; k++) {
-            row[k][j] = (given[k][j] - sum[k][0]) * s->inverse[j];
-            row[k][j + 1] = (given[k][j + 1] - sum[k][1] - row[k][j] * right[j]) * s->inverse[j + 1];
+            const hqp_loose rest = *(const hqp_loose *)(given[k] + j) - sum[k];
+            const double entry = rest[0] * s->inverse[j];
+            hqp_qp_write(row[k] + j, entry, (rest[1] - entry * right[j]) * s->inverse[j + 1]);
         }
     }
     return close_block(s, i, count, row, start, least);

@@ -80,6 +80,11 @@ static inline double *hqp_qp_line(const hqp_qp_solver *s, int k) {
     return s->T + (ptrdiff_t)s->slot[k] * s->ld;
 }
 
+/* Two numbers at once: who reads a pair waits for two that were written one by one. */
+static inline void hqp_qp_write(double *to, double low, double high) {
+    *(hqp_loose *)to = (hqp_loose){low, high};
+}
+
 /* sum a_i b_i over [0, count), anywhere in memory */
 static inline double hqp_qp_inner(const double *a, const double *b, int count) {
     hqp_loose sum[4] = {{0.0, 0.0}, {0.0, 0.0}, {0.0, 0.0}, {0.0, 0.0}};
@@ -115,8 +120,12 @@ static inline void hqp_qp_inner4(const double *const *b, const double *x, int co
         const hqp_loose pair = *(const hqp_loose *)(x + i);
         for (int k = 0; k < 4; k++) part[k] += *(const hqp_loose *)(b[k] + i) * pair;
     }
-    for (int k = 0; k < 4; k++) sum[k] = part[k][0] + part[k][1];
-    for (int k = 0; k < 4 && i < count; k++) sum[k] += b[k][i] * x[i];
+    for (int k = 0; k < 4; k += 2) {
+        const hqp_loose low = {part[k][0], part[k + 1][0]}, high = {part[k][1], part[k + 1][1]};
+        hqp_loose both = low + high;
+        if (i < count) both += (hqp_loose){b[k][i], b[k + 1][i]} * x[i];
+        *(hqp_loose *)(sum + k) = both;
+    }
 }
 
 /* Four steps of forward substitution: y[i .. i + 4) of the rows of a lower triangle, which are zero before
@@ -124,24 +133,29 @@ static inline void hqp_qp_inner4(const double *const *b, const double *x, int co
 static inline void hqp_qp_forward4(const double *const *row, const double *inverse, double *y, int from,
                                    int i) {
     const double *part[4] = {row[0] + from, row[1] + from, row[2] + from, row[3] + from};
-    double sum[4];
+    double sum[4], z[4];
     hqp_qp_inner4(part, y + from, i - from, sum);
     for (int k = 0; k < 4; k++) {
         double left = y[i + k] - sum[k];
-        for (int c = 0; c < k; c++) left -= row[k][i + c] * y[i + c];
-        y[i + k] = left * inverse[k];
+        for (int c = 0; c < k; c++) left -= row[k][i + c] * z[c];
+        z[k] = left * inverse[k];
     }
+    hqp_qp_write(y + i, z[0], z[1]);
+    hqp_qp_write(y + i + 2, z[2], z[3]);
 }
 
 /* Four steps of backward substitution with the transpose. */
 static inline void hqp_qp_backward4(const double *const *row, const double *inverse, double *y, int from,
                                     int i) {
     const double *part[4] = {row[0] + from, row[1] + from, row[2] + from, row[3] + from};
+    double z[4] = {y[i], y[i + 1], y[i + 2], y[i + 3]};
     for (int k = 3; k >= 0; k--) {
-        y[i + k] *= inverse[k];
-        for (int c = 0; c < k; c++) y[i + c] -= y[i + k] * row[k][i + c];
+        z[k] *= inverse[k];
+        for (int c = 0; c < k; c++) z[c] -= z[k] * row[k][i + c];
     }
-    hqp_qp_take_off(y + from, y + i, part, i - from);
+    hqp_qp_write(y + i, z[0], z[1]);
+    hqp_qp_write(y + i + 2, z[2], z[3]);
+    hqp_qp_take_off(y + from, z, part, i - from);
 }
 
 /* hqp_qp_data.c: constraints as the caller gives them */

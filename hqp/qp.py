@@ -11,7 +11,6 @@ from .qp_solution import QpSolution, UnboundedError
 from .solver import Status
 
 _FLOAT: Final = np.dtype(np.float64)
-_DOUBLES: Final = ffi.typeof("double[]")
 _LIMITS: Final = {
     lib.HQP_QP_ITERATION_CAP: Status.ITERATION_CAP,
     lib.HQP_QP_TIME_LIMIT: Status.TIME_LIMIT,
@@ -108,7 +107,7 @@ def solve_qp(
             if A.shape != (k, n) or b.ndim != 1:
                 raise ValueError
             if k:
-                equalities, values = _view(_DOUBLES, A), _view(_DOUBLES, b)
+                equalities, values = _view(A), _view(b)
         elif b is not None:
             raise ValueError
         if G is not None:
@@ -117,7 +116,7 @@ def solve_qp(
             if G.shape != (m, n) or h.ndim != 1:
                 raise ValueError
             if m:
-                rows, bounds = _view(_DOUBLES, G), _view(_DOUBLES, h)
+                rows, bounds = _view(G), _view(h)
         elif h is not None:
             raise ValueError
         if n > memory.n or k + m > memory.rows:
@@ -129,8 +128,8 @@ def solve_qp(
             n,
             k,
             m,
-            _view(_DOUBLES, P),
-            _view(_DOUBLES, q),
+            _view(P),
+            _view(q),
             equalities,
             values,
             rows,
@@ -140,7 +139,7 @@ def solve_qp(
             NULL if initvals is None else _view_of(initvals, (n,)),
             max_iterations,
             time_limit,
-            _view(_DOUBLES, out),
+            _view(out),
             found,
         )
         if ends == 0:
@@ -165,7 +164,7 @@ def _view_of(value: Any, shape: tuple[int, ...]) -> Any:
     array = _contiguous(value, _FLOAT)
     if array.shape != shape:
         raise ValueError
-    return _view(_DOUBLES, array)
+    return _view(array)
 
 
 def _conflict(multipliers: Array, equalities: int, inequalities: int) -> list[tuple[str, int, float]]:
