@@ -235,6 +235,7 @@ int hqp_start(hqp_solver *s, const double *x) {
         if (!isfinite(x[i])) return 0;
     }
     forget(s);
+    memset(s->joined, 0, (size_t)s->levels);
     memcpy(s->x, x, (size_t)s->n * sizeof(double));
     s->started = 1;
     return 1;
