@@ -533,7 +533,10 @@ static hqp_status try_joined(hqp_solver *s, int first) {
         }
         if (status == HQP_SOLVED) {
             if (!hqp_may_gain(s)) return status;
-            if (s->strict[s->leans] == UNPROVEN) return HQP_NOT_PROVEN;
+            if (s->strict[s->leans] == UNPROVEN) {
+                s->levels_done = s->leans + 1;
+                return HQP_NOT_PROVEN;
+            }
             if (!hqp_try_join(s)) return status;
             kept = 1;
         } else if (status == HQP_ITERATION_CAP ||
