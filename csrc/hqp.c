@@ -14,6 +14,7 @@ static const double LARGEST = 1e100, SMALLEST = 1e-100; /* of a coefficient; of 
 static const double FARTHEST = 1e75;                    /* a start from which nothing can be said of slacks */
 static const double CLOSED = 1e-9;                      /* lb > ub by less than this part of them: a point */
 static const double COARSER = 1000.0, COARSEST = 1e-3;  /* times the rank that was asked for */
+enum { ENOUGH = 16 };
 enum { ATTEMPTS = 3 };                                  /* walks of the levels that are not proven */
 
 hqp_settings hqp_default_settings(void) {
@@ -512,6 +513,21 @@ static hqp_status try_both(hqp_solver *s, int first) {
     return outcome == PROVEN && is_confirmed(s) ? HQP_SOLVED : try_walk(s, outcome, first);
 }
 
+/* x is proven with joins that an earlier solve needed. Whether it does without them now. */
+static int parts(hqp_solver *s) {
+    signed char joined[MAX_LEVELS];
+    const int leans = s->leans;
+    if (!hqp_set_apart(s, joined)) return 0;
+    s->leans = -1;
+    s->iteration_limit = s->iterations + ENOUGH < s->settings.max_iterations ? s->iterations + ENOUGH
+                                                                             : s->settings.max_iterations;
+    memcpy(s->start, s->x, (size_t)s->ld * sizeof(double));
+    if (sweep(s, 0, 1) == PROVEN && is_confirmed(s) && s->leans < 0) return 1;
+    hqp_take_back(s, joined);
+    s->leans = leans;
+    return 0;
+}
+
 /*
  * The same; and again with levels joined, where it fails, or where a level leans on rows. Of two proven
  * answers the one with the join is kept if the level below gains by it. Where that cannot be told nothing is
@@ -526,6 +542,7 @@ static hqp_status try_joined(hqp_solver *s, int first) {
         const int failed = s->levels_done;
         first = 0;
         s->warm = 1;
+        if (status == HQP_SOLVED && more && parts(s)) return status;
         if (status == HQP_SOLVED && hqp_weigh(s, more)) continue;
         if (kept) {
             hqp_choose(s, status);

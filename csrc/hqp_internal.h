@@ -261,6 +261,8 @@ int hqp_try_join(hqp_solver *s);
 void hqp_choose(hqp_solver *s, hqp_status status);
 int hqp_join_next(hqp_solver *s, int level);
 int hqp_weigh(hqp_solver *s, int more);
+int hqp_set_apart(hqp_solver *s, signed char *joined);
+void hqp_take_back(hqp_solver *s, const signed char *joined);
 
 /* hqp_lq.c: the factorisation */
 void hqp_bring(hqp_solver *s, const int *ids, int count);

@@ -165,6 +165,14 @@ static void exchange_guesses(hqp_solver *s) {
     swap_flags(&s->guess_held_side, &s->apart.held_side);
 }
 
+/* Keep x and its guesses aside, as those of the join at hand. */
+static void keep(hqp_solver *s) {
+    memcpy(s->apart.x, s->x, (size_t)s->ld * sizeof(double));
+    memcpy(s->apart.side, s->guess_side, (size_t)s->total);
+    memcpy(s->apart.held_side, s->guess_held_side, (size_t)s->total);
+    memcpy(s->apart.held_at, s->guess_held_at, (size_t)s->total * sizeof(short));
+}
+
 /* Whether the level below one that leans on rows may gain by leaving them. Multipliers that were found far
  * from x say nothing of that. */
 int hqp_may_gain(hqp_solver *s) {
@@ -187,12 +195,10 @@ int hqp_try_join(hqp_solver *s) {
     s->apart.level = level;
     s->apart.size = sqrt(2.0 * half_square(s, level));
     s->apart.next_size = sqrt(2.0 * half_square(s, level + 1));
-    memcpy(s->apart.x, s->x, (size_t)s->ld * sizeof(double));
-    if (!known) {
-        memcpy(s->apart.side, s->guess_side, (size_t)s->total);
-        memcpy(s->apart.held_side, s->guess_held_side, (size_t)s->total);
-        memcpy(s->apart.held_at, s->guess_held_at, (size_t)s->total * sizeof(short));
-    }
+    if (known)
+        memcpy(s->apart.x, s->x, (size_t)s->ld * sizeof(double));
+    else
+        keep(s);
     exchange_guesses(s);
     if (join(s, level, k)) return 1;
     exchange_guesses(s);
@@ -214,5 +220,27 @@ void hqp_choose(hqp_solver *s, hqp_status status) {
     if (!stands) memcpy(s->x, s->apart.x, (size_t)s->ld * sizeof(double));
     hqp_find_values(s);
     s->levels_done = s->levels;
+    s->resumable = 0;
+}
+
+/* x is proven with the joins of an earlier solve: put it aside, and part the levels. Returns whether any were
+ * joined. */
+int hqp_set_apart(hqp_solver *s, signed char *joined) {
+    if (!any_joined(s)) return 0;
+    memcpy(joined, s->joined, (size_t)s->levels);
+    keep(s);
+    s->apart.level = -1;
+    hqp_part(s);
+    memset(s->joined, 0, (size_t)s->levels);
+    return 1;
+}
+
+/* Back to what was put aside. */
+void hqp_take_back(hqp_solver *s, const signed char *joined) {
+    exchange_guesses(s);
+    memcpy(s->joined, joined, (size_t)s->levels);
+    memcpy(s->x, s->apart.x, (size_t)s->ld * sizeof(double));
+    hqp_join(s);
+    hqp_find_values(s);
     s->resumable = 0;
 }

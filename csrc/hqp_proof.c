@@ -15,11 +15,13 @@
 
 /* times norm of row (1 + slack): a gradient that counts as none; and times rounding of row . x: the same */
 static const double PROVEN = 1e-9, ROUNDINGS = 1.0;
-/* times that, where levels are joined or were: the gradient of one with a small weight counts, too */
+/* times that, of the last level: no other leans on what is left of its gradient */
+static const double LAST = 3.0;
+/* times PROVEN, where levels are joined or were: the gradient of one with a small weight counts, too */
 static const double FINER = 1e-4;
 /* the same for such a level by itself, times norm of row (1 + slack), both scaled by the root of its weight
  */
-static const double PART = 2e-6;
+static const double PART = 2e-5;
 /* times that: a smaller multiplier settles no row, or lower levels could lean on it a million times over */
 static const double SETTLED = 1e3, SETTLED_IF_JOINED = 2.0;
 /* times what a level's multipliers leave of its gradient: the same */
@@ -64,8 +66,9 @@ int hqp_has_slack(hqp_solver *s, int level) {
         if (s->norm[i] > largest) largest = s->norm[i];
     }
     const double slack = sqrt(squares), rounding = s->settings.rounding * (slack + largest * s->x_norm);
-    const double proven = s->joined[level] || s->strict[level] ? FINER * PROVEN : PROVEN;
-    s->none[level] = largest * (proven * (1.0 + slack) + ROUNDINGS * rounding);
+    const int is_last = s->row0[level + 1] == s->total;
+    const double factor = s->joined[level] || s->strict[level] ? FINER : is_last ? LAST : 1.0;
+    s->none[level] = largest * (factor * PROVEN * (1.0 + slack) + ROUNDINGS * rounding);
     if (s->joined[level]) s->none[level] = fmin(s->none[level], of_the_next(s, level));
     if (!isfinite(s->none[level])) s->none[level] = 0.0;
     return !(most <= s->none[level]);
