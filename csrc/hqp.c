@@ -14,8 +14,8 @@ static const double LARGEST = 1e100, SMALLEST = 1e-100; /* of a coefficient; of 
 static const double FARTHEST = 1e75;                    /* a start from which nothing can be said of slacks */
 static const double CLOSED = 1e-9;                      /* lb > ub by less than this part of them: a point */
 static const double COARSER = 1000.0, COARSEST = 1e-3;  /* times the rank that was asked for */
-enum { ENOUGH = 16 };
 enum { ATTEMPTS = 3 };                                  /* walks of the levels that are not proven */
+enum { GLANCE = 16 };                                   /* iterations to see whether joins are needed */
 
 hqp_settings hqp_default_settings(void) {
     return (hqp_settings){.feasibility = 1e-13, .rank = 1e-9, .rounding = 5e-15, .max_iterations = 0};
@@ -513,16 +513,18 @@ static hqp_status try_both(hqp_solver *s, int first) {
     return outcome == PROVEN && is_confirmed(s) ? HQP_SOLVED : try_walk(s, outcome, first);
 }
 
-/* x is proven with joins that an earlier solve needed. Whether it does without them now. */
-static int parts(hqp_solver *s) {
+/* x is proven with joins that an earlier solve needed. Whether it is found without them now, and no worse. */
+static int needs_no_joins(hqp_solver *s) {
     signed char joined[MAX_LEVELS];
-    const int leans = s->leans;
+    const int leans = s->leans, limit = s->iterations + GLANCE;
     if (!hqp_set_apart(s, joined)) return 0;
     s->leans = -1;
-    s->iteration_limit = s->iterations + ENOUGH < s->settings.max_iterations ? s->iterations + ENOUGH
-                                                                             : s->settings.max_iterations;
+    s->iteration_limit = limit < s->settings.max_iterations ? limit : s->settings.max_iterations;
     memcpy(s->start, s->x, (size_t)s->ld * sizeof(double));
-    if (sweep(s, 0, 1) == PROVEN && is_confirmed(s) && s->leans < 0) return 1;
+    const enum outcome outcome = sweep(s, 0, 1);
+    if (outcome == PROVEN ? is_confirmed(s) : outcome == SETTLED && is_proven_by_descent(s, s->levels)) {
+        if (!hqp_may_gain(s) || !hqp_is_worth_joins(s, joined)) return 1;
+    }
     hqp_take_back(s, joined);
     s->leans = leans;
     return 0;
@@ -542,7 +544,7 @@ static hqp_status try_joined(hqp_solver *s, int first) {
         const int failed = s->levels_done;
         first = 0;
         s->warm = 1;
-        if (status == HQP_SOLVED && more && parts(s)) return status;
+        if (status == HQP_SOLVED && more && needs_no_joins(s)) return status;
         if (status == HQP_SOLVED && hqp_weigh(s, more)) continue;
         if (kept) {
             hqp_choose(s, status);

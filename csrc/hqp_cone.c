@@ -37,6 +37,7 @@ static void form(hqp_solver *s, int level) {
         s->cone.kind[i] = hqp_is_hard(s, i) && (at_lb || at_ub) ? HQP_RANGE : HQP_IDLE;
         s->cone.lb[i] = at_lb ? 0.0 : -INFINITY;
         s->cone.ub[i] = at_ub ? 0.0 : INFINITY;
+        if (s->cone.kind[i] == HQP_IDLE || (s->side[i] < 0 ? !at_lb : !at_ub)) s->side[i] = 0;
     }
 }
 
@@ -63,8 +64,8 @@ static double project(hqp_solver *s, int level, double none) {
     int broken = 0;
     s->iteration_limit = iterations + STEPS * (s->n + 1);
     s->settings.feasibility = DIRECTION;
-    s->held.count = 0;
-    memcpy(s->x, s->trial, (size_t)s->ld * sizeof(double));
+    hqp_hold(s, level);
+    if (s->held.count) left = left_over(s);
     while (left > none && (broken = hqp_most_broken(s, level)) >= 0) {
         if (hqp_out_of_iterations(s) || hqp_hold_broken(s, level, broken) != HQP_DONE) break;
         left = left_over(s);
@@ -92,8 +93,10 @@ double hqp_descent(hqp_solver *s, int level) {
         squares += target[j] * target[j];
     }
     const double length = sqrt(squares);
-    memset(s->side, 0, (size_t)s->row0[level]);
-    if (!(length > s->none[level])) return length;
+    if (!(length > s->none[level])) {
+        memset(s->side, 0, (size_t)s->row0[level]);
+        return length;
+    }
     memset(s->trial, 0, (size_t)width * sizeof(double));
     for (int j = 0; j < free; j++) {
         target[j] /= length;

@@ -282,18 +282,17 @@ static void close_gaps(hqp_solver *s) {
     step_to_bounds(s, left);
 }
 
-/* Hold what the last solve held here, without the rows that would be pulled the wrong way. */
-static void hold_guess(hqp_solver *s, int level) {
+/* Hold the hard rows that have a side, without those that depend on others or would be pulled the wrong way.
+ */
+void hqp_hold(hqp_solver *s, int level) {
     int worst = 0;
     s->held.count = 0;
-    memset(s->side, 0, (size_t)s->row0[level]);
-    const int count = hqp_holds(s, level) ? s->row0[level] : 0;
-    for (int i = 0; i < count; i++) {
-        const int side = s->guess_held_side[i], k = s->held.count;
-        if (!hqp_is_hard(s, i) || s->guess_held_at[i] != level || !isfinite(hqp_bound(s, i, side))) continue;
+    for (int i = 0; i < s->row0[level]; i++) {
+        const int side = s->side[i], k = s->held.count;
+        if (!side) continue;
         s->held.gap[k] = to_t_space(s, i, side, line(s, s->held.rows, k));
         s->held.id[k] = i;
-        if (append(s)) s->side[i] = (signed char)side;
+        if (!append(s)) s->side[i] = 0;
     }
     while (worst >= 0) {
         double least = 0.0;
@@ -306,6 +305,18 @@ static void hold_guess(hqp_solver *s, int level) {
         }
         if (worst >= 0) release(s, worst);
     }
+}
+
+/* Hold what the last solve held here. */
+static void hold_guess(hqp_solver *s, int level) {
+    memset(s->side, 0, (size_t)s->row0[level]);
+    const int count = hqp_holds(s, level) ? s->row0[level] : 0;
+    for (int i = 0; i < count; i++) {
+        const int side = s->guess_held_side[i];
+        if (hqp_is_hard(s, i) && s->guess_held_at[i] == level && isfinite(hqp_bound(s, i, side)))
+            s->side[i] = (signed char)side;
+    }
+    hqp_hold(s, level);
 }
 
 /*

@@ -108,7 +108,7 @@ struct hqp_solver {
     signed char *strict; /* [levels] PARTED or UNPROVEN: the next level was or could not be joined */
     int polishing;       /* joined levels are fitted row by row */
     struct {
-        double *x, size, next_size;    /* the answer without joins, and its slack in the two levels */
+        double *x;                     /* the answer without joins, or with those before */
         signed char *side, *held_side; /* and its guesses */
         short *held_at;
         int level;
@@ -262,6 +262,7 @@ void hqp_choose(hqp_solver *s, hqp_status status);
 int hqp_join_next(hqp_solver *s, int level);
 int hqp_weigh(hqp_solver *s, int more);
 int hqp_set_apart(hqp_solver *s, signed char *joined);
+int hqp_is_worth_joins(const hqp_solver *s, const signed char *joined);
 void hqp_take_back(hqp_solver *s, const signed char *joined);
 
 /* hqp_lq.c: the factorisation */
@@ -312,6 +313,7 @@ enum { HQP_DONE = -1, HQP_NOT_LAST = -2, HQP_LOST = -3 };
 int hqp_finish(hqp_solver *s, int level);
 void hqp_free_directions(hqp_solver *s);
 int hqp_most_broken(hqp_solver *s, int level);
+void hqp_hold(hqp_solver *s, int level);
 int hqp_hold_broken(hqp_solver *s, int level, int id);
 int hqp_give_way(hqp_solver *s, int level, int id, int side, const double *pull);
 

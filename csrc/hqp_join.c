@@ -14,6 +14,9 @@
 
 /* times 1 + slack: what a level may lose by a join, and what the next one must gain at least */
 static const double LOSS = 3e-7, GAIN = 5e-7;
+/* times the root of half of a level's squared slack: how hard it may pull at a row that the one before holds
+ */
+static const double PULL = 16.0;
 /* times a gradient that counts as none at x: where so much counted as none, multipliers are those of
  * elsewhere */
 static const double ELSEWHERE = 10.0;
@@ -76,16 +79,28 @@ void hqp_unjoin(hqp_solver *s) {
     memset(s->strict, 0, (size_t)s->levels);
 }
 
-/* Half of the squared slack of the caller's level, at x. */
-static double half_square(const hqp_solver *s, int level) {
+/* Half of the squared slack of the caller's level at this x. */
+static double half_square_at(const hqp_solver *s, int level, const double *x) {
     double sum = 0.0;
     for (int i = s->first_row[level]; i < s->first_row[level + 1]; i++) {
-        const double value = hqp_value(s, i, s->x);
+        const double value = hqp_value(s, i, x);
         const double below = s->lb[i] - value, above = value - s->ub[i];
         const double slack = fmax(fmax(below, above), 0.0);
         if (s->kind[i] != HQP_IDLE) sum += 0.5 * slack * slack;
     }
     return sum;
+}
+
+static double half_square(const hqp_solver *s, int level) {
+    return half_square_at(s, level, s->x);
+}
+
+/* Whether the level after this one gains by the answer `joined` over the one `apart`, at next to no cost. */
+static int is_better(const hqp_solver *s, int level, const double *joined, const double *apart) {
+    const double size = sqrt(2.0 * half_square_at(s, level, apart));
+    const double next_size = sqrt(2.0 * half_square_at(s, level + 1, apart));
+    return sqrt(2.0 * half_square_at(s, level, joined)) <= size + LOSS * (1.0 + size) &&
+           sqrt(2.0 * half_square_at(s, level + 1, joined)) < next_size - GAIN * (1.0 + next_size);
 }
 
 /* With these slacks, -log2 of the root of the weight that the next level may have; more than MOST: none. */
@@ -165,7 +180,7 @@ static void exchange_guesses(hqp_solver *s) {
     swap_flags(&s->guess_held_side, &s->apart.held_side);
 }
 
-/* Keep x and its guesses aside, as those of the join at hand. */
+/* Put x and its guesses aside. */
 static void keep(hqp_solver *s) {
     memcpy(s->apart.x, s->x, (size_t)s->ld * sizeof(double));
     memcpy(s->apart.side, s->guess_side, (size_t)s->total);
@@ -173,8 +188,8 @@ static void keep(hqp_solver *s) {
     memcpy(s->apart.held_at, s->guess_held_at, (size_t)s->total * sizeof(short));
 }
 
-/* Whether the level below one that leans on rows may gain by leaving them. Multipliers that were found far
- * from x say nothing of that. */
+/* Whether the level below one that leans on rows may gain by leaving them, as far as a multiplier of many
+ * tells. Multipliers that were found far from x say nothing of that. */
 int hqp_may_gain(hqp_solver *s) {
     for (int p = s->levels - 1; p >= 0; p--) {
         if (s->strict[p] == PARTED || !s->slack[p] || !(s->then[p] > ELSEWHERE * s->none[p])) continue;
@@ -182,7 +197,7 @@ int hqp_may_gain(hqp_solver *s) {
         s->least = 0.0;
     }
     return s->leans >= 0 && s->leans + 1 < s->levels &&
-           ldexp(sqrt(half_square(s, s->leans + 1)), -2 * LEAST) > s->least;
+           ldexp(PULL * sqrt(half_square(s, s->leans + 1)), -2 * LEAST) > s->least;
 }
 
 /*
@@ -193,8 +208,6 @@ int hqp_try_join(hqp_solver *s) {
     const int level = s->leans;
     const int known = s->apart.level == level, k = needed(s, level);
     s->apart.level = level;
-    s->apart.size = sqrt(2.0 * half_square(s, level));
-    s->apart.next_size = sqrt(2.0 * half_square(s, level + 1));
     if (known)
         memcpy(s->apart.x, s->x, (size_t)s->ld * sizeof(double));
     else
@@ -213,10 +226,7 @@ void hqp_choose(hqp_solver *s, hqp_status status) {
     const int level = s->apart.level, joined = s->joined[level];
     if (joined) set(s, level, MOST + 1);
     exchange_guesses(s);
-    const double size = sqrt(2.0 * half_square(s, level)), next_size = sqrt(2.0 * half_square(s, level + 1));
-    const int stands = status == HQP_SOLVED && joined &&
-                       size <= s->apart.size + LOSS * (1.0 + s->apart.size) &&
-                       next_size < s->apart.next_size - GAIN * (1.0 + s->apart.next_size);
+    const int stands = status == HQP_SOLVED && joined && is_better(s, level, s->x, s->apart.x);
     if (!stands) memcpy(s->x, s->apart.x, (size_t)s->ld * sizeof(double));
     hqp_find_values(s);
     s->levels_done = s->levels;
@@ -233,6 +243,14 @@ int hqp_set_apart(hqp_solver *s, signed char *joined) {
     hqp_part(s);
     memset(s->joined, 0, (size_t)s->levels);
     return 1;
+}
+
+/* Whether one of those joins, of which x is the proven answer without, gains anything. */
+int hqp_is_worth_joins(const hqp_solver *s, const signed char *joined) {
+    for (int p = 0; p + 1 < s->levels; p++) {
+        if (joined[p] && is_better(s, p, s->apart.x, s->x)) return 1;
+    }
+    return 0;
 }
 
 /* Back to what was put aside. */

@@ -174,6 +174,14 @@ static double left_of(hqp_solver *s, int level) {
     return hqp_descent(s, level);
 }
 
+/* The hard rows that this level or one before holds, by guess, get their side. */
+static void seat_held(hqp_solver *s, int level) {
+    for (int i = 0; i < s->row0[level]; i++) {
+        const int is_held = s->guess_held_at[i] >= 0 && s->guess_held_at[i] <= level && hqp_is_hard(s, i);
+        s->side[i] = is_held ? s->guess_held_side[i] : 0;
+    }
+}
+
 /*
  * The same by projection, in the order of the levels and with a factorisation of its own, which holds for
  * good only what is settled beyond doubt. Where it stops, a walk can go on.
@@ -183,6 +191,7 @@ int hqp_prove_by_descent(hqp_solver *s, int count) {
     hqp_rewind(s, 0);
     for (int p = 0; p < count; p++) {
         s->rank_at[p] = s->rank;
+        seat_held(s, p);
         if (!(left_of(s, p) <= s->lenience * s->none[p])) return p;
         memset(s->side, 0, (size_t)s->row0[p]);
         hqp_seat_violated(s, p);

@@ -166,7 +166,7 @@ def test_a_row_that_is_missed_by_rounding_lets_no_lower_level_suffer():
         jump(rng, levels)
 
 
-@pytest.mark.parametrize("seed", [7000794])
+@pytest.mark.parametrize("seed", [7003203, 7003523])
 def test_what_is_not_proven_says_so(seed):
     levels = problem("nearly_parallel", seed)
     solution = solve(levels, max_iterations=100_000)
@@ -175,7 +175,7 @@ def test_what_is_not_proven_says_so(seed):
     assert str(Status.NOT_PROVEN) == "not proven optimal"
 
 
-@pytest.mark.parametrize("seed", [7000874, 7001890])
+@pytest.mark.parametrize("seed", [7000794, 7000874, 7001890])
 def test_nearly_parallel_rows_that_a_level_leans_on_are_proven(seed):
     levels = problem("nearly_parallel", seed)
     solution = solve(levels, max_iterations=100_000)
