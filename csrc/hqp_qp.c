@@ -335,14 +335,3 @@ hqp_qp_status hqp_qp_solve(hqp_qp_solver *s, const hqp_qp *qp, hqp_qp_answer *an
     answer->iterations = s->iterations;
     return status;
 }
-
-hqp_qp_status hqp_qp_call(hqp_qp_solver *s, int n, int equalities, int inequalities, const void *P,
-                          const void *q, const void *A, const void *b, const void *G, const void *h,
-                          const void *lb, const void *ub, const void *start, int max_iterations,
-                          double time_limit, void *out, hqp_qp_answer *found) {
-    const hqp_qp qp = {n,  equalities, inequalities,   P,         q, A, b, G, h, lb,
-                       ub, start,      max_iterations, time_limit};
-    found->x = out;
-    found->multipliers = found->x + n;
-    return hqp_qp_solve(s, &qp, found);
-}

@@ -32,9 +32,9 @@ class QpSolution:
     """
 
     __slots__ = (
-        "_answer",
         "_equalities",
         "_inequalities",
+        "_multipliers",
         "conflict",
         "found",
         "iterations",
@@ -51,7 +51,7 @@ class QpSolution:
         iterations: int,
         objective: float,
         conflict: list[tuple[str, int, float]],
-        answer: Array | None,  # x, y, z, z_box
+        multipliers: Array | None,  # y, z, z_box
         equalities: int,
         inequalities: int,
     ) -> None:
@@ -61,7 +61,7 @@ class QpSolution:
         self.iterations = iterations
         self.objective = objective
         self.conflict = conflict
-        self._answer = answer
+        self._multipliers = multipliers
         self._equalities = equalities
         self._inequalities = inequalities
 
@@ -87,6 +87,6 @@ class QpSolution:
         return self._known()[self._equalities + self._inequalities :]
 
     def _known(self) -> Array:
-        if self._answer is None:
+        if self._multipliers is None:
             raise HqpError("multipliers", "do not exist: the QP is not solved", "look at status and conflict")
-        return self._answer[len(self.x) :]
+        return self._multipliers
