@@ -3,15 +3,17 @@
  * as a call by way of cffi, with a view of each, takes longer than a small QP.
  */
 #include <Python.h>
+#include <structmember.h>
 
 #include <limits.h>
+#include <stddef.h>
 
 #define NPY_NO_DEPRECATED_API NPY_2_0_API_VERSION
 #include <numpy/arrayobject.h>
 
 #include "hqp_qp.h"
 
-enum { P, Q, G, H, A, B, LB, UB, START, ARRAYS, ITERATIONS = ARRAYS, SECONDS, ARGUMENTS };
+enum { P, Q, G, H, A, B, LB, UB, START, ARRAYS, ITERATIONS = ARRAYS, SECONDS, STATUS, ARGUMENTS };
 enum { KEPT = 8 }; /* as many threads find their memory again */
 
 /* What a solve works in: for QPs of up to n variables and so many rows. */
@@ -120,32 +122,69 @@ static int take_limits(PyObject *const *arguments, hqp_qp *qp) {
     return 1;
 }
 
-static PyObject *result(hqp_qp_status status, PyObject *x, PyObject *multipliers, const hqp_qp_answer *found,
-                        const hqp_qp *qp) {
-    PyObject *parts[] = {PyLong_FromLong(status),
-                         x,
-                         multipliers,
-                         PyLong_FromLong(found->iterations),
-                         PyFloat_FromDouble(found->objective),
-                         PyLong_FromLong(qp->equalities),
-                         PyLong_FromLong(qp->inequalities)};
-    enum { COUNT = sizeof parts / sizeof *parts };
-    PyObject *tuple = PyTuple_New(COUNT);
-    int is_whole = tuple != NULL;
-    for (int i = 0; i < COUNT; i++) is_whole &= parts[i] != NULL;
-    for (int i = 0; i < COUNT; i++) {
-        if (is_whole) {
-            PyTuple_SetItem(tuple, i, parts[i]);
-        } else {
-            Py_XDECREF(parts[i]);
-        }
-    }
-    if (is_whole) return tuple;
-    Py_XDECREF(tuple);
+/* What solve gives back. Its fields are those of hapticd.hqp.qp_solution.QpSolution. */
+typedef struct solution {
+    PyObject_HEAD PyObject *x, *status, *conflict, *multipliers;
+    double objective;
+    int iterations, equalities, inequalities, ends;
+    char found;
+} solution;
+
+static PyMemberDef fields[] = {{"x", T_OBJECT_EX, offsetof(solution, x), 0, NULL},
+                               {"status", T_OBJECT_EX, offsetof(solution, status), 0, NULL},
+                               {"found", T_BOOL, offsetof(solution, found), 0, NULL},
+                               {"iterations", T_INT, offsetof(solution, iterations), 0, NULL},
+                               {"objective", T_DOUBLE, offsetof(solution, objective), 0, NULL},
+                               {"conflict", T_OBJECT_EX, offsetof(solution, conflict), 0, NULL},
+                               {"_multipliers", T_OBJECT_EX, offsetof(solution, multipliers), 0, NULL},
+                               {"_equalities", T_INT, offsetof(solution, equalities), 0, NULL},
+                               {"_inequalities", T_INT, offsetof(solution, inequalities), 0, NULL},
+                               {"_ends", T_INT, offsetof(solution, ends), READONLY, NULL},
+                               {NULL, 0, 0, 0, NULL}};
+
+static int visit_objects(PyObject *self, visitproc visit, void *arg) {
+    solution *s = (solution *)self;
+    Py_VISIT(Py_TYPE(self));
+    Py_VISIT(s->x);
+    Py_VISIT(s->status);
+    Py_VISIT(s->conflict);
+    Py_VISIT(s->multipliers);
+    return 0;
+}
+
+static int clear_objects(PyObject *self) {
+    solution *s = (solution *)self;
+    Py_CLEAR(s->x);
+    Py_CLEAR(s->status);
+    Py_CLEAR(s->conflict);
+    Py_CLEAR(s->multipliers);
+    return 0;
+}
+
+static void free_solution(PyObject *self) {
+    PyTypeObject *type = Py_TYPE(self);
+    PyObject_GC_UnTrack(self);
+    clear_objects(self);
+    ((freefunc)PyType_GetSlot(type, Py_tp_free))(self);
+    Py_DECREF(type);
+}
+
+/* A solution with room for the answer to a QP of this size. */
+static solution *new_solution(PyObject *type, const hqp_qp *qp) {
+    solution *s = (solution *)PyType_GenericAlloc((PyTypeObject *)type, 0);
+    if (!s) return NULL;
+    npy_intp n = qp->n, rows = (npy_intp)qp->equalities + qp->inequalities + n;
+    s->x = PyArray_SimpleNew(1, &n, NPY_DOUBLE);
+    s->multipliers = PyArray_SimpleNew(1, &rows, NPY_DOUBLE);
+    s->conflict = PyList_New(0);
+    s->equalities = qp->equalities;
+    s->inequalities = qp->inequalities;
+    if (s->x && s->multipliers && s->conflict) return s;
+    Py_DECREF((PyObject *)s);
     return NULL;
 }
 
-static PyObject *solve_arrays(PyArrayObject *const *a, PyObject *const *arguments) {
+static PyObject *solve_arrays(PyObject *type, PyArrayObject *const *a, PyObject *const *arguments) {
     if (!fit_together(a)) {
         PyErr_SetString(PyExc_ValueError, "sizes do not fit");
         return NULL;
@@ -163,58 +202,70 @@ static PyObject *solve_arrays(PyArrayObject *const *a, PyObject *const *argument
                  .ub = entries(a[UB]),
                  .start = entries(a[START])};
     if (!take_limits(arguments, &qp)) return NULL;
+    solution *s = new_solution(type, &qp);
+    if (!s) return NULL;
     const memory used = borrow(qp.n, qp.equalities + qp.inequalities);
     if (!used.solver) {
         PyErr_SetString(PyExc_ValueError, "sizes are out of range");
+        Py_DECREF((PyObject *)s);
         return NULL;
     }
-    npy_intp n = qp.n, rows = (npy_intp)qp.equalities + qp.inequalities + n;
-    PyObject *x = PyArray_SimpleNew(1, &n, NPY_DOUBLE),
-             *multipliers = PyArray_SimpleNew(1, &rows, NPY_DOUBLE);
-    if (!x || !multipliers) {
-        give_back(used);
-        Py_XDECREF(x);
-        Py_XDECREF(multipliers);
-        return NULL;
-    }
-    hqp_qp_answer found = {.x = PyArray_DATA((PyArrayObject *)x),
-                           .multipliers = PyArray_DATA((PyArrayObject *)multipliers)};
-    hqp_qp_status status;
-    Py_BEGIN_ALLOW_THREADS status = hqp_qp_solve(used.solver, &qp, &found);
+    hqp_qp_answer found = {.x = PyArray_DATA((PyArrayObject *)s->x),
+                           .multipliers = PyArray_DATA((PyArrayObject *)s->multipliers)};
+    Py_BEGIN_ALLOW_THREADS s->ends = hqp_qp_solve(used.solver, &qp, &found);
     Py_END_ALLOW_THREADS give_back(used);
-    return result(status, x, multipliers, &found, &qp);
+    s->objective = found.objective;
+    s->iterations = found.iterations;
+    s->found = s->ends == HQP_QP_SOLVED;
+    s->status = s->found ? arguments[STATUS] : Py_None;
+    Py_INCREF(s->status);
+    return (PyObject *)s;
 }
 
-static PyObject *solve(PyObject *module, PyObject *const *arguments, Py_ssize_t count) {
-    (void)module;
+static PyObject *solve(PyObject *type, PyObject *const *arguments, Py_ssize_t count) {
     if (count != ARGUMENTS) return PyErr_Format(PyExc_TypeError, "solve takes %d arguments", ARGUMENTS);
     PyArrayObject *arrays[ARRAYS] = {NULL};
-    PyObject *answer = take_arrays(arguments, arrays) ? solve_arrays(arrays, arguments) : NULL;
+    PyObject *answer = take_arrays(arguments, arrays) ? solve_arrays(type, arrays, arguments) : NULL;
     for (int i = 0; i < ARRAYS; i++) Py_XDECREF((PyObject *)arrays[i]);
     return answer;
 }
 
-static PyMethodDef functions[] = {
-    {"solve", (PyCFunction)(void (*)(void))solve, METH_FASTCALL,
-     "solve(P, q, G, h, A, b, lb, ub, initvals, max_iterations, time_limit)\n--\n\n"
-     "(status, x, multipliers, iterations, objective, equalities, inequalities); ValueError, TypeError or\n"
-     "OverflowError where the arguments are no QP."},
-    {NULL, NULL, 0, NULL}};
+static PyMethodDef methods[] = {{"solve", (PyCFunction)(void (*)(void))solve, METH_FASTCALL | METH_CLASS,
+                                 "As solve_qp, with the status of what is solved as the last argument."},
+                                {NULL, NULL, 0, NULL}};
 
-static struct PyModuleDef definition = {PyModuleDef_HEAD_INIT, .m_name = "_qp", .m_size = -1,
-                                        .m_methods = functions};
+static PyType_Slot slots[] = {{Py_tp_members, fields},
+                              {Py_tp_methods, methods},
+                              {Py_tp_traverse, (void *)visit_objects},
+                              {Py_tp_clear, (void *)clear_objects},
+                              {Py_tp_dealloc, (void *)free_solution},
+                              {0, NULL}};
 
-PyMODINIT_FUNC PyInit__qp(void) {
+static PyType_Spec specification = {"hapticd.hqp._qp.Solution", sizeof(solution), 0,
+                                    Py_TPFLAGS_DEFAULT | Py_TPFLAGS_BASETYPE | Py_TPFLAGS_HAVE_GC, slots};
+
+static struct PyModuleDef definition = {PyModuleDef_HEAD_INIT, .m_name = "_qp", .m_size = -1};
+
+static int fill(PyObject *module) {
     static const struct {
         const char *name;
         hqp_qp_status value;
-    } statuses[] = {{"SOLVED", HQP_QP_SOLVED},         {"INFEASIBLE", HQP_QP_INFEASIBLE},
-                    {"UNBOUNDED", HQP_QP_UNBOUNDED},   {"ITERATION_CAP", HQP_QP_ITERATION_CAP},
-                    {"TIME_LIMIT", HQP_QP_TIME_LIMIT}, {"NOT_PROVEN", HQP_QP_NOT_PROVEN}};
+    } statuses[] = {{"INFEASIBLE", HQP_QP_INFEASIBLE},
+                    {"UNBOUNDED", HQP_QP_UNBOUNDED},
+                    {"ITERATION_CAP", HQP_QP_ITERATION_CAP},
+                    {"TIME_LIMIT", HQP_QP_TIME_LIMIT}};
+    for (size_t i = 0; i < sizeof statuses / sizeof *statuses; i++) {
+        if (PyModule_AddIntConstant(module, statuses[i].name, statuses[i].value) < 0) return 0;
+    }
+    PyObject *type = PyType_FromSpec(&specification);
+    const int is_added = type && PyModule_AddObjectRef(module, "Solution", type) == 0;
+    Py_XDECREF(type);
+    return is_added;
+}
+
+PyMODINIT_FUNC PyInit__qp(void) {
     if (PyArray_ImportNumPyAPI() < 0) return NULL;
     PyObject *module = PyModule_Create(&definition);
-    for (size_t i = 0; module && i < sizeof statuses / sizeof *statuses; i++) {
-        if (PyModule_AddIntConstant(module, statuses[i].name, statuses[i].value) < 0) Py_CLEAR(module);
-    }
+    if (module && !fill(module)) Py_CLEAR(module);
     return module;
 }

@@ -39,7 +39,7 @@ packages = ["hapticd.binding", "hapticd.hqp"]
 "hapticd.hqp" = "hqp"
 
 [tool.setuptools.package-data]
-"*" = ["py.typed"]
+"*" = ["py.typed", "*.pyi"]
 
 [tool.distutils.bdist_wheel]
 py-limited-api = "{abi}"
@@ -60,7 +60,7 @@ FOLDERS = ("binding", "hqp", "csrc")
 
 def contents() -> list[tuple[Path, str]]:
     """Files of the checkout, and where they go in the tree."""
-    packages = [f"{name}/{file}" for name in ("binding", "hqp") for file in ("*.py", "py.typed")]
+    packages = [f"{name}/{file}" for name in ("binding", "hqp") for file in ("*.py", "*.pyi", "py.typed")]
     parts = [*packages, "csrc/hqp*.c", "csrc/hqp*.h", "csrc/hqp*.hpp", "csrc/qp_module.c", "csrc/build.py"]
     files = [(path, str(path.relative_to(ROOT))) for part in parts for path in sorted(ROOT.glob(part))]
     return [*files, (ROOT / "LICENSE", "LICENSE"), (ROOT / "docs" / "hqp.md", "README.md")]

@@ -4,15 +4,14 @@ from typing import Any, Final
 
 import numpy as np
 
-from ._qp import INFEASIBLE, ITERATION_CAP, SOLVED, TIME_LIMIT, UNBOUNDED
-from ._qp import solve as _solve
-from .problem import Array
+from ._qp import INFEASIBLE, ITERATION_CAP, TIME_LIMIT, UNBOUNDED
 from .qp_levels import nearest, solve_by_levels
 from .qp_solution import QpSolution, UnboundedError
 from .solver import Status
 
 _LIMITS: Final = {ITERATION_CAP: Status.ITERATION_CAP, TIME_LIMIT: Status.TIME_LIMIT}
 _SOLVED: Final = Status.SOLVED  # of an enumeration it takes longer to read
+_solve: Final = QpSolution.solve
 
 
 def solve_qp(
@@ -56,30 +55,30 @@ def solve_qp(
         UnboundedError: the objective has no minimum.
     """
     try:
-        ends, x, multipliers, iterations, objective, k, m = _solve(
-            P, q, G, h, A, b, lb, ub, initvals, max_iterations, time_limit
-        )
+        found = _solve(P, q, G, h, A, b, lb, ub, initvals, max_iterations, time_limit, _SOLVED)
     except (TypeError, ValueError, OverflowError):  # solve_by_levels says what is wrong
         return solve_by_levels(P, q, G, h, A, b, lb, ub, initvals, max_iterations, time_limit)
-    if ends == SOLVED:
-        return QpSolution(x, _SOLVED, True, iterations, objective, [], multipliers, k, m)
+    if found.found:
+        return found
+    ends = found._ends
     if ends == UNBOUNDED:
-        raise UnboundedError(x)
+        raise UnboundedError(found.x)
     if ends in _LIMITS and (max_iterations or time_limit):
-        return QpSolution(x, _LIMITS[ends], False, iterations, objective, [], None, k, m)
+        found.status, found._multipliers = _LIMITS[ends], None
+        return found
     if ends == INFEASIBLE:
-        nearest_x, status = nearest(len(x), G, h, A, b, lb, ub)
-        conflict = _conflict(multipliers, k, m)
-        return QpSolution(nearest_x, status, False, iterations, np.nan, conflict, None, k, m)
+        found.conflict = _conflict(found)
+        found.x, found.status = nearest(len(found.x), G, h, A, b, lb, ub)
+        found.objective, found._multipliers = np.nan, None
+        return found
     return solve_by_levels(P, q, G, h, A, b, lb, ub, initvals, max_iterations, time_limit)
 
 
-def _conflict(multipliers: Array, equalities: int, inequalities: int) -> list[tuple[str, int, float]]:
+def _conflict(found: QpSolution) -> list[tuple[str, int, float]]:
     """Rows that add up to 0 x < 0, the one with the largest multiplier, 1, first."""
-    box = equalities + inequalities
-    largest = np.abs(multipliers).max()
-    rows = []
-    for i in np.flatnonzero(multipliers):
-        part, start = ("A", 0) if i < equalities else ("G", equalities) if i < box else ("box", box)
-        rows.append((part, int(i) - start, float(multipliers[i] / largest)))
+    parts = {"A": found.y, "G": found.z, "box": found.z_box}
+    largest = max(np.abs(part).max(initial=0.0) for part in parts.values())
+    rows = [
+        (name, int(i), float(part[i] / largest)) for name, part in parts.items() for i in np.flatnonzero(part)
+    ]
     return sorted(rows, key=lambda row: -abs(row[2]))

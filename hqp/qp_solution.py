@@ -1,5 +1,8 @@
 """What a quadratic program has for an answer."""
 
+from typing import Any
+
+from ._qp import Solution
 from .problem import Array, HqpError
 from .solver import Status
 
@@ -16,7 +19,7 @@ class UnboundedError(HqpError):
         self.ray = ray
 
 
-class QpSolution:
+class QpSolution(Solution):
     """What solve_qp found.
 
     P x + q + A^T y + G^T z + z_box = 0 with z >= 0, and z_box > 0 at ub, < 0 at lb.
@@ -31,19 +34,9 @@ class QpSolution:
             ("A" | "G" | "box", row, multiplier). With these multipliers the rows add up to 0 x < 0.
     """
 
-    __slots__ = (
-        "_equalities",
-        "_inequalities",
-        "_multipliers",
-        "conflict",
-        "found",
-        "iterations",
-        "objective",
-        "status",
-        "x",
-    )
+    __slots__ = ()
 
-    def __init__(  # by position: keywords cost time
+    def __init__(
         self,
         x: Array,
         status: Status,
@@ -64,6 +57,10 @@ class QpSolution:
         self._multipliers = multipliers
         self._equalities = equalities
         self._inequalities = inequalities
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        parts = (self.x, self.status, self.found, self.iterations, self.objective, self.conflict)
+        return type(self), (*parts, self._multipliers, self._equalities, self._inequalities)
 
     def __repr__(self) -> str:
         return (
