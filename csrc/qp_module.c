@@ -212,8 +212,10 @@ static PyObject *solve_arrays(PyObject *type, PyArrayObject *const *a, PyObject 
     }
     hqp_qp_answer found = {.x = PyArray_DATA((PyArrayObject *)s->x),
                            .multipliers = PyArray_DATA((PyArrayObject *)s->multipliers)};
-    Py_BEGIN_ALLOW_THREADS s->ends = hqp_qp_solve(used.solver, &qp, &found);
-    Py_END_ALLOW_THREADS give_back(used);
+    PyThreadState *thread = PyEval_SaveThread();
+    s->ends = hqp_qp_solve(used.solver, &qp, &found);
+    PyEval_RestoreThread(thread);
+    give_back(used);
     s->objective = found.objective;
     s->iterations = found.iterations;
     s->found = s->ends == HQP_QP_SOLVED;
