@@ -123,10 +123,10 @@ static double excess(hqp_qp_solver *s, double *gap) {
     return most;
 }
 
-/* No row is missed. */
+/* No row is missed. Of s->kept, which the descent ended at, it has left the values. */
 static int is_feasible(hqp_qp_solver *s) {
     const double x_norm = sqrt(hqp_qp_inner(s->x, s->x, s->n));
-    hqp_qp_find_values(s);
+    if (memcmp(s->x, s->kept, (size_t)s->n * sizeof(double)) != 0) hqp_qp_find_values(s);
     for (int i = 0; i < s->rows; i++) {
         const double over = s->value[i] - s->hi[i], under = s->lo[i] - s->value[i];
         if (over <= 0.0 && under <= 0.0) continue;
