@@ -32,7 +32,7 @@ MET = 1e-6
 
 
 class Qp(NamedTuple):
-    """Minimise 1/2 x^T P x + q^T x with lower <= rows x <= upper."""
+    """Minimise 1/2 x^T P x + q^T x with lower <= rows x <= upper and lb <= x <= ub."""
 
     name: str
     P: Array
@@ -40,55 +40,78 @@ class Qp(NamedTuple):
     rows: Array
     lower: Array
     upper: Array
+    lb: Array
+    ub: Array
+
+    @property
+    def is_boxed(self) -> bool:
+        """Whether a variable has a bound of its own."""
+        return bool(np.isfinite(self.lb).any() or np.isfinite(self.ub).any())
 
 
 class Found(NamedTuple):
-    """Seconds, and x; no x: the solver gave up, or refused the QP as none that it is for."""
+    """Seconds of the whole call, and x; no x: the solver gave up, or refused the QP as none that it is for.
+
+    inside: seconds by the solver's own count, without its Python binding, where it has one.
+    """
 
     seconds: float
     x: Array | None
     refused: bool = False
+    inside: float | None = None
 
 
 def hapticd(qp: Qp) -> Found:
-    """Ours: the whole call."""
-    equal, below, above = qp.lower == qp.upper, np.isfinite(qp.lower), np.isfinite(qp.upper)
-    below, above = below & ~equal, above & ~equal
+    """Ours."""
+    equal, below, above = _kinds(qp)
     G = np.vstack([qp.rows[above], -qp.rows[below]])
     h = np.concatenate([qp.upper[above], -qp.lower[below]])
     A, b = qp.rows[equal], qp.lower[equal]
+    lb, ub = (qp.lb, qp.ub) if qp.is_boxed else (None, None)
     start = time.perf_counter()
     try:
-        found = solve_qp(qp.P, qp.q, G, h, A, b)
+        found = solve_qp(qp.P, qp.q, G, h, A, b, lb, ub)
     except HqpError as error:
         return Found(time.perf_counter() - start, None, not isinstance(error, UnboundedError))
     return Found(time.perf_counter() - start, found.x if found.found else None)
 
 
 def daqp(qp: Qp) -> Found:
-    """DAQP, by its own count of its time."""
+    """DAQP. Bounds that are more than rows are the box."""
     import daqp
 
-    upper, lower = np.minimum(qp.upper, 1e30), np.maximum(qp.lower, -1e30)
-    sense = np.where(qp.lower == qp.upper, 5, 0).astype(np.intc)
+    lower, upper = qp.lower, qp.upper
+    if qp.is_boxed:
+        lower, upper = np.concatenate([qp.lb, lower]), np.concatenate([qp.ub, upper])
+    sense = np.where(lower == upper, 5, 0).astype(np.intc)
+    lower, upper = np.maximum(lower, -1e30), np.minimum(upper, 1e30)
+    start = time.perf_counter()
     x, _, flag, info = daqp.solve(qp.P, qp.q, qp.rows, upper, lower, sense)
-    return Found(info["setup_time"] + info["solve_time"], np.asarray(x) if flag > 0 else None)
+    seconds = time.perf_counter() - start
+    return Found(seconds, np.asarray(x) if flag > 0 else None, inside=info["setup_time"] + info["solve_time"])
 
 
 def quadprog(qp: Qp) -> Found:
-    """quadprog, where P is positive definite."""
+    """quadprog, where P is positive definite. It has no box."""
     import quadprog
 
-    equal, below, above = qp.lower == qp.upper, np.isfinite(qp.lower), np.isfinite(qp.upper)
-    below, above = below & ~equal, above & ~equal
-    rows = np.vstack([qp.rows[equal], qp.rows[below], -qp.rows[above]])
-    least = np.concatenate([qp.lower[equal], qp.lower[below], -qp.upper[above]])
+    equal, below, above = _kinds(qp)
+    box, low, high = np.eye(len(qp.q)), np.isfinite(qp.lb), np.isfinite(qp.ub)
+    rows = np.vstack([qp.rows[equal], qp.rows[below], -qp.rows[above], box[low], -box[high]])
+    least = np.concatenate([qp.lower[equal], qp.lower[below], -qp.upper[above], qp.lb[low], -qp.ub[high]])
+    columns = np.ascontiguousarray(rows.T)
     start = time.perf_counter()
     try:
-        x = quadprog.solve_qp(qp.P, -qp.q, np.ascontiguousarray(rows.T), least, int(equal.sum()))[0]
+        x = quadprog.solve_qp(qp.P, -qp.q, columns, least, int(equal.sum()))[0]
     except ValueError:
         return Found(time.perf_counter() - start, None)
     return Found(time.perf_counter() - start, np.asarray(x))
+
+
+def _kinds(qp: Qp) -> tuple[NDArray[np.bool_], NDArray[np.bool_], NDArray[np.bool_]]:
+    """Rows that are equalities, and the others that have a lower and an upper bound."""
+    equal = qp.lower == qp.upper
+    return equal, np.isfinite(qp.lower) & ~equal, np.isfinite(qp.upper) & ~equal
 
 
 SOLVERS: dict[str, Callable[[Qp], Found]] = {"hapticd": hapticd, "daqp": daqp, "quadprog": quadprog}
@@ -121,13 +144,14 @@ def _npz(path: Path) -> Qp | None:
         return None
     n = len(parts["q"])
     rows, lower, upper = [np.empty((0, n))], [np.empty(0)], [np.empty(0)]
-    for matrix, below, above in (("G", None, "h"), ("A", "b", "b"), (None, "lb", "ub")):
-        if not {matrix, below, above} & set(parts):
-            continue
-        rows.append(np.eye(n) if matrix is None else parts[matrix])
-        lower.append(parts.get(below or "", np.full(len(rows[-1]), -np.inf)))
-        upper.append(parts.get(above, np.full(len(rows[-1]), np.inf)))
-    return _qp(path, parts["P"], parts["q"], np.vstack(rows), np.concatenate(lower), np.concatenate(upper))
+    for matrix, below, above in (("G", None, "h"), ("A", "b", "b")):
+        if matrix in parts and above in parts:
+            rows.append(parts[matrix])
+            lower.append(parts.get(below or "", np.full(len(rows[-1]), -np.inf)))
+            upper.append(parts[above])
+    lb, ub = parts.get("lb", np.full(n, -np.inf)), parts.get("ub", np.full(n, np.inf))
+    bounds = (np.concatenate(lower), np.concatenate(upper), lb, ub)
+    return _qp(path, parts["P"], parts["q"], np.vstack(rows), *bounds)
 
 
 def _mat(path: Path) -> Qp | None:
@@ -140,22 +164,32 @@ def _mat(path: Path) -> Qp | None:
         np.asarray(part.toarray() if hasattr(part, "toarray") else part) for part in (data["P"], data["A"])
     )
     P, A = dense
-    return _qp(path, P, data["q"].ravel(), A, data["l"].ravel(), data["u"].ravel())
+    lower, upper, n = data["l"].ravel(), data["u"].ravel(), len(P)
+    if not np.array_equal(A[-n:], np.eye(n)):
+        return _qp(path, P, data["q"].ravel(), A, lower, upper, np.full(n, -np.inf), np.full(n, np.inf))
+    bounds = (lower[:-n], upper[:-n], lower[-n:], upper[-n:])
+    return _qp(path, P, data["q"].ravel(), A[:-n], *bounds)
 
 
-def _qp(path: Path, P: Array, q: Array, rows: Array, lower: Array, upper: Array) -> Qp:
-    lower = np.where(lower < -INFINITE / 2, -np.inf, lower).astype(float)
-    upper = np.where(upper > INFINITE / 2, np.inf, upper).astype(float)
+def _qp(path: Path, P: Array, q: Array, rows: Array, *bounds: Array) -> Qp:
     symmetric = np.ascontiguousarray(0.5 * (P + P.T), dtype=float)
-    return Qp(path.stem, symmetric, q.astype(float), np.ascontiguousarray(rows, dtype=float), lower, upper)
+    numbers = (np.ascontiguousarray(part, dtype=float) for part in (q, rows, *map(_endless, bounds)))
+    return Qp(path.stem, symmetric, *numbers)
+
+
+def _endless(bounds: Array) -> Array:
+    """Bounds with infinity where a file has a large number for it."""
+    return np.where(np.abs(bounds) > INFINITE / 2, np.copysign(np.inf, bounds), bounds)
 
 
 def is_feasible(qp: Qp, x: Array) -> bool:
     """Whether x meets the constraints to MET, and to what rounding can tell."""
-    value = qp.rows @ x
-    rounding = 1e-12 * np.linalg.norm(qp.rows, axis=1) * np.linalg.norm(x)
-    least = qp.lower - MET * (1.0 + np.abs(np.nan_to_num(qp.lower))) - rounding
-    most = qp.upper + MET * (1.0 + np.abs(np.nan_to_num(qp.upper))) + rounding
+    value = np.concatenate([qp.rows @ x, x])
+    norm = np.concatenate([np.linalg.norm(qp.rows, axis=1), np.ones(len(x))])
+    lower, upper = np.concatenate([qp.lower, qp.lb]), np.concatenate([qp.upper, qp.ub])
+    rounding = 1e-12 * norm * np.linalg.norm(x)
+    least = lower - MET * (1.0 + np.abs(np.nan_to_num(lower))) - rounding
+    most = upper + MET * (1.0 + np.abs(np.nan_to_num(upper))) + rounding
     return bool(((value >= least) & (value <= most)).all())
 
 
@@ -207,8 +241,11 @@ def run(folders: Sequence[Path], rounds: int, as_json: bool) -> None:
 def suite(
     qps: Sequence[Qp], solvers: dict[str, Callable[[Qp], Found]], rounds: int
 ) -> dict[str, float | int | list[str]]:
-    """Geometric means of our time over that of each peer, where both are right; and who was not."""
-    ratios: dict[str, list[float]] = {name: [] for name in solvers if name != "hapticd"}
+    """Geometric means of our time over that of each peer, where both are right; and who was not.
+
+    Ours is that of the whole call; a peer's is, too, and once more what it counts itself.
+    """
+    ratios: dict[str, list[float]] = {}
     found: dict[str, float | int | list[str]] = {"qps": len(qps)}
     listed: dict[str, list[str]] = {
         f"{name} {kind}": [] for name in solvers for kind in ("wrong", "unsolved", "refused")
@@ -216,14 +253,21 @@ def suite(
     for k in progress("QPs", range(len(qps)), len(qps)):
         taken = [{name: solve(qps[k]) for name, solve in solvers.items()} for _ in range(rounds)]
         verdict = judge(qps[k], taken[-1])
-        seconds = {name: float(np.median([answers[name].seconds for answers in taken])) for name in solvers}
         for name, kind in verdict.items():
             if kind != "right":
                 listed[f"{name} {kind}"].append(qps[k].name)
-        for name in ratios:
-            if verdict["hapticd"] == verdict[name] == "right":
-                ratios[name].append(seconds["hapticd"] / seconds[name])
-    for name, of_peer in ratios.items():
-        if of_peer:
-            found[f"time over {name}'s"] = float(np.exp(np.mean(np.log(of_peer))))
-    return {**found, **{name: names for name, names in listed.items() if names}}
+        ours = np.median([answers["hapticd"].seconds for answers in taken])
+        for name in solvers:
+            if name == "hapticd" or not verdict["hapticd"] == verdict[name] == "right":
+                continue
+            for kind, theirs in _seconds([answers[name] for answers in taken]).items():
+                ratios.setdefault(f"time over {name}'s {kind}", []).append(float(ours / theirs))
+    means = {name: float(np.exp(np.mean(np.log(of_peer)))) for name, of_peer in ratios.items()}
+    return {**found, **means, **{name: names for name, names in listed.items() if names}}
+
+
+def _seconds(answers: Sequence[Found]) -> dict[str, float]:
+    """Medians of the call, and of what the solver counts itself."""
+    inside = [answer.inside for answer in answers if answer.inside is not None]
+    call = {"call": float(np.median([answer.seconds for answer in answers]))}
+    return {**call, "own count": float(np.median(inside))} if inside else call

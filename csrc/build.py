@@ -11,6 +11,7 @@ from functools import partial
 from pathlib import Path
 
 from cffi import FFI
+from setuptools import Extension
 
 HERE = Path(__file__).resolve().parent
 FLAGS = ["-std=c11", "-ffp-contract=off", "-fvisibility=hidden"]
@@ -89,13 +90,31 @@ control = partial(
     [f"{part}.c" for part in CONTROL],
     "-O3",
 )
+QP = [path.name for path in sorted(HERE.glob("hqp_qp*.c"))]
 hqp = partial(
     module,
     "hapticd.hqp._hqp",
-    ["hqp.h", "hqp_qp.h"],
-    [path.name for path in sorted(HERE.glob("hqp*.c"))],
+    ["hqp.h"],
+    [path.name for path in sorted(HERE.glob("hqp*.c")) if path.name not in QP],
     "-O3",
 )
+
+
+def qp() -> Extension:
+    """The QP solver as an extension module that reads numpy's arrays itself, without cffi."""
+    import numpy  # of the distribution hapticd-hqp alone
+
+    return Extension(
+        "hapticd.hqp._qp",
+        [f"csrc/{source}" for source in ("qp_module.c", "hqp_clock.c", *QP)],
+        include_dirs=["csrc", numpy.get_include()],
+        depends=[f"csrc/{path.name}" for path in sorted(HERE.glob("hqp*.h"))],
+        define_macros=[("_GNU_SOURCE", None), ("Py_LIMITED_API", "0x030b0000")],
+        extra_compile_args=[*FLAGS, "-O3", "-fno-math-errno"],  # or each root asks whether to set it
+        py_limited_api=True,
+    )
+
+
 LINK = ("link_age", "link_seal", "link", "link_channel")
 link = partial(module, "hapticd.link._inbox", [f"{part}.h" for part in LINK], [f"{part}.c" for part in LINK])
 runtime = partial(module, "hapticd.runtime._rt", ["rt.h", "ring.h"], ["rt.c", "ring.c"])

@@ -285,6 +285,8 @@ void hqp_hold_fitted(hqp_solver *s);
 void hqp_close_level(hqp_solver *s, int level);
 void hqp_rewind(hqp_solver *s, int first);
 int hqp_out_of_iterations(hqp_solver *s);
+
+/* hqp_clock.c: seconds since some point in time */
 double hqp_now(void);
 
 /* hqp_proof.c: is x optimal?; hqp_cone.c: the way down where it is not */

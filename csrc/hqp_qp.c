@@ -123,10 +123,10 @@ static double excess(hqp_qp_solver *s, double *gap) {
     return most;
 }
 
-/* No row is missed. */
+/* No row is missed. Of s->kept, which the descent ended at, it has left the values. */
 static int is_feasible(hqp_qp_solver *s) {
     const double x_norm = sqrt(hqp_qp_inner(s->x, s->x, s->n));
-    hqp_qp_find_values(s);
+    if (memcmp(s->x, s->kept, (size_t)s->n * sizeof(double)) != 0) hqp_qp_find_values(s);
     for (int i = 0; i < s->rows; i++) {
         const double over = s->value[i] - s->hi[i], under = s->lo[i] - s->value[i];
         if (over <= 0.0 && under <= 0.0) continue;
@@ -334,15 +334,4 @@ hqp_qp_status hqp_qp_solve(hqp_qp_solver *s, const hqp_qp *qp, hqp_qp_answer *an
     answer->objective = s->objective;
     answer->iterations = s->iterations;
     return status;
-}
-
-hqp_qp_status hqp_qp_call(hqp_qp_solver *s, int n, int equalities, int inequalities, const void *P,
-                          const void *q, const void *A, const void *b, const void *G, const void *h,
-                          const void *lb, const void *ub, const void *start, int max_iterations,
-                          double time_limit, void *out, hqp_qp_answer *found) {
-    const hqp_qp qp = {n,  equalities, inequalities,   P,         q, A, b, G, h, lb,
-                       ub, start,      max_iterations, time_limit};
-    found->x = out;
-    found->multipliers = found->x + n;
-    return hqp_qp_solve(s, &qp, found);
 }

@@ -59,14 +59,6 @@ hqp_qp_solver *hqp_qp_create(int n, int rows);
 
 hqp_qp_status hqp_qp_solve(hqp_qp_solver *s, const hqp_qp *qp, hqp_qp_answer *answer);
 
-/* The same with x [n] and the multipliers one after the other in `out`, and objective and iterations in
- * `found`, of which nothing else is used: what costs least to call from other languages. Arrays are of
- * doubles; other languages have views of bytes. */
-hqp_qp_status hqp_qp_call(hqp_qp_solver *s, int n, int equalities, int inequalities, const void *P,
-                          const void *q, const void *A, const void *b, const void *G, const void *h,
-                          const void *lb, const void *ub, const void *start, int max_iterations,
-                          double time_limit, void *out, hqp_qp_answer *found);
-
 void hqp_qp_destroy(hqp_qp_solver *s);
 
 #endif

@@ -105,7 +105,7 @@ double hqp_qp_value(const hqp_qp_solver *s, int id, const double *x) {
 }
 
 /* s->value, dense rows four at a time */
-void hqp_qp_find_values(hqp_qp_solver *s) {
+HQP_QP_INNER void hqp_qp_find_values(hqp_qp_solver *s) {
     const int given = s->qp.equalities + s->qp.inequalities;
     const double *row[4];
     int at[4], count = 0;

@@ -57,7 +57,7 @@ static void four_lines(const hqp_qp_solver *s, int i, const double **line, doubl
 }
 
 /* y = T^-1 y */
-static void solve(const hqp_qp_solver *s, double *y) {
+HQP_QP_INNER static void solve(const hqp_qp_solver *s, double *y) {
     const double *line[4];
     double inverse[4];
     int i = 0;
@@ -69,7 +69,7 @@ static void solve(const hqp_qp_solver *s, double *y) {
 }
 
 /* y = T^-T y */
-static void solve_transposed(const hqp_qp_solver *s, double *y) {
+HQP_QP_INNER static void solve_transposed(const hqp_qp_solver *s, double *y) {
     const double *line[4];
     double inverse[4];
     int i = s->count;
@@ -84,7 +84,7 @@ static void solve_transposed(const hqp_qp_solver *s, double *y) {
 }
 
 /* to -= M^T y. Rows with wide windows, which begin anywhere, are taken together four by four. */
-static void subtract(const hqp_qp_solver *s, const double *y, double *to) {
+HQP_QP_INNER static void subtract(const hqp_qp_solver *s, const double *y, double *to) {
     const double *row[4];
     double factor[4];
     int wide = 0;
@@ -105,7 +105,7 @@ static void subtract(const hqp_qp_solver *s, const double *y, double *to) {
 }
 
 /* to = M v, v zero outside of [from, to_end). Wide rows are taken four at a time. */
-static void multiply(const hqp_qp_solver *s, const double *v, int from, int to_end, double *to) {
+HQP_QP_INNER static void multiply(const hqp_qp_solver *s, const double *v, int from, int to_end, double *to) {
     const double *row[4];
     int at[4], wide = 0;
     double sum[4];
@@ -164,7 +164,7 @@ static void hold(hqp_qp_solver *s, double left) {
 }
 
 /* Make lines [drop, lines) of T a triangle again, whose columns are one too many, by rotations of columns. */
-static void rotate(hqp_qp_solver *s, int drop, int lines) {
+HQP_QP_INNER static void rotate(hqp_qp_solver *s, int drop, int lines) {
     for (int i = drop; i < lines; i++) {
         double *line = hqp_qp_line(s, i), carry = line[drop];
         const int full = i < s->count ? i : s->count;

@@ -57,7 +57,7 @@ hqp_qp_status hqp_qp_read(hqp_qp_solver *s) {
 }
 
 /* to = P x */
-void hqp_qp_bend(const hqp_qp_solver *s, const double *x, double *to) {
+HQP_QP_INNER void hqp_qp_bend(const hqp_qp_solver *s, const double *x, double *to) {
     const ptrdiff_t n = s->n;
     int i = 0;
     for (; i + 4 <= n; i += 4) {
@@ -113,7 +113,7 @@ static int close_block(hqp_qp_solver *s, int i, int count, double *const *row, i
 
 /* `count` rows of L from row i on, two columns at a time. What a block has too many of is the last row again.
  */
-static int fill_rows(hqp_qp_solver *s, int i, int count, double least) {
+HQP_QP_INNER static int fill_rows(hqp_qp_solver *s, int i, int count, double least) {
     const ptrdiff_t ld = s->ld, n = s->n;
     const double *given[BLOCK];
     double *row[BLOCK];
@@ -160,7 +160,7 @@ static int four_rows(const hqp_qp_solver *s, int i, const double **row) {
 }
 
 /* y = L^-1 y; y is zero before `first` */
-void hqp_qp_forward(const hqp_qp_solver *s, double *y, int first) {
+HQP_QP_INNER void hqp_qp_forward(const hqp_qp_solver *s, double *y, int first) {
     const double *row[4];
     int i = first & ~3;
     for (; i + 4 <= s->n; i += 4) {
@@ -175,7 +175,7 @@ void hqp_qp_forward(const hqp_qp_solver *s, double *y, int first) {
 }
 
 /* y = L^-T y */
-void hqp_qp_backward(const hqp_qp_solver *s, double *y) {
+HQP_QP_INNER void hqp_qp_backward(const hqp_qp_solver *s, double *y) {
     const double *row[4];
     int i = s->n;
     for (; i % 4; i--) {

@@ -12,6 +12,14 @@
 #include "hqp_internal.h"
 #include "hqp_qp.h"
 
+/* Of an inner loop: built once more with AVX2's instructions, without its wide vectors or fused sums, so the
+ * bits are the same; the loader takes what the machine has. */
+#if defined(__x86_64__) && defined(__GLIBC__) && defined(__GNUC__) && !defined(__clang__)
+#define HQP_QP_INNER __attribute__((target_clones("avx2", "default")))
+#else
+#define HQP_QP_INNER
+#endif
+
 struct hqp_qp_solver {
     int most_n, most_rows; /* what the memory is for */
     hqp_qp qp;

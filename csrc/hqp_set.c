@@ -4,13 +4,9 @@
  * (`work`) and rows of the level fitted by least squares (`fit`: equalities and violated rows): the rows
  * whose `side` is not 0.
  */
-#ifndef _POSIX_C_SOURCE
-#define _POSIX_C_SOURCE 199309L /* clock_gettime */
-#endif
 #include "hqp_internal.h"
 
 #include <string.h>
-#include <time.h>
 
 /* times a gradient that counts as none: next to no multiplier */
 static const double LEANING = 2e3;
@@ -138,12 +134,6 @@ void hqp_move_to_trial(hqp_solver *s) {
     s->value = s->trial_value;
     s->trial_value = swap;
     s->x_norm = s->trial_norm;
-}
-
-double hqp_now(void) {
-    struct timespec now;
-    clock_gettime(CLOCK_MONOTONIC, &now);
-    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
 }
 
 /* Count one more working set, unless it is one too many or too late. */

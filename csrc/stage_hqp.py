@@ -39,16 +39,19 @@ packages = ["hapticd.binding", "hapticd.hqp"]
 "hapticd.hqp" = "hqp"
 
 [tool.setuptools.package-data]
-"*" = ["py.typed"]
+"*" = ["py.typed", "*.pyi"]
 
 [tool.distutils.bdist_wheel]
 py-limited-api = "{abi}"
 """
 
 SETUP = """\
+import runpy
+
 from setuptools import setup
 
-setup(cffi_modules=["csrc/build.py:hqp"])  # has no pyproject key
+# neither has a pyproject key
+setup(cffi_modules=["csrc/build.py:hqp"], ext_modules=[runpy.run_path("csrc/build.py")["qp"]()])
 """
 
 
@@ -57,8 +60,8 @@ FOLDERS = ("binding", "hqp", "csrc")
 
 def contents() -> list[tuple[Path, str]]:
     """Files of the checkout, and where they go in the tree."""
-    packages = [f"{name}/{file}" for name in ("binding", "hqp") for file in ("*.py", "py.typed")]
-    parts = [*packages, "csrc/hqp*.c", "csrc/hqp*.h", "csrc/hqp*.hpp", "csrc/build.py"]
+    packages = [f"{name}/{file}" for name in ("binding", "hqp") for file in ("*.py", "*.pyi", "py.typed")]
+    parts = [*packages, "csrc/hqp*.c", "csrc/hqp*.h", "csrc/hqp*.hpp", "csrc/qp_module.c", "csrc/build.py"]
     files = [(path, str(path.relative_to(ROOT))) for part in parts for path in sorted(ROOT.glob(part))]
     return [*files, (ROOT / "LICENSE", "LICENSE"), (ROOT / "docs" / "hqp.md", "README.md")]
 
@@ -68,8 +71,9 @@ def pyproject() -> str:
     root = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
     project = root["project"]
     shared = [d for d in project["dependencies"] if d.startswith(("cffi", "numpy"))]
+    requires = root["build-system"]["requires"] + [d for d in shared if d.startswith("numpy")]
     return PYPROJECT.format(
-        requires=str(root["build-system"]["requires"]).replace("'", '"'),
+        requires=str(requires).replace("'", '"'),
         version=project["version"],
         licence=project["license"],
         python=project["requires-python"],

@@ -68,7 +68,7 @@ def solve_by_levels(
         iterations,
         float(0.5 * x @ P @ x + q @ x),
         _conflict(levels, parts, x) if status is Status.SOLVED and broken else [],
-        _answer(levels, parts, x) if is_found else None,
+        _multipliers(levels, parts, x) if is_found else None,
         len(constraints.A),
         parts[0][1].stop,
     )
@@ -252,8 +252,8 @@ def _conflict(levels: list[Level], parts: list[tuple[str, slice]], x: Array) -> 
     return rows
 
 
-def _answer(levels: list[Level], parts: list[tuple[str, slice]], x: Array) -> Array:
-    """x, and the multipliers of A, G and the box, one after the other."""
+def _multipliers(levels: list[Level], parts: list[tuple[str, slice]], x: Array) -> Array:
+    """Those of A, G and the box, one after the other."""
     of_level = multipliers(levels, x, 1)[0]
     box = of_level.C[parts[1][1]]
-    return np.concatenate([x, of_level.A, of_level.C[parts[0][1]], box if len(box) else np.zeros(len(x))])
+    return np.concatenate([of_level.A, of_level.C[parts[0][1]], box if len(box) else np.zeros(len(x))])

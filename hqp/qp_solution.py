@@ -1,5 +1,8 @@
 """What a quadratic program has for an answer."""
 
+from typing import Any
+
+from ._qp import Solution
 from .problem import Array, HqpError
 from .solver import Status
 
@@ -16,7 +19,7 @@ class UnboundedError(HqpError):
         self.ray = ray
 
 
-class QpSolution:
+class QpSolution(Solution):
     """What solve_qp found.
 
     P x + q + A^T y + G^T z + z_box = 0 with z >= 0, and z_box > 0 at ub, < 0 at lb.
@@ -31,19 +34,9 @@ class QpSolution:
             ("A" | "G" | "box", row, multiplier). With these multipliers the rows add up to 0 x < 0.
     """
 
-    __slots__ = (
-        "_answer",
-        "_equalities",
-        "_inequalities",
-        "conflict",
-        "found",
-        "iterations",
-        "objective",
-        "status",
-        "x",
-    )
+    __slots__ = ()
 
-    def __init__(  # by position: keywords cost time
+    def __init__(
         self,
         x: Array,
         status: Status,
@@ -51,7 +44,7 @@ class QpSolution:
         iterations: int,
         objective: float,
         conflict: list[tuple[str, int, float]],
-        answer: Array | None,  # x, y, z, z_box
+        multipliers: Array | None,  # y, z, z_box
         equalities: int,
         inequalities: int,
     ) -> None:
@@ -61,9 +54,13 @@ class QpSolution:
         self.iterations = iterations
         self.objective = objective
         self.conflict = conflict
-        self._answer = answer
+        self._multipliers = multipliers
         self._equalities = equalities
         self._inequalities = inequalities
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        parts = (self.x, self.status, self.found, self.iterations, self.objective, self.conflict)
+        return type(self), (*parts, self._multipliers, self._equalities, self._inequalities)
 
     def __repr__(self) -> str:
         return (
@@ -87,6 +84,6 @@ class QpSolution:
         return self._known()[self._equalities + self._inequalities :]
 
     def _known(self) -> Array:
-        if self._answer is None:
+        if self._multipliers is None:
             raise HqpError("multipliers", "do not exist: the QP is not solved", "look at status and conflict")
-        return self._answer[len(self.x) :]
+        return self._multipliers

@@ -1,6 +1,7 @@
 """QPs in files, the simulated humanoid, and recordings with rows of length 1."""
 
 import json
+from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
@@ -35,6 +36,7 @@ def test_both_kinds_of_files_are_the_same_qp(folder: Path) -> None:
     found = list(load(folder))
     assert [qp.name for qp in found] == ["a", "b"]
     for qp in found:
+        assert qp.lb.tolist() == [0.0, 0.0] and len(qp.rows) == 1
         assert qps.hapticd(qp).x == pytest.approx([1.0, 0.0])
     with pytest.raises(BenchError, match=r"no \.npz or \.mat file"):
         list(load(folder / "nothing"))
@@ -44,10 +46,13 @@ def test_the_command_prints_how_the_times_compare(folder: Path, capsys: pytest.C
     assert main(["bench", "solve", "--qp", str(folder), "--rounds", "1", "--json"]) == 0
     found = json.loads(capsys.readouterr().out)[folder.name]
     assert found["qps"] == 2 and not any("wrong" in key or "unsolved" in key for key in found)
+    if find_spec("daqp"):
+        assert {"time over daqp's call", "time over daqp's own count"} <= set(found)
 
 
 def test_a_judge_minds_constraints_and_the_best_objective() -> None:
-    qp = Qp("", np.eye(1), np.zeros(1), np.eye(1), np.ones(1), np.full(1, np.inf))
+    none = np.full(1, np.inf)
+    qp = Qp("", np.eye(1), np.zeros(1), np.eye(1), np.ones(1), none, -none, none)
     points = {"best": 1.0, "worse": 1.1, "outside": 0.5}
     answers = {name: Found(0.0, np.array([x])) for name, x in points.items()}
     answers |= {"none": Found(0.0, None), "not mine": Found(0.0, None, refused=True)}
@@ -61,9 +66,10 @@ def test_a_judge_minds_constraints_and_the_best_objective() -> None:
 
 
 def test_a_qp_that_is_not_convex_is_refused_and_one_without_minimum_unsolved() -> None:
-    rows, bounds = np.empty((0, 1)), np.empty(0)
-    assert qps.hapticd(Qp("", -np.eye(1), np.ones(1), rows, bounds, bounds)).refused
-    found = qps.hapticd(Qp("", np.zeros((1, 1)), np.ones(1), rows, bounds, bounds))
+    none, bounds = np.full(1, np.inf), np.empty(0)
+    constraints = (np.empty((0, 1)), bounds, bounds, -none, none)
+    assert qps.hapticd(Qp("", -np.eye(1), np.ones(1), *constraints)).refused
+    found = qps.hapticd(Qp("", np.zeros((1, 1)), np.ones(1), *constraints))
     assert found.x is None and not found.refused
 
 

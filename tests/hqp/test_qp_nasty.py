@@ -1,5 +1,9 @@
 """Random quadratic programs of nasty kinds, judged by their optimality conditions and by quadprog."""
 
+import pickle
+from concurrent.futures import ThreadPoolExecutor
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from hapticd.hqp import HqpError, Status, UnboundedError, qp, solve_qp
@@ -8,6 +12,10 @@ from hapticd.hqp.generate_qp import KINDS, faults, infeasible_qp, parts_of, qp_o
 FIRST, PROBLEMS = 20_000, 150
 """Of the seeds: those below were tuned on."""
 WORST = 1e-8
+NOT_PROVEN = 5
+"""HQP_QP_NOT_PROVEN of hqp_qp.h"""
+FULL = 20001
+"""A seed of "plain" with constraints of each kind."""
 
 
 @pytest.fixture
@@ -106,7 +114,7 @@ def test_a_step_that_ends_in_a_vertex_is_no_ray(alone):
 
 
 def test_what_the_dual_method_cannot_prove_goes_through_the_hierarchy(monkeypatch):
-    monkeypatch.setattr(qp, "_call", lambda *_: qp.lib.HQP_QP_NOT_PROVEN)
+    monkeypatch.setattr(qp, "_solve", lambda *_: SimpleNamespace(found=False, _ends=NOT_PROVEN))
     for seed in range(5):
         problem = qp_of("plain", seed)
         assert max(faults(problem, solve_qp(**problem)).values()) < 1e-6
@@ -187,3 +195,78 @@ def test_arrays_of_any_memory_order_and_type_are_read():
         solve_qp(P.tolist(), q[::-1], G[:, ::1], tuple(h)),
     ):
         assert found.x.tobytes() == plain.x.tobytes()
+
+
+def unaligned(array):
+    """The same numbers, one byte off."""
+    memory = np.zeros(array.nbytes + 1, dtype=np.uint8)[1:]
+    moved = np.ndarray(array.shape, array.dtype, memory)
+    moved[...] = array
+    return moved
+
+
+def frozen(array):
+    """The same numbers, not to be written to."""
+    copy = array.copy()
+    copy.flags.writeable = False
+    return copy
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        unaligned,
+        frozen,
+        lambda array: array.astype(">f8"),
+        lambda array: np.repeat(array, 2, axis=-1)[..., ::2],
+        np.ma.masked_invalid,
+    ],
+)
+def test_arrays_of_any_layout_are_read(change):
+    problem = qp_of("plain", FULL)
+    plain, found = solve_qp(**problem), solve_qp(**{name: change(part) for name, part in problem.items()})
+    assert found.x.tobytes() == plain.x.tobytes() and found.y.tobytes() == plain.y.tobytes()
+
+
+@pytest.mark.parametrize("name", ["P", "q", "G", "h", "A", "b", "lb", "ub", "initvals"])
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda array: array[:-1],
+        lambda array: array[..., None],
+        lambda array: array[None],
+        lambda array: np.concatenate([array, array]),
+        lambda array: np.asarray(1.0),
+        lambda array: array[:0],
+        lambda array: "text",
+        lambda array: [[1.0], [1.0, 2.0]],
+    ],
+)
+def test_an_argument_of_another_shape_is_an_error(name, change):
+    problem = qp_of("plain", FULL)
+    problem["initvals"] = np.zeros(len(problem["q"]))
+    with pytest.raises(HqpError):
+        solve_qp(**{**problem, name: change(problem[name])})
+
+
+@pytest.mark.parametrize("missing", ["G", "h", "A", "b"])
+def test_rows_without_bounds_and_bounds_without_rows_are_an_error(missing):
+    with pytest.raises(HqpError):
+        solve_qp(**{**qp_of("plain", FULL), missing: None})
+
+
+def test_threads_do_not_share_memory():
+    problems = [qp_of(KINDS[k % len(KINDS)], k) for k in range(200)]
+    alone = [solve_qp(**problem).x.tobytes() for problem in problems]
+    with ThreadPoolExecutor(12) as pool:
+        for _ in range(5):
+            beside = pool.map(lambda problem: solve_qp(**problem).x.tobytes(), problems)
+            assert list(beside) == alone
+
+
+def test_a_solution_is_the_same_from_another_process():
+    found = solve_qp(**qp_of("plain", FULL))
+    again = pickle.loads(pickle.dumps(found))
+    assert repr(again) == repr(found) and again.status is Status.SOLVED
+    for name in ("x", "y", "z", "z_box"):
+        assert getattr(again, name).tobytes() == getattr(found, name).tobytes()
