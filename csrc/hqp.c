@@ -546,10 +546,7 @@ static hqp_status try_joined(hqp_solver *s, int first) {
         s->warm = 1;
         if (status == HQP_SOLVED && more && needs_no_joins(s)) return status;
         if (status == HQP_SOLVED && hqp_weigh(s, more)) continue;
-        if (kept) {
-            hqp_choose(s, status);
-            return HQP_SOLVED;
-        }
+        if (kept) return hqp_choose(s, status);
         if (status == HQP_SOLVED) {
             if (!hqp_may_gain(s)) return status;
             if (s->strict[s->leans] == UNPROVEN) {

@@ -258,7 +258,7 @@ int hqp_any_strict(const hqp_solver *s);
 int hqp_part_last(hqp_solver *s);
 int hqp_may_gain(hqp_solver *s);
 int hqp_try_join(hqp_solver *s);
-void hqp_choose(hqp_solver *s, hqp_status status);
+hqp_status hqp_choose(hqp_solver *s, hqp_status status);
 int hqp_join_next(hqp_solver *s, int level);
 int hqp_weigh(hqp_solver *s, int more);
 int hqp_set_apart(hqp_solver *s, signed char *joined);

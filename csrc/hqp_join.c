@@ -14,6 +14,8 @@
 
 /* times 1 + slack: what a level may lose by a join, and what the next one must gain at least */
 static const double LOSS = 3e-7, GAIN = 5e-7;
+/* times the same: a loss that counts as none */
+static const double NOTHING = 1e-9;
 /* times the root of half of a level's squared slack: how hard it may pull at a row that the one before holds
  */
 static const double PULL = 16.0;
@@ -103,6 +105,15 @@ static int is_better(const hqp_solver *s, int level, const double *joined, const
            sqrt(2.0 * half_square_at(s, level + 1, joined)) < next_size - GAIN * (1.0 + next_size);
 }
 
+/* Whether the levels before this one are as small at x as at the answer apart from joins. */
+static int loses_nothing(const hqp_solver *s, int level) {
+    for (int p = 0; p < level; p++) {
+        const double size = sqrt(2.0 * half_square_at(s, p, s->apart.x));
+        if (!(sqrt(2.0 * half_square(s, p)) <= size + NOTHING * (1.0 + size))) return 0;
+    }
+    return 1;
+}
+
 /* With these slacks, -log2 of the root of the weight that the next level may have; more than MOST: none. */
 static int needed(hqp_solver *s, int level) {
     const double size = sqrt(2.0 * half_square(s, level)), gain = half_square(s, level + 1);
@@ -125,9 +136,10 @@ static void set(hqp_solver *s, int level, int k) {
 /* The same where that makes sense, each pair once in a solve. Returns whether they are joined. */
 static int join(hqp_solver *s, int level, int k) {
     if (level < 0 || level + 1 >= s->levels || s->strict[level]) return 0;
+    const int have_slack = hqp_has_slack(s, level) && hqp_has_slack(s, level + 1);
     s->strict[level] = PARTED;
     if (s->joined[level] || s->joined[level + 1] || (level > 0 && s->joined[level - 1])) return 0;
-    if (!(half_square(s, level) > 0.0 && half_square(s, level + 1) > 0.0)) return 0;
+    if (!have_slack) return 0;
     set(s, level, k);
     return k <= MOST;
 }
@@ -188,16 +200,21 @@ static void keep(hqp_solver *s) {
     memcpy(s->apart.held_at, s->guess_held_at, (size_t)s->total * sizeof(short));
 }
 
+static int pulls(const hqp_solver *s) {
+    return s->leans >= 0 && s->leans + 1 < s->levels &&
+           ldexp(PULL * sqrt(half_square(s, s->leans + 1)), -2 * LEAST) > s->least;
+}
+
 /* Whether the level below one that leans on rows may gain by leaving them, as far as a multiplier of many
  * tells. Multipliers that were found far from x say nothing of that. */
 int hqp_may_gain(hqp_solver *s) {
+    if (pulls(s)) return 1;
     for (int p = s->levels - 1; p >= 0; p--) {
         if (s->strict[p] == PARTED || !s->slack[p] || !(s->then[p] > ELSEWHERE * s->none[p])) continue;
         s->leans = p;
         s->least = 0.0;
     }
-    return s->leans >= 0 && s->leans + 1 < s->levels &&
-           ldexp(PULL * sqrt(half_square(s, s->leans + 1)), -2 * LEAST) > s->least;
+    return pulls(s);
 }
 
 /*
@@ -220,17 +237,23 @@ int hqp_try_join(hqp_solver *s) {
 
 /*
  * The end of that. The answer with the join stands if it is proven, if the next level has gained by it, and
- * if the level has lost next to nothing; else the one before comes back.
+ * if the level has lost next to nothing; else the one before comes back. An answer with the join that is
+ * better, and not proven, leaves none of both proven.
  */
-void hqp_choose(hqp_solver *s, hqp_status status) {
+hqp_status hqp_choose(hqp_solver *s, hqp_status status) {
     const int level = s->apart.level, joined = s->joined[level];
     if (joined) set(s, level, MOST + 1);
     exchange_guesses(s);
-    const int stands = status == HQP_SOLVED && joined && is_better(s, level, s->x, s->apart.x);
-    if (!stands) memcpy(s->x, s->apart.x, (size_t)s->ld * sizeof(double));
+    const int better = is_better(s, level, s->x, s->apart.x);
+    if (!(better && joined && status == HQP_SOLVED)) {
+        const int refuted = better && loses_nothing(s, level);
+        memcpy(s->x, s->apart.x, (size_t)s->ld * sizeof(double));
+        status = refuted ? HQP_NOT_PROVEN : HQP_SOLVED;
+    }
     hqp_find_values(s);
-    s->levels_done = s->levels;
+    s->levels_done = status == HQP_SOLVED ? s->levels : level + 1;
     s->resumable = 0;
+    return status;
 }
 
 /* x is proven with the joins of an earlier solve: put it aside, and part the levels. Returns whether any were
