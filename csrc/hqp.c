@@ -86,7 +86,6 @@ static void lay_out_reals(hqp_solver *s, char *arena, size_t *used) {
         {&s->held.gap, n + 1},
         {&s->held.multiplier, n + 1},
         {&s->broken_row, ld},
-        {&s->broken_rest, ld},
         {&s->broken_pull, ld},
         {&s->clash.weight, most},
         {&s->clash.pull, n},
@@ -452,9 +451,13 @@ static enum outcome try_sweeps(hqp_solver *s, int *first) {
 /* Prove the first `count` levels by projection, with a factorisation that hqp_resolve cannot take up. */
 static int is_proven_by_descent(hqp_solver *s, int count) {
     const int rank = s->rank_at[s->levels], leans = s->leans;
+    const double least = s->least;
     s->resumable = 0;
     s->levels_done = hqp_prove_by_descent(s, count);
-    s->leans = leans;
+    if (leans >= 0) {
+        s->leans = leans;
+        s->least = least;
+    }
     s->rank_at[s->levels] = rank; /* with the rows that the levels hold */
     return s->levels_done == s->levels;
 }

@@ -76,6 +76,16 @@ static double project(hqp_solver *s, int level, double none) {
     return left > none && broken >= 0 ? INFINITY : left;
 }
 
+/* The smallest multiplier, times the norm of its row, of those that hold the projection. */
+static double least_held(const hqp_solver *s, double length) {
+    double least = INFINITY;
+    for (int k = 0; k < s->held.count; k++) {
+        const double multiplier = length * s->held.multiplier[k] * s->norm[s->held.id[k]];
+        if (multiplier > 0.0 && multiplier < least) least = multiplier;
+    }
+    return least;
+}
+
 /*
  * s->descent = the way down for this level from x, whose values are known; the rows that hold the projection
  * become the working set. Returns its length, which is the distance of -g from the cone of those rows;
@@ -87,6 +97,7 @@ double hqp_descent(hqp_solver *s, int level) {
     double *target = s->cone.target, squares = 0.0;
     hqp_free_directions(s);
     s->metric = 0;
+    s->cone.least = INFINITY;
     hqp_gradient(s, level, s->descent);
     for (int j = 0; j < free; j++) {
         target[j] = -hqp_dot(s->descent, hqp_row(s, s->direction, j), 0, width);
@@ -105,6 +116,7 @@ double hqp_descent(hqp_solver *s, int level) {
     form(s, level);
     cross(s);
     const double left = project(s, level, s->none[level] / length);
+    s->cone.least = least_held(s, length);
     cross(s);
     s->x_norm = x_norm;
     for (int i = 0; i < width; i++) s->descent[i] = length * s->cone.x[i];

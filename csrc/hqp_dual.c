@@ -12,6 +12,8 @@
 #include <string.h>
 
 enum { FEW = 16 };
+static const double MOSTLY =
+    0.5; /* of a row's square: with that much left of it, rounding has taken little */
 
 static int freedom(const hqp_solver *s) {
     return s->width - s->rank;
@@ -149,34 +151,44 @@ static double to_t_space(const hqp_solver *s, int id, int side, double *row) {
 }
 
 /*
- * rest = the part of a row outside the span of the held rows, by Gram-Schmidt done twice; coefficient = the
- * part inside, in their basis. Returns |rest|^2.
+ * rest = the part of a row outside the span of the held rows, by Gram-Schmidt, done twice where the first
+ * time took most of the row away; coefficient = the part inside, in their basis. Returns |rest|^2.
  */
 static double orthogonalise(const hqp_solver *s, const double *row, double *rest, double *coefficient) {
     const int m = freedom(s);
+    const double size = hqp_inner(row, row, m);
+    double left = size;
     memcpy(rest, row, (size_t)m * sizeof(double));
     for (int i = 0; i < s->held.count; i++) coefficient[i] = 0.0;
-    for (int pass = 0; pass < 2; pass++) {
+    for (int pass = 0; pass < 2 && (pass == 0 || left < MOSTLY * size); pass++) {
         for (int i = 0; i < s->held.count; i++) {
             const double *basis = line(s, s->held.basis, i);
             const double c = hqp_inner(basis, rest, m);
             hqp_add(rest, -c, basis, m);
             coefficient[i] += c;
         }
+        left = hqp_inner(rest, rest, m);
     }
-    return hqp_inner(rest, rest, m);
+    return left;
 }
 
 /* Whether the rest of a row is more than rounding: seen from x it is R^T rest. */
 static int is_independent(const hqp_solver *s, int id, const double *rest) {
     const double least = s->settings.rank * s->norm[id];
-    double sum = 0.0;
-    for (int j = 0; j < freedom(s); j++) {
-        double part = s->metric ? 0.0 : rest[j];
-        for (int i = 0; i <= j && s->metric; i++) part += hqp_row(s, s->fit_rows, i)[j] * rest[i];
-        sum += part * part;
-    }
-    return s->held.count < freedom(s) && sum > least * least;
+    const int m = freedom(s);
+    double *seen = s->reduced;
+    if (!s->metric) return s->held.count < m && hqp_inner(rest, rest, m) > least * least;
+    memset(seen, 0, (size_t)m * sizeof(double));
+    for (int i = 0; i < m; i++) hqp_add(seen + i, rest[i], hqp_row(s, s->fit_rows, i) + i, m - i);
+    return s->held.count < m && hqp_inner(seen, seen, m) > least * least;
+}
+
+/* Held row number held.count, orthogonalised, of which so much is left, is one of them. */
+static void add(hqp_solver *s, double left) {
+    const int k = s->held.count++;
+    double *basis = line(s, s->held.basis, k), *triangle = line(s, s->held.triangle, k);
+    triangle[k] = sqrt(left);
+    for (int j = 0; j < freedom(s); j++) basis[j] /= triangle[k];
 }
 
 /* Append held row number held.count, whose place in t-space and gap are set. Returns 0 if it depends on the
@@ -186,9 +198,7 @@ static int append(hqp_solver *s) {
     double *basis = line(s, s->held.basis, k), *triangle = line(s, s->held.triangle, k);
     const double left = orthogonalise(s, line(s, s->held.rows, k), basis, triangle);
     if (!is_independent(s, s->held.id[k], basis)) return 0;
-    triangle[k] = sqrt(left);
-    for (int j = 0; j < freedom(s); j++) basis[j] /= triangle[k];
-    s->held.count = k + 1;
+    add(s, left);
     return 1;
 }
 
@@ -275,6 +285,7 @@ static void close_gaps(hqp_solver *s) {
     for (int k = 0; k < s->held.count; k++) multiplier[k] = s->held.gap[k];
     step_to_bounds(s, multiplier);
     solve_transposed(s, multiplier);
+    if (s->cone.entered) return; /* nothing is far away there */
     for (int k = 0; k < s->held.count; k++) {
         const int id = s->held.id[k];
         left[k] = s->side[id] * (hqp_value(s, id, s->x) - hqp_bound(s, id, s->side[id]));
@@ -327,22 +338,25 @@ static void hold_guess(hqp_solver *s, int level) {
 int hqp_hold_broken(hqp_solver *s, int level, int id) {
     const double value = hqp_value(s, id, s->x);
     const int side = value > s->ub[id] ? 1 : -1;
-    double *row = s->broken_row, *rest = s->broken_rest, *pull = s->broken_pull;
+    double *row = s->broken_row, *pull = s->broken_pull, left = 0.0;
     const double gap = to_t_space(s, id, side, row);
     double missing = side * (value - hqp_bound(s, id, side));
     for (int first = 0; first >= 0;) {
-        const double left = orthogonalise(s, row, rest, pull);
+        const int count = s->held.count;
+        double *rest = line(s, s->held.basis, count), *share = line(s, s->held.triangle, count);
+        left = orthogonalise(s, row, rest, share);
         const int independent = is_independent(s, id, rest);
         double length = independent ? missing / left : INFINITY;
+        memcpy(pull, share, (size_t)count * sizeof(double));
         solve_transposed(s, pull);
         first = -1;
-        for (int k = 0; k < s->held.count; k++) {
+        for (int k = 0; k < count; k++) {
             if (!(pull[k] > 1e-13) || !(s->held.multiplier[k] < length * pull[k])) continue;
             length = fmax(s->held.multiplier[k], 0.0) / pull[k];
             first = k;
         }
         if (!(length < INFINITY)) return s->cone.entered ? HQP_LOST : hqp_give_way(s, level, id, side, pull);
-        for (int k = 0; k < s->held.count; k++) s->held.multiplier[k] -= length * pull[k];
+        for (int k = 0; k < count; k++) s->held.multiplier[k] -= length * pull[k];
         if (first < 0) break;
         if (independent) missing -= length * left;
         release(s, first);
@@ -352,7 +366,7 @@ int hqp_hold_broken(hqp_solver *s, int level, int id) {
     memcpy(line(s, s->held.rows, k), row, (size_t)freedom(s) * sizeof(double));
     s->held.gap[k] = gap;
     s->held.id[k] = id;
-    if (!append(s)) return HQP_LOST;
+    add(s, left);
     s->side[id] = (signed char)side;
     close_gaps(s);
     return HQP_DONE;

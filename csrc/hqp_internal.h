@@ -82,7 +82,7 @@ struct hqp_solver {
         double *rows, *basis, *triangle; /* [n + 1][ld] in t-space, rows = triangle basis */
         double *gap, *multiplier;        /* what is missing at t = 0 */
     } held;
-    double *broken_row, *broken_rest, *broken_pull; /* [ld] */
+    double *broken_row, *broken_pull; /* [ld] */
     struct {
         int count, *id; /* rows that cannot be met together, */
         signed char *side;
@@ -96,6 +96,7 @@ struct hqp_solver {
     struct {
         double *lb, *ub, *x, *target; /* of the rows at their bound, moved there, while -g is projected */
         signed char *kind;
+        double least; /* multiplier, times the norm of the row, that the projection needs */
         int entered;
     } cone;
     struct {
@@ -220,6 +221,11 @@ static inline int hqp_holds(const hqp_solver *s, int level) {
 
 static inline double hqp_bound(const hqp_solver *s, int id, int side) {
     return side < 0 ? s->lb[id] : s->ub[id];
+}
+
+/* next to no multiplier, times the norm of its row: a level leans on a row that it holds by less */
+static inline double hqp_little(const hqp_solver *s, int level) {
+    return 2e3 * s->none[level];
 }
 
 /* a range of an earlier level that must hold and may be inside its bounds */

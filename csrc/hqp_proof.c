@@ -21,7 +21,7 @@ static const double LAST = 3.0;
 static const double FINER = 1e-4;
 /* the same for such a level by itself, times norm of row (1 + slack), both scaled by the root of its weight
  */
-static const double PART = 2e-5;
+static const double PART = 6e-6;
 /* times that: a smaller multiplier settles no row, or lower levels could lean on it a million times over */
 static const double SETTLED = 1e3, SETTLED_IF_JOINED = 2.0;
 /* times what a level's multipliers leave of its gradient: the same */
@@ -192,7 +192,12 @@ int hqp_prove_by_descent(hqp_solver *s, int count) {
     for (int p = 0; p < count; p++) {
         s->rank_at[p] = s->rank;
         seat_held(s, p);
+        s->cone.least = INFINITY;
         if (!(left_of(s, p) <= s->lenience * s->none[p])) return p;
+        if (s->leans < 0 && s->cone.least < hqp_little(s, p) && s->row0[p + 1] < s->total) {
+            s->leans = p;
+            s->least = s->cone.least;
+        }
         memset(s->side, 0, (size_t)s->row0[p]);
         hqp_seat_violated(s, p);
         for (int i = s->row0[p]; i < s->row0[p + 1]; i++) {

@@ -8,8 +8,6 @@
 
 #include <string.h>
 
-/* times a gradient that counts as none: next to no multiplier */
-static const double LEANING = 2e3;
 static const double CLEAR = 10.0; /* times rounding: a multiplier that is certainly not zero */
 
 /* Q^T applied to the working set: work Q = [L 0], fit Q = [F L 0] in the columns that earlier levels left
@@ -152,7 +150,7 @@ static double leaning(hqp_solver *s, int level) {
     hqp_find_slacks(s, s->row0[level], s->row0[level + 1]);
     const int has_slack = hqp_has_slack(s, level);
     s->then[level] = s->none[level];
-    return has_slack ? LEANING * s->none[level] : 0.0;
+    return has_slack ? hqp_little(s, level) : 0.0;
 }
 
 /* Take out of the working set what need not be frozen. Returns how many rows. */

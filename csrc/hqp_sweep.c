@@ -11,8 +11,8 @@
 
 #include <string.h>
 
-/* A sweep that goes back this often, times 1 / n, to levels that must give way, or changes the set of one level
- * this often, wanders: for the walk a change costs less, the more so the more variables there are. */
+/* A sweep that goes back this often, times 1 / n, to levels that must give way, or changes the set of one
+ * level this often, wanders: for the walk a change costs less, the more so the more variables there are. */
 enum { RETURNS = 192, REPAIRS = 32 };
 
 static int member(const hqp_solver *s, int i) {
