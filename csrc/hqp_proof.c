@@ -21,7 +21,7 @@ static const double LAST = 3.0;
 static const double FINER = 1e-4;
 /* the same for such a level by itself, times norm of row (1 + slack), both scaled by the root of its weight
  */
-static const double PART = 6e-6;
+static const double PART = 2e-6;
 /* times that: a smaller multiplier settles no row, or lower levels could lean on it a million times over */
 static const double SETTLED = 1e3, SETTLED_IF_JOINED = 2.0;
 /* times what a level's multipliers leave of its gradient: the same */
