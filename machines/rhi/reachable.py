@@ -34,6 +34,9 @@ FOLLOWED = (0.12, 0.08, 0.05, 0.03)
 more than follow it to stay inside the limits."""
 STRIDE = 0.02
 """Of the steps in which they do [m]."""
+SPARE = 2
+"""Directions that a posture may have besides the hand's for that to count: with more of them it makes room on
+the way, and to only follow asks for too much."""
 TRACED = 600
 """Postures of a part that are tried for that."""
 
@@ -92,7 +95,8 @@ class Targets:
         parts: of the self-motion.
         best: (parts, objectives, n) [rad].
         cost: of them, (parts, objectives).
-        ways: of each part, on which the hand can leave x while any of its targets only follows, (w, m) [m].
+        ways: of each part, on which the hand can leave x while any of its targets only follows, (w, m) [m];
+            none with more than SPARE directions to spare.
     """
 
     def __init__(
@@ -116,7 +120,9 @@ class Targets:
         self.ways: list[Array] = []
         for part in range(number):
             own = np.flatnonzero(self.parts.part == part)
-            own, ways = _leading_on(arm, self.parts.postures, own[:TRACED], x, bounds)
+            ways: Array = np.empty((0, arm.m))
+            if arm.n - arm.m <= SPARE:
+                own, ways = _leading_on(arm, self.parts.postures, own[:TRACED], x, bounds)
             self.ways.append(ways)
             own, limits = _roomy(self.parts.postures, own, span, bounds)
             for k, objective in enumerate(objectives):
