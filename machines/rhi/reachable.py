@@ -32,6 +32,8 @@ CHUNK = 500
 FOLLOWED = (0.12, 0.08, 0.05, 0.03)
 """How far the hand leaves the place of a target [m]: the first for which a part has postures that need do no
 more than follow it to stay inside the limits."""
+ENOUGH = 0.08
+"""What lets the hand go so far is no dead end [m]."""
 STRIDE = 0.02
 """Of the steps in which they do [m]."""
 SPARE = 2
@@ -137,8 +139,8 @@ class Targets:
 
     @property
     def reach(self) -> Array:
-        """Length of all ways of each part, (parts,) [m]: one that has little is a dead end."""
-        return np.array([np.linalg.norm(ways, axis=1).sum() for ways in self.ways])
+        """Length of all ways of each part, of each no more than ENOUGH, (parts,) [m]."""
+        return np.array([np.minimum(np.linalg.norm(ways, axis=1), ENOUGH).sum() for ways in self.ways])
 
     def reachable(self, q: Array) -> Array:
         """Targets in the part of a posture (n,), (objectives, n)."""
