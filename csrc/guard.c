@@ -17,8 +17,12 @@ static const double SLOWING = 0.01;
 static const double SOFT = 0.002;
 /* Largest lambda, in torques of its motor: N leaves little of it where the posture hardly moves the motor. */
 static const double MOST = 20.0;
-/* Damping ratio of the end stop. */
-static const double ABSORBED = 0.5;
+/* Part of the end stop in which its spring is at the motor's limit: a hand is stopped before its end. */
+static const double FULL = 0.6;
+/* Time constant with which a motor may come to the end stop [s]. */
+static const double FORESEEN = 0.05;
+/* Speed beyond that which takes all of the motor's torque [rad/s]. */
+static const double BRAKED = 1.0;
 enum { SWEEPS = 300 };
 /* Change of all lambdas in a sweep that ends them [N m]. */
 static const double SETTLED = 1e-6;
@@ -48,12 +52,12 @@ static void mobility(guard *g) {
     }
 }
 
-/* Torque of one motor's end stop, `depth` inside it and moving out of it at `rate`. */
-static double stopped(double depth, double rate, double zone, double limit, double inertia) {
-    if (!(depth > 0.0)) return 0.0;
-    const double stiffness = limit / zone, damping = 2.0 * ABSORBED * sqrt(stiffness * inertia);
-    const double absorbed = rate < 0.0 ? -damping * rate * fmin(depth / zone, 1.0) : 0.0;
-    return fmin(stiffness * depth + absorbed, limit);
+/* Torque of one motor's end stop, so far from its limit and moving away from that at `rate`: a spring in the
+ * zone, and against the speed from which the motor would not come to rest in front of it. */
+static double stopped(double room, double rate, double zone, double limit) {
+    const double spring = fmax(zone - room, 0.0) / (FULL * zone);
+    const double excess = fmax(-rate - fmax(room - zone, 0.0) / FORESEEN, 0.0);
+    return limit * fmin(spring + excess / BRAKED, 1.0);
 }
 
 /* Torque against the speed of a motor beyond its fastest. */
@@ -77,8 +81,8 @@ void guard_update(guard *g) {
         const double slower = (-g->fastest[i] - qd) / SLOWING, faster = (g->fastest[i] - qd) / SLOWING;
         g->floor[i] = inertia * fmin(fmax(b.lower, slower), faster) - own;
         g->ceiling[i] = inertia * fmax(fmin(b.upper, faster), slower) - own;
-        g->stop[i] = stopped(g->lower[i] + zone - q, qd, zone, g->limit[i], inertia) -
-                     stopped(q - g->upper[i] + zone, -qd, zone, g->limit[i], inertia) +
+        g->stop[i] = stopped(q - g->lower[i], qd, zone, g->limit[i]) -
+                     stopped(g->upper[i] - q, -qd, zone, g->limit[i]) +
                      slowed(qd, g->fastest[i], g->limit[i], inertia);
     }
 }

@@ -13,7 +13,7 @@ from ...control._kernels import ffi, lib
 from ...models import Array
 from .redundant import RedundantArm
 
-KEPT, STOP, ROOM = 0.5, 0.2, 4.0
+KEPT, STOP, ROOM = 0.5, 0.35, 4.0
 """Distances to a limit, in margins: that the posture keeps, in which the end stop is, from which on a motor
 counts fully."""
 

@@ -11,6 +11,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from ...models import Array, ModelError
+from .crossing import Crossings, dead_ends
 from .environment import Environment
 from .guard import Span
 from .manipulability import Shape
@@ -112,6 +113,9 @@ class Places:
         for goal, wanted in zip(self._goals, self._wanted, strict=True):
             goal[:] = wanted
         self._gliding = False
+        # places along a surface have targets of their own: where there are more, the nearest says
+        crossed = len(points) == 1 and dead_ends(self.targets[0])
+        self._crossings = Crossings(arm, points[0], self.targets[0], span) if crossed else None
 
     def _favourite(self) -> Array:
         """The targets of the first place's part that is best in contact."""
@@ -123,19 +127,22 @@ class Places:
         """Targets for a hand at x (m,) in the part of the posture q (n,)."""
         self._at = int(np.argmin(self._distance(x))) if len(self._points) > 1 else 0
         self._wanted = self.targets[self._at].reachable(q)
+        if self._crossings:
+            self._crossings.reset(self.targets[self._at].parts.of(q))
         for goal, wanted in zip(self._goals, self._wanted, strict=True):
             goal[:] = wanted
         self._gliding = False
 
     def follow(self, x: Array, q: Array) -> None:
         """Let the targets go on towards those next to a hand at x (m,), in the part of the posture q (n,)."""
-        if len(self._points) == 1:
-            return
-        far = self._distance(x)
-        nearest = int(far.argmin())
-        if nearest != self._at and far[nearest] < NEARER * far[self._at]:
-            self._at, self._gliding = nearest, True
-            self._wanted = self.targets[nearest].reachable(q)
+        if len(self._points) > 1:
+            far = self._distance(x)
+            nearest = int(far.argmin())
+            if nearest != self._at and far[nearest] < NEARER * far[self._at]:
+                self._at, self._gliding = nearest, True
+                self._wanted = self.targets[nearest].reachable(q)
+        elif self._crossings and (towards := self._crossings.follow(x, q)) is not None:
+            self._wanted, self._gliding = towards, True
         if self._gliding:
             left = 0.0
             for goal, wanted in zip(self._goals, self._wanted, strict=True):

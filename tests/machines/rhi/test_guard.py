@@ -130,13 +130,28 @@ def test_the_end_stop_pushes_back_in_its_zone_and_no_harder_than_its_motor_can()
     arm = four_dof()
     space = guarded(arm)
     zone = STOP * SPAN.margin
-    for depth, share in ((-0.1, 0.0), (0.25, 0.25), (0.5, 0.5), (3.0, 1.0)):
+    for depth, share in ((-0.1, 0.0), (0.15, 0.25), (0.3, 0.5), (0.6, 1.0), (3.0, 1.0)):
         for ends, side in ((SPAN.lower, 1.0), (SPAN.upper, -1.0)):
             arm.q[:], arm.qd[:] = FREE, 0.0
             arm.q[2] = ends[2] + side * zone * (1.0 - depth)
             arm.update()
             assert space.secondary(0.5)
             np.testing.assert_allclose(space.guard.stop, [0.0, 0.0, side * share * LIMIT[2], 0.0], atol=1e-12)
+
+
+def test_the_end_stop_meets_a_motor_too_fast_to_come_to_rest_and_no_other() -> None:
+    """It brakes what goes towards the limit faster than the way to the zone in FORESEEN, and nothing else."""
+    arm = four_dof()
+    space = guarded(arm)
+    foreseen = 0.05
+    for rate, share in ((-1.0, 0.0), (0.9, 0.0), (1.4, 0.4), (9.0, 1.0)):
+        for ends, side in ((SPAN.lower, 1.0), (SPAN.upper, -1.0)):
+            arm.q[:], arm.qd[:] = FREE, 0.0
+            arm.q[2] = ends[2] + side * (STOP * SPAN.margin + foreseen * 1.0)
+            arm.qd[2] = -side * rate
+            arm.update()
+            assert space.secondary(0.5)
+            np.testing.assert_allclose(space.guard.stop[2], side * share * LIMIT[2], atol=1e-12)
 
 
 @pytest.mark.parametrize("motor", range(4))

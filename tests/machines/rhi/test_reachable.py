@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from hapticd.machines.rhi import planar
 from hapticd.machines.rhi.guard import Span
-from hapticd.machines.rhi.reachable import Parts, Targets, _connected, _ways
+from hapticd.machines.rhi.reachable import TRACED, Parts, Targets, _connected, _ways, lead
 from hapticd.machines.rhi.redundant import RedundantArm
 from hapticd.machines.rhi.self_motion import Ellipsoid, close, scan
 from hapticd.models import Array, ModelError, Robot
@@ -77,7 +77,7 @@ def test_random_walks_stay_in_their_part() -> None:
         assert np.mean(labels == part) > 0.99  # at the edge the next scanned posture may be another part's
 
 
-def test_targets_keep_the_margin_hold_the_hand_and_are_best_among_the_scanned_of_their_part() -> None:
+def test_targets_keep_the_margin_and_are_the_best_of_their_part_that_can_follow_the_hand() -> None:
     arm = four_dof()
     shape = home_shape(arm)
     uu = np.outer(U, U)
@@ -88,11 +88,14 @@ def test_targets_keep_the_margin_hold_the_hand_and_are_best_among_the_scanned_of
         roomy = SPAN.inside(3.0 * SPAN.margin)
         for part, pair in enumerate(targets.best):
             own = targets.parts.postures[targets.parts.part == part]
+            able = own[:TRACED]
+            for way in targets.ways[part]:
+                able = able[lead(arm, able, x, (lower, upper), way)[0]]
             for q, objective in zip(pair, objectives, strict=True):
                 np.testing.assert_allclose(arm.at(q).position, x, atol=1e-8)
                 assert (lower <= q).all() and (q <= upper).all()
                 assert targets.parts.of(q) == part
-                best = own[np.all((roomy[0] <= own) & (own <= roomy[1]), axis=1)]
+                best = able[np.all((roomy[0] <= able) & (able <= roomy[1]), axis=1)]
                 if len(best) >= 20:
                     assert objective.cost(arm.at(q).J) <= objective.cost(arm.reach(best)[1]).min() + 1e-9
             np.testing.assert_array_equal(targets.reachable(own[0]), pair)
