@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import product
+from math import hypot
 from random import Random
 
 import msgspec
@@ -13,6 +14,7 @@ import numpy as np
 from ...configs.quantities import Lengths, Stiffness
 from ...models import Array, Robot
 from ...runtime.configuration.system import Stance
+from .body_check import SHORTEST
 from .config import RhiBody, RhiConfig, RhiPlane, RhiTissue
 from .machine import redundant_arm
 from .manipulability import velocity_ellipsoid
@@ -138,7 +140,7 @@ def _begin(config: RhiConfig, arm: RedundantArm, random: Random) -> Beginning:
         corners = [point + room * np.array((*signs, *still)) for signs in product((-1.0, 1.0), repeat=moving)]
         if not all(len(scan(arm, corner, turning, COUNT)) >= ALLOWED for corner in corners):
             continue
-        normal = [random.gauss(0.0, 1.0) for _ in range(moving)]
+        normal = _direction(random, moving)
         place = point.copy()
         place[:moving] -= FRONT * np.array(normal) / np.linalg.norm(normal)
         postures = scan(arm, place, inside, COUNT, random.getrandbits(32))
@@ -147,6 +149,14 @@ def _begin(config: RhiConfig, arm: RedundantArm, random: Random) -> Beginning:
             hand, tip = arm.at(posture).position[:moving], _foremost(config, arm, np.array(normal))
             return Beginning(point[:moving] + tip, room, np.array(normal), posture, (hand + tip).tolist())
     raise ValueError(f"no wall in reach in {TRIES} tries: widen rhi.motors.lower and upper")
+
+
+def _direction(random: Random, m: int) -> list[float]:
+    """Any direction, of a length that a configuration may have, (m,)."""
+    while True:
+        found = [random.gauss(0.0, 1.0) for _ in range(m)]
+        if hypot(*found) > SHORTEST:
+            return found
 
 
 def _foremost(config: RhiConfig, arm: RedundantArm, into: Array) -> Array:

@@ -1,9 +1,14 @@
 """A redundant interface's configuration agrees with its model, its rate and its plant, or is refused."""
 
 import re
+from random import Random
 
 import pytest
 from hapticd.configs import read_text
+from hapticd.machines.rhi.body_check import check_bodies
+from hapticd.machines.rhi.config import RhiConfig
+from hapticd.machines.rhi.stance import rhi_stance
+from hapticd.models import Robot
 from hapticd.runtime.configuration import config
 from hapticd.runtime.configuration.session import build
 from hapticd.runtime.errors import ConfigError
@@ -147,3 +152,12 @@ def test_a_simulated_bus_needs_a_simulation() -> None:
 
 def test_the_built_in_interface_is_right() -> None:
     assert findings() == {}
+
+
+def test_no_random_wall_is_refused_for_a_normal_without_length() -> None:
+    """The first direction that this seed draws is 0.95e-3 long."""
+    built_in = config.load("rhi")
+    robot = Robot.from_urdf(built_in.model_text, built_in.model_source)
+    assert isinstance(built_in.config, RhiConfig)
+    varied = rhi_stance(built_in.config, robot, Random(82070)).config
+    assert not check_bodies(varied.rhi.bodies)
