@@ -1,10 +1,10 @@
 /*
  * Quadratic programs: from the caller's data to a proven answer. docs/hqp.md describes the method.
  *
- * P must be positive definite for the dual method. Where it is not, shift / 2 |x - center|^2 is added, with
- * the last x as the next center (the proximal point method). The rows held in the end are mostly those of
- * the optimum long before x is there, so each time the equations of the held rows are solved without the
- * shift, and what comes out counts if it is proven.
+ * P must be positive definite for the dual method. Where it is not, shift_i / 2 (x_i - center_i)^2 is added
+ * for each variable, with the last x as the next center (the proximal point method). The rows held in the end
+ * are mostly those of the optimum long before x is there, so each time the equations of the held rows are
+ * solved without the shift, and what comes out counts if it is proven.
  */
 #include <stdlib.h>
 #include <string.h>
@@ -12,24 +12,25 @@
 #include "hqp_qp_internal.h"
 
 static const double MOST = 1e100;
-static const double DEFINITE = 1e-10; /* of a diagonal entry of P: a smaller pivot is no pivot */
-static const double PROXIMITY =
-    1e-8;                        /* of the largest: added to a singular P; who lacks more is not convex */
-static const double REACH = 1e4; /* with P = 0: how far x may go in the first proximal step */
+static const double DEFINITE = 1e-10;  /* of a diagonal entry of P: a smaller pivot is no pivot */
+static const double PROXIMITY = 1e-9;  /* of it: added to a singular P; who lacks more is not convex */
+static const double NO_ENTRY = 1e-20;  /* of the largest diagonal entry: a smaller one counts as none */
+static const double REACH = 1e4;       /* with P = 0: how far x may go in the first proximal step */
 static const double STATIONARY = 1e-9; /* of the parts of its entry: left of a gradient of 0 */
+static const double ROUNDING = 4e-15;  /* of all that is summed up in an entry: the same */
 static const double SPILT = 1e-13;     /* of the largest parts of any entry: the same */
-static const double ROUNDING = 4e-16;  /* of |row of P| |x| + sum |multiplier| |row|: the same, .. */
-static const double FEEBLE = 1e-7;     /* .. up to this of the largest parts, */
-static const double STILL = 1e-12;     /* and what this much of a step changes */
-static const double MET = 100.0;       /* times what counts as broken: a row that is missed */
-static const double AT_BOUND = 1e-7;   /* a row at its bound in the caller's guess */
-static const double OPPOSED = 1e-12;   /* of its terms: what clashing rows fall short of 0 by, at least */
-static const double FAR = 1e4;         /* times 1 + |x|: clashing rows are met nowhere nearer */
-static const double LEAP = 1e3;        /* times the last step: further it is not trusted */
-static const double FLAT = 1e-12;      /* of the largest entry of P: |P ray| of a flat ray */
-static const double RAY = 1e-9;        /* of the length of a row: what of a ray it may see */
-static const double GOOD = 1e-3;       /* times what a proof asks: refinement ends */
-static const double SLOW = 0.7;        /* or where more is left of what was left before */
+static const double FAINT =
+    1e-12;                       /* of the largest part of the gradient: a multiplier that may be rounding */
+static const double MET = 100.0; /* times what counts as broken: a row that is missed */
+static const double AT_BOUND = 1e-7; /* a row at its bound in the caller's guess */
+static const double OPPOSED = 1e-12; /* of its terms: what clashing rows fall short of 0 by, at least */
+static const double FAR = 1e4;       /* times 1 + |x|: clashing rows are met nowhere nearer */
+static const double LEAP = 1e3;      /* times the last step: further it is not trusted */
+static const double FLAT = 1e-12;    /* of the largest entry of P: |P ray| of a flat ray */
+static const double RAY = 1e-9;      /* of the length of a row: what of a ray it may see */
+static const double FALLS = 1e-10;   /* of the parts of q^T ray: by more it falls */
+static const double GOOD = 1e-3;     /* times what a proof asks: refinement ends */
+static const double SLOW = 0.7;      /* or where more is left of what was left before */
 enum { REFINEMENTS = 12, STEPS = 100, RETURNS = 8 };
 enum { ANOTHER_CENTER = 100 }; /* beside the statuses */
 
@@ -46,7 +47,7 @@ static size_t lay_out(hqp_qp_solver *s, int variables, int most_rows, char *memo
     const size_t few = (size_t)most_rows * (n / 4 + 1) + n, d = sizeof(double), i = sizeof(int);
     double **lines[] = {&s->inverse, &s->multiplier, &s->pull, &s->rest,   &s->cosine, &s->sine,
                         &s->x,       &s->u,          &s->step, &s->center, &s->kept,   &s->gradient,
-                        &s->scale,   &s->scratch,    &s->size, &s->end,    &s->bend};
+                        &s->scale,   &s->scratch,    &s->size, &s->end,    &s->shift};
     int **counts[] = {&s->from, &s->id, &s->slot, &s->begins, &s->ends};
     double **bounds[] = {&s->lo, &s->hi, &s->norm, &s->value};
     int **extents[] = {&s->length, &s->begin, &s->first, &s->last};
@@ -98,26 +99,54 @@ static void find_gradient(hqp_qp_solver *s) {
     s->objective = 0.5 * bent + tilted;
 }
 
+/* How much more of the gradient is left than s->scale allows. */
+static double left_of_gradient(const hqp_qp_solver *s) {
+    double most = 0.0;
+    for (int i = 0; i < s->n; i++) {
+        const double part = fabs(s->gradient[i]) / (STATIONARY * s->scale[i] + 1e-300);
+        if (!(part <= most)) most = part; /* NaN counts */
+    }
+    return most;
+}
+
+/* s->scale grows by what rounding makes of the sums in each entry, and by a little of the largest ones. What
+ * is little does not depend on units: where P curves, g^2 / P_ii, by which the objective could fall, beside
+ * the largest of these and the largest energy scale_i |x_i|; elsewhere g |x_i| beside that energy, and g
+ * beside the largest. */
+static void add_rounding(hqp_qp_solver *s) {
+    double *sizes = s->rest, largest = 0.0, curved = 0.0, energy = 0.0;
+    const ptrdiff_t next = s->n + 1;
+    for (int i = 0; i < s->n; i++) {
+        const double own = s->qp.P[i * next];
+        if (own > 0.0) curved = fmax(curved, s->scale[i] / sqrt(own));
+        largest = fmax(largest, s->scale[i]);
+        energy = fmax(energy, s->scale[i] * fabs(s->x[i]));
+    }
+    curved = fmax(curved, sqrt(energy));
+    hqp_qp_bend_sizes(s, s->x, sizes);
+    for (int k = 0; k < s->count; k++) hqp_qp_add_sizes(s, s->id[k], s->multiplier[k], sizes);
+    for (int i = 0; i < s->n; i++) {
+        const double own = s->qp.P[i * next], far = fabs(s->x[i]);
+        const double flat = fmin(largest, far > 0.0 ? energy / far : INFINITY);
+        const double spilt = own > 0.0 ? sqrt(own) * curved : flat;
+        s->scale[i] += (SPILT * spilt + ROUNDING * sizes[i]) / STATIONARY;
+    }
+}
+
 /* How much more than allowed is left of the gradient, or of the distance of held rows to their bound, in
  * `gap` [count]. */
 static double excess(hqp_qp_solver *s, double *gap) {
-    const double x_norm = sqrt(hqp_qp_inner(s->x, s->x, s->n));
-    double most = 0.0, largest = 0.0, pulls = 0.0;
     find_gradient(s);
-    for (int i = 0; i < s->n; i++) largest = s->scale[i] > largest ? s->scale[i] : largest;
-    for (int k = 0; k < s->count; k++) pulls += fabs(s->multiplier[k]) * s->norm[s->id[k]];
-    const double feeble = FEEBLE * largest + STILL * s->largest;
-    for (int i = 0; i < s->n; i++) {
-        const double rounding = fmin(ROUNDING * (s->bend[i] * x_norm + pulls), feeble);
-        const double most_left = STATIONARY * s->scale[i] + SPILT * largest + rounding + 1e-300;
-        const double part = fabs(s->gradient[i]) / most_left;
-        if (!(part <= most)) most = part; /* NaN counts */
+    double most = left_of_gradient(s);
+    if (!(most <= GOOD)) {
+        add_rounding(s);
+        most = left_of_gradient(s);
     }
     for (int k = 0; k < s->count; k++) {
         const int id = s->id[k], side = s->side[id];
         const double bound = hqp_qp_bound(s, id, side);
         gap[k] = side * (bound - hqp_qp_value(s, id, s->x));
-        const double part = fabs(gap[k]) / (MET * hqp_qp_allowance(s, id, bound, x_norm));
+        const double part = fabs(gap[k]) / (MET * hqp_qp_allowance(s, id, bound));
         if (!(part <= most)) most = part;
     }
     return most;
@@ -125,15 +154,14 @@ static double excess(hqp_qp_solver *s, double *gap) {
 
 /* No row is missed. Of s->kept, which the descent ended at, it has left the values. */
 static int is_feasible(hqp_qp_solver *s) {
-    const double x_norm = sqrt(hqp_qp_inner(s->x, s->x, s->n));
     if (memcmp(s->x, s->kept, (size_t)s->n * sizeof(double)) != 0) hqp_qp_find_values(s);
     for (int i = 0; i < s->rows; i++) {
         const double over = s->value[i] - s->hi[i], under = s->lo[i] - s->value[i];
         if (over <= 0.0 && under <= 0.0) continue;
         const double beyond = over > under ? over : under, bound = over > under ? s->hi[i] : s->lo[i];
-        if (!(beyond <= MET * hqp_qp_allowance(s, i, bound, x_norm))) return 0;
+        if (!(beyond <= MET * hqp_qp_allowance(s, i, bound))) return 0;
     }
-    return x_norm < INFINITY;
+    return hqp_qp_inner(s->x, s->x, s->n) < INFINITY;
 }
 
 /* Multipliers of inequalities are not negative. Returns whether one was. */
@@ -145,6 +173,16 @@ static int clamp(hqp_qp_solver *s) {
         any = 1;
     }
     return any;
+}
+
+/* Multipliers of 0 that rounding made something else: alone in an entry of the gradient they are all of it.
+ */
+static void hush(hqp_qp_solver *s) {
+    double largest = 0.0;
+    for (int i = 0; i < s->n; i++) largest = fmax(largest, fmax(s->scale[i], s->shift[i] * fabs(s->x[i])));
+    for (int k = 0; k < s->count; k++) {
+        if (fabs(s->multiplier[k]) * s->norm[s->id[k]] <= FAINT * largest) s->multiplier[k] = 0.0;
+    }
 }
 
 /* Variables that are held at their own bound are there to the last bit. */
@@ -170,6 +208,12 @@ static int prove(hqp_qp_solver *s) {
         hqp_add(s->multiplier, 1.0, gap, s->count);
     }
     if (clamp(s)) left = excess(s, gap);
+    if (!(left <= 1.0)) {
+        memcpy(s->pull, s->multiplier, (size_t)s->count * sizeof(double));
+        hush(s);
+        left = excess(s, gap);
+        if (!(left <= 1.0)) memcpy(s->multiplier, s->pull, (size_t)s->count * sizeof(double));
+    }
     return left <= 1.0 && is_feasible(s);
 }
 
@@ -186,14 +230,20 @@ static void seat_guess(hqp_qp_solver *s) {
     }
 }
 
-/* Factorise P, or with a shift where it is singular. */
+/* Factorise P, or with a shift where it is singular: in proportion to its diagonal, so that units of
+ * variables do not matter. */
 static hqp_qp_status factorise(hqp_qp_solver *s) {
-    if (s->largest > 0.0 && hqp_qp_factorise(s, 0.0, DEFINITE)) return HQP_QP_SOLVED;
+    memset(s->shift, 0, (size_t)s->ld * sizeof(double));
+    s->is_shifted = !(s->largest > 0.0 && hqp_qp_factorise(s, DEFINITE));
+    if (!s->is_shifted) return HQP_QP_SOLVED;
     double most = 0.0;
     for (int j = 0; j < s->n; j++) most = fmax(most, fabs(s->qp.q[j]));
-    double shift = PROXIMITY * s->largest;
-    if (s->largest == 0.0) shift = most > 0.0 ? most / REACH : 1.0;
-    return hqp_qp_factorise(s, shift, 0.0) ? HQP_QP_SOLVED : HQP_QP_NOT_CONVEX;
+    for (ptrdiff_t j = 0; j < s->n; j++) {
+        const double own = s->qp.P[j * s->n + j];
+        s->shift[j] = PROXIMITY * (own > NO_ENTRY * s->largest ? own : s->largest);
+        if (s->largest == 0.0) s->shift[j] = most > 0.0 ? most / REACH : 1.0;
+    }
+    return hqp_qp_factorise(s, 0.0) ? HQP_QP_SOLVED : HQP_QP_NOT_CONVEX;
 }
 
 /* Take out of a ray what rounding put there: P is flat, and held rows stay at their bound. Returns 0 where
@@ -214,7 +264,7 @@ static int straighten(hqp_qp_solver *s, double *ray) {
  * constraints. */
 static double stride(hqp_qp_solver *s) {
     const int n = s->n;
-    double *ray = s->rest, slope = 0.0, bend = 0.0, most_bent = 0.0;
+    double *ray = s->rest, slope = 0.0, bend = 0.0, most_bent = 0.0, tilted = 0.0, tilts = 0.0;
     for (int i = 0; i < n; i++) ray[i] = s->x[i] - s->center[i];
     const double length = sqrt(hqp_qp_inner(ray, ray, n));
     if (!(length > 0.0) || !(length < INFINITY)) return 0.0;
@@ -222,13 +272,17 @@ static double stride(hqp_qp_solver *s) {
     if (!straighten(s, ray) || !straighten(s, ray)) return 0.0; /* twice: the first is rounded, too */
     hqp_qp_bend(s, ray, s->gradient);
     for (int i = 0; i < n; i++) {
-        const double bent = s->gradient[i];
-        slope += s->qp.q[i] * ray[i] + bent * s->x[i];
+        const double bent = s->gradient[i], tilt = s->qp.q[i] * ray[i];
+        slope += tilt + bent * s->x[i];
+        tilted += tilt;
+        tilts += fabs(tilt);
         bend += bent * ray[i];
         most_bent = fmax(most_bent, fabs(bent));
     }
     if (!(slope < 0.0)) return 0.0;
-    double most = most_bent <= FLAT * s->largest ? INFINITY : fmin(-slope / bend, LEAP * length);
+    const int is_flat = most_bent <= FLAT * s->largest;
+    if (is_flat && !(tilted < -FALLS * tilts)) return 0.0;
+    double most = is_flat ? INFINITY : fmin(-slope / bend, LEAP * length);
     for (int i = 0; i < s->rows; i++) {
         const double value = hqp_qp_value(s, i, ray), bound = value > 0.0 ? s->hi[i] : s->lo[i];
         if (fabs(value) <= RAY * s->norm[i] || fabs(bound) == INFINITY) continue;
@@ -274,7 +328,7 @@ static int solve_for_center(hqp_qp_solver *s) {
         }
         memcpy(s->kept, s->x, (size_t)s->n * sizeof(double));
         if (prove(s)) return HQP_QP_SOLVED;
-        if (s->shift > 0.0) return ANOTHER_CENTER;
+        if (s->is_shifted) return ANOTHER_CENTER;
         if (k == RETURNS) return HQP_QP_NOT_PROVEN;
     }
 }
@@ -293,7 +347,8 @@ static hqp_qp_status solve(hqp_qp_solver *s) {
         memcpy(s->x, s->kept, (size_t)s->n * sizeof(double));
         const double further = stride(s);
         if (further == INFINITY) return HQP_QP_UNBOUNDED;
-        for (int i = 0; i < s->n; i++) s->center[i] = s->x[i] + further * s->rest[i];
+        memcpy(s->center, s->x, (size_t)s->n * sizeof(double));
+        if (further > 0.0) hqp_add(s->center, further, s->rest, s->n);
     }
     return HQP_QP_NOT_PROVEN;
 }
@@ -317,18 +372,21 @@ static hqp_qp_status begin(hqp_qp_solver *s, const hqp_qp *qp) {
     s->count = s->iterations = 0;
     s->objective = 0.0;
     s->began = qp->time_limit > 0.0 ? hqp_now() : 0.0;
-    const hqp_qp_status status = hqp_qp_read(s);
-    if (status != HQP_QP_SOLVED) return status;
-    if (!hqp_qp_take(s)) return HQP_QP_BAD_DATA;
+    hqp_qp_status status = hqp_qp_read(s);
+    if (status == HQP_QP_SOLVED) status = hqp_qp_take(s);
     s->iteration_limit = qp->max_iterations > 0 ? qp->max_iterations : 128 + 16 * (s->n + s->rows);
-    return factorise(s);
+    return status == HQP_QP_SOLVED ? factorise(s) : status;
 }
 
 hqp_qp_status hqp_qp_solve(hqp_qp_solver *s, const hqp_qp *qp, hqp_qp_answer *answer) {
     hqp_qp_status status = begin(s, qp);
     answer->iterations = 0;
-    if (status != HQP_QP_SOLVED) return status;
-    status = solve(s);
+    if (status < 0) return status;
+    if (status == HQP_QP_SOLVED) {
+        status = solve(s);
+    } else {
+        memset(s->x, 0, (size_t)s->n * sizeof(double));
+    }
     memcpy(answer->x, status == HQP_QP_UNBOUNDED ? s->rest : s->x, (size_t)s->n * sizeof(double));
     if (answer->multipliers) hand_out(s, answer->multipliers);
     answer->objective = s->objective;

@@ -14,14 +14,14 @@
 /* What is optimal, or without solution, has been proven in the caller's data, whatever the way there. */
 typedef enum hqp_qp_status {
     HQP_QP_SOLVED = 0,
-    HQP_QP_INFEASIBLE = 1,    /* with the multipliers the rows add up to 0 x < 0 */
-    HQP_QP_UNBOUNDED = 2,     /* x: a ray, of length 1, along which the objective falls for ever */
+    HQP_QP_INFEASIBLE = 1, /* with the multipliers the rows add up to 0 x < 0; of a lb > ub ub's alone is 1 */
+    HQP_QP_UNBOUNDED = 2,  /* x: a ray, of length 1, along which the objective falls for ever */
     HQP_QP_ITERATION_CAP = 3, /* x is optimal for some of the constraints */
     HQP_QP_TIME_LIMIT = 4,    /* the same */
     HQP_QP_NOT_PROVEN = 5,    /* no proof was found: of the answer, or that there is none */
     HQP_QP_NOT_CONVEX = -1,   /* P has an eigenvalue that is less than 0 by more than rounding */
     HQP_QP_NOT_SYMMETRIC = -2,
-    HQP_QP_BAD_DATA = -3 /* NaN, an entry that is infinite or > 1e100, or a bound that cannot be met */
+    HQP_QP_BAD_DATA = -3 /* NaN, an entry that is infinite or > 1e100, or h or ub of -inf, or lb of +inf */
 } hqp_qp_status;
 
 /* A QP in the caller's arrays, which are read during hqp_qp_solve only. */

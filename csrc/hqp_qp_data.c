@@ -50,15 +50,31 @@ static int measure(hqp_qp_solver *s, int id, const double *row, int place) {
     return s->length[id] < 0 ? place : place + s->length[id];
 }
 
-/* The bounds of a row can be met, and it can act; a row of zeros never does. */
-static int is_sound(hqp_qp_solver *s, int id) {
+/* A row that alone cannot be met is the proof that nothing can. */
+static hqp_qp_status accuse(hqp_qp_solver *s, int id, int side) {
+    s->id[0] = id;
+    s->side[id] = (signed char)side;
+    s->multiplier[0] = 1.0;
+    s->count = 1;
+    return HQP_QP_INFEASIBLE;
+}
+
+/* Whether the bounds of a row are numbers and can be met. Bounds that cross by rounding are one; a row of
+ * zeros never acts. */
+static hqp_qp_status look(hqp_qp_solver *s, int id) {
     const double lo = s->lo[id], hi = s->hi[id];
-    if (!(lo <= hi) || lo == INFINITY || hi == -INFINITY) return 0;
-    if ((hi < INFINITY && fabs(hi) > MOST) || (lo > -INFINITY && fabs(lo) > MOST)) return 0;
-    if (s->norm[id] > 0.0) return 1;
-    s->lo[id] = -INFINITY;
-    s->hi[id] = INFINITY;
-    return lo <= NOTHING && hi >= -NOTHING;
+    if (lo != lo || hi != hi || lo == INFINITY || hi == -INFINITY) return HQP_QP_BAD_DATA;
+    if ((hi < INFINITY && fabs(hi) > MOST) || (lo > -INFINITY && fabs(lo) > MOST)) return HQP_QP_BAD_DATA;
+    if (s->norm[id] == 0.0) {
+        s->lo[id] = -INFINITY;
+        s->hi[id] = INFINITY;
+        if (hi < -NOTHING) return accuse(s, id, 1);
+        return lo > NOTHING ? accuse(s, id, -1) : HQP_QP_SOLVED;
+    }
+    if (lo <= hi) return HQP_QP_SOLVED;
+    if (lo - hi > NOTHING * (1.0 + fabs(hi))) return accuse(s, id, 1);
+    s->lo[id] = hi;
+    return HQP_QP_SOLVED;
 }
 
 static void take_box(hqp_qp_solver *s, int id, int column, int place) {
@@ -72,25 +88,28 @@ static void take_box(hqp_qp_solver *s, int id, int column, int place) {
     s->column[place] = column;
 }
 
-/* Returns 0 where data are not finite or a bound cannot be met. */
-int hqp_qp_take(hqp_qp_solver *s) {
+/* Constraints of which none alone says that there is no x. */
+hqp_qp_status hqp_qp_take(hqp_qp_solver *s) {
     const int k = s->qp.equalities, m = s->qp.inequalities, n = s->n;
     int place = 0;
+    hqp_qp_status status = HQP_QP_SOLVED;
     s->rows = k + m + (s->qp.lb || s->qp.ub ? n : 0);
+    memset(s->side, 0, (size_t)s->rows);
+    memset(s->waived, 0, (size_t)s->rows);
     for (int i = 0; i < s->rows; i++) {
         if (i < k + m) {
             place = measure(s, i, hqp_qp_dense(s, i), place);
-            if (place < 0) return 0;
+            if (place < 0) return HQP_QP_BAD_DATA;
             s->hi[i] = i < k ? s->qp.b[i] : s->qp.h[i - k];
             s->lo[i] = i < k ? s->qp.b[i] : -INFINITY;
         } else {
             take_box(s, i, i - k - m, place++);
         }
-        if (!is_sound(s, i)) return 0;
+        const hqp_qp_status found = look(s, i);
+        if (found == HQP_QP_BAD_DATA) return found;
+        if (found == HQP_QP_INFEASIBLE) status = found;
     }
-    memset(s->side, 0, (size_t)s->rows);
-    memset(s->waived, 0, (size_t)s->rows);
-    return 1;
+    return status;
 }
 
 /* c^T x */
@@ -101,6 +120,21 @@ double hqp_qp_value(const hqp_qp_solver *s, int id, const double *x) {
     const double *coefficient = s->coefficient + s->begin[id];
     double sum = 0.0;
     for (int k = 0; k < length; k++) sum += coefficient[k] * x[column[k]];
+    return sum;
+}
+
+/* sum |c_j x_j| */
+double hqp_qp_terms(const hqp_qp_solver *s, int id, const double *x) {
+    const int length = s->length[id];
+    double sum = 0.0;
+    if (length < 0) {
+        const double *row = hqp_qp_dense(s, id);
+        for (int j = 0; j < s->n; j++) sum += fabs(row[j] * x[j]);
+        return sum;
+    }
+    const int *column = s->column + s->begin[id];
+    const double *coefficient = s->coefficient + s->begin[id];
+    for (int k = 0; k < length; k++) sum += fabs(coefficient[k] * x[column[k]]);
     return sum;
 }
 
@@ -136,4 +170,17 @@ void hqp_qp_add_row(const hqp_qp_solver *s, int id, double factor, double *to) {
     const int *column = s->column + s->begin[id];
     const double *coefficient = s->coefficient + s->begin[id];
     for (int k = 0; k < length; k++) to[column[k]] += factor * coefficient[k];
+}
+
+/* to_j += |factor c_j| */
+void hqp_qp_add_sizes(const hqp_qp_solver *s, int id, double factor, double *to) {
+    const int length = s->length[id];
+    if (length < 0) {
+        const double *row = hqp_qp_dense(s, id);
+        for (int j = 0; j < s->n; j++) to[j] += fabs(factor * row[j]);
+        return;
+    }
+    const int *column = s->column + s->begin[id];
+    const double *coefficient = s->coefficient + s->begin[id];
+    for (int k = 0; k < length; k++) to[column[k]] += fabs(factor * coefficient[k]);
 }

@@ -9,16 +9,22 @@
 #include "hqp_qp_internal.h"
 
 static const double BROKEN = 1e-10;    /* a row is broken beyond this, relative to bound and norm, */
-static const double ROUNDING = 1e-14;  /* and this part of |c| |x| */
+static const double ROUNDING = 1e-14;  /* and this part of sum |c_j x_j| */
 static const double WAIVED = 100.0;    /* times that, of a row that held ones determine */
 static const double CANCELLED = 1e-4;  /* of |m|^2: less left of it is computed twice */
 static const double DEPENDENT = 1e-20; /* of |m|^2: less left of it is none */
 static const double SEATED = 1e-10;    /* of |m|^2: more must be left of a row that is only guessed */
 static const double NO_PULL = 1e-24;   /* of |m|^2: a smaller pull, squared, is rounding */
+enum { POLISHES = 12 };                /* Newton steps that take out rounding, at most */
 
-double hqp_qp_allowance(const hqp_qp_solver *s, int id, double bound, double x_norm) {
+/* What of the distance of a row to its bound counts as none, without what rounding makes of its sum. */
+static double least_allowance(const hqp_qp_solver *s, int id, double bound) {
     const double norm = s->norm[id];
-    return BROKEN * ((norm < 1.0 ? norm : 1.0) + fabs(bound)) + ROUNDING * norm * x_norm;
+    return BROKEN * ((norm < 1.0 ? norm : 1.0) + fabs(bound));
+}
+
+double hqp_qp_allowance(const hqp_qp_solver *s, int id, double bound) {
+    return least_allowance(s, id, bound) + ROUNDING * hqp_qp_terms(s, id, s->x);
 }
 
 /* No row is held. */
@@ -255,7 +261,6 @@ static hqp_qp_end bring(hqp_qp_solver *s, int id, int side, double missing) {
 
 /* The row that x breaks most, by distance; -1: none. */
 static int most_broken(hqp_qp_solver *s, int *side, double *missing) {
-    const double x_norm = sqrt(hqp_qp_inner(s->x, s->x, s->n));
     double most = 0.0;
     int worst = -1;
     hqp_qp_find_values(s);
@@ -265,7 +270,8 @@ static int most_broken(hqp_qp_solver *s, int *side, double *missing) {
         if (s->side[i] || s->waived[i]) continue;
         const int at = value > s->hi[i] ? 1 : -1;
         const double bound = hqp_qp_bound(s, i, at), beyond = at * (value - bound);
-        if (beyond <= most * s->norm[i] || beyond <= hqp_qp_allowance(s, i, bound, x_norm)) continue;
+        if (beyond <= most * s->norm[i] || beyond <= least_allowance(s, i, bound)) continue;
+        if (beyond <= hqp_qp_allowance(s, i, bound)) continue;
         most = beyond / s->norm[i];
         *missing = beyond;
         *side = at;
@@ -276,8 +282,7 @@ static int most_broken(hqp_qp_solver *s, int *side, double *missing) {
 
 /* The row on its way in is a combination of held ones: it is let be if it is missed by little. */
 static int waive(hqp_qp_solver *s, int id, int side, double missing) {
-    const double x_norm = sqrt(hqp_qp_inner(s->x, s->x, s->n));
-    if (missing > WAIVED * hqp_qp_allowance(s, id, hqp_qp_bound(s, id, side), x_norm)) return 0;
+    if (missing > WAIVED * hqp_qp_allowance(s, id, hqp_qp_bound(s, id, side))) return 0;
     s->side[id] = 0;
     s->waived[id] = 1;
     return 1;
@@ -319,7 +324,7 @@ void hqp_qp_seat(hqp_qp_solver *s, int id, int side) {
 void hqp_qp_settle(hqp_qp_solver *s) {
     double *u = s->u, *multiplier = s->multiplier;
     const int n = s->n;
-    for (int j = 0; j < n; j++) u[j] = s->shift * s->center[j] - s->qp.q[j];
+    for (int j = 0; j < n; j++) u[j] = s->shift[j] * s->center[j] - s->qp.q[j];
     hqp_qp_forward(s, u, 0);
     for (;;) {
         int worst = -1;
@@ -357,21 +362,35 @@ void hqp_qp_newton(hqp_qp_solver *s, double *down, double *gap) {
     hqp_qp_backward(s, down);
 }
 
-/* Take out of x and multipliers what rounding left there. */
-void hqp_qp_refresh(hqp_qp_solver *s) {
-    double *down = s->gradient, *gap = s->scratch;
+/* Take a Newton step of x and multipliers. Returns how far, in allowances, the held row that is missed most
+ * was missed before. */
+static double polish(hqp_qp_solver *s) {
+    double *down = s->gradient, *gap = s->scratch, most = 0.0;
     hqp_qp_bend(s, s->x, down);
     for (int i = 0; i < s->n; i++) {
-        down[i] = -down[i] - s->qp.q[i] - s->shift * (s->x[i] - s->center[i]);
+        down[i] = -down[i] - s->qp.q[i] - s->shift[i] * (s->x[i] - s->center[i]);
     }
     for (int k = 0; k < s->count; k++) {
         const int id = s->id[k], side = s->side[id];
         hqp_qp_add_row(s, id, -s->multiplier[k] * side, down);
-        gap[k] = side * (hqp_qp_bound(s, id, side) - hqp_qp_value(s, id, s->x));
+        const double bound = hqp_qp_bound(s, id, side);
+        gap[k] = side * (bound - hqp_qp_value(s, id, s->x));
+        most = fmax(most, fabs(gap[k]) / hqp_qp_allowance(s, id, bound));
     }
     hqp_qp_newton(s, down, gap);
     hqp_add(s->x, 1.0, down, s->n);
     hqp_add(s->multiplier, 1.0, gap, s->count);
+    return most;
+}
+
+/* Take out of x and multipliers what rounding left there. */
+void hqp_qp_refresh(hqp_qp_solver *s) {
+    double before = INFINITY;
+    for (int k = 0; k < POLISHES; k++) {
+        const double missed = polish(s);
+        if (!(missed > 1.0) || !(missed < before)) break;
+        before = missed;
+    }
     for (int k = 0; k < s->count; k++) {
         if (s->multiplier[k] < 0.0 && !hqp_qp_is_equality(s, s->id[k])) s->multiplier[k] = 0.0;
     }

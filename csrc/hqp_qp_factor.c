@@ -1,4 +1,4 @@
-/* The Cholesky factor of P + shift I within the envelope of P, row by row. */
+/* The Cholesky factor of P + diag(shift) within the envelope of P, row by row. */
 #include <string.h>
 
 #include "hqp_qp_internal.h"
@@ -45,9 +45,7 @@ hqp_qp_status hqp_qp_read(hqp_qp_solver *s) {
         while (j < i && row[j] == 0.0) j++;
         s->from[i] = j;
         s->is_diagonal &= j == i;
-        const double square = hqp_qp_inner(row, row, n);
-        s->bend[i] = sqrt(square);
-        squares += square;
+        squares += hqp_qp_inner(row, row, n);
         largest = row[i] > largest ? row[i] : largest;
     }
     s->largest = largest;
@@ -65,6 +63,16 @@ HQP_QP_INNER void hqp_qp_bend(const hqp_qp_solver *s, const double *x, double *t
         hqp_qp_inner4(rows, x, s->n, to + i);
     }
     for (; i < n; i++) to[i] = hqp_qp_inner(s->qp.P + i * n, x, s->n);
+}
+
+/* to_i = sum over j of |P_ij x_j| */
+void hqp_qp_bend_sizes(const hqp_qp_solver *s, const double *x, double *to) {
+    for (int i = 0; i < s->n; i++) {
+        const double *row = s->qp.P + (ptrdiff_t)i * s->n;
+        double sum = 0.0;
+        for (int j = 0; j < s->n; j++) sum += fabs(row[j] * x[j]);
+        to[i] = sum;
+    }
 }
 
 /* The inner products of BLOCK rows with two others over [from, to), both even. */
@@ -87,7 +95,7 @@ static inline void products(double *const *a, const double *left, const double *
 
 /* The diagonal entry of row i, whose square is `pivot`. Returns 0 where that is too small a part of P's. */
 static int close_row(hqp_qp_solver *s, int i, double pivot, double least) {
-    const double all = s->qp.P[(ptrdiff_t)i * s->n + i] + s->shift;
+    const double all = s->qp.P[(ptrdiff_t)i * s->n + i] + s->shift[i];
     if (!(pivot > least * all) || !(pivot > 0.0)) return 0;
     const double root = sqrt(pivot);
     s->L[(ptrdiff_t)i * s->ld + i] = root;
@@ -105,7 +113,7 @@ static int close_block(hqp_qp_solver *s, int i, int count, double *const *row, i
             double left = given[l] - sum[l / 2][k][l % 2];
             for (int c = 0; c < l; c++) left -= row[k][i + c] * row[l][i + c];
             if (l < k) row[k][i + l] = left * s->inverse[i + l];
-            if (l == k && !close_row(s, i + k, left + s->shift, least)) return 0;
+            if (l == k && !close_row(s, i + k, left + s->shift[i + k], least)) return 0;
         }
     }
     return 1;
@@ -141,8 +149,7 @@ HQP_QP_INNER static int fill_rows(hqp_qp_solver *s, int i, int count, double lea
 }
 
 /* Returns 0 where a pivot falls to `least` of its diagonal entry or below. */
-int hqp_qp_factorise(hqp_qp_solver *s, double shift, double least) {
-    s->shift = shift;
+int hqp_qp_factorise(hqp_qp_solver *s, double least) {
     for (int i = 0; i < s->n; i += BLOCK) {
         if (!fill_rows(s, i, s->n - i < BLOCK ? s->n - i : BLOCK, least)) return 0;
     }

@@ -1,7 +1,7 @@
 /* What the files of the QP solver share.
  *
- * With P + shift I = L L^T and u = L^T x, a constraint c^T x <= d is the row m = L^-1 c of m^T u <= d, and
- * the objective is a distance. Constraints are numbered: A, then G, then the box.
+ * With P + diag(shift) = L L^T and u = L^T x, a constraint c^T x <= d is the row m = L^-1 c of m^T u <= d,
+ * and the objective is a distance. Constraints are numbered: A, then G, then the box.
  */
 #ifndef HQP_QP_INTERNAL_H
 #define HQP_QP_INTERNAL_H
@@ -26,12 +26,12 @@ struct hqp_qp_solver {
     int n, rows; /* rows: of A, G and, where there is one, the box */
     int ld;      /* n rounded up to a multiple of 4 */
 
-    /* P + shift I = L L^T. L keeps the envelope of P: row i is zero before from[i]. */
+    /* P + diag(shift) = L L^T. L keeps the envelope of P: row i is zero before from[i]. */
     double *L, *inverse; /* [n][ld], [n]: 1 / its diagonal */
     int *from;
-    double *bend; /* [n] lengths of the rows of P */
-    int is_diagonal;
-    double shift, largest; /* largest entry of the diagonal of P */
+    double *shift; /* [ld] */
+    int is_diagonal, is_shifted;
+    double largest; /* entry of the diagonal of P */
 
     /* constraints: lo <= c^T x <= hi */
     double *lo, *hi, *norm; /* [rows] */
@@ -55,7 +55,7 @@ struct hqp_qp_solver {
     double *cosine, *sine;
 
     double *x, *u, *step;     /* [ld] */
-    double *center;           /* [ld] of shift / 2 |x - center|^2 */
+    double *center;           /* [ld] of sum shift_i / 2 (x_i - center_i)^2 */
     double *kept;             /* [ld] x before refinement */
     double *gradient, *scale; /* [ld] of the Lagrangian, and the size of its parts */
     double *scratch;          /* [ld] */
@@ -167,15 +167,18 @@ static inline void hqp_qp_backward4(const double *const *row, const double *inve
 }
 
 /* hqp_qp_data.c: constraints as the caller gives them */
-int hqp_qp_take(hqp_qp_solver *s);
+hqp_qp_status hqp_qp_take(hqp_qp_solver *s);
 double hqp_qp_value(const hqp_qp_solver *s, int id, const double *x);
+double hqp_qp_terms(const hqp_qp_solver *s, int id, const double *x);
 void hqp_qp_find_values(hqp_qp_solver *s);
 void hqp_qp_add_row(const hqp_qp_solver *s, int id, double factor, double *to);
+void hqp_qp_add_sizes(const hqp_qp_solver *s, int id, double factor, double *to);
 
 /* hqp_qp_factor.c: L */
 hqp_qp_status hqp_qp_read(hqp_qp_solver *s);
 void hqp_qp_bend(const hqp_qp_solver *s, const double *x, double *to);
-int hqp_qp_factorise(hqp_qp_solver *s, double shift, double least);
+void hqp_qp_bend_sizes(const hqp_qp_solver *s, const double *x, double *to);
+int hqp_qp_factorise(hqp_qp_solver *s, double least);
 void hqp_qp_forward(const hqp_qp_solver *s, double *y, int first);
 void hqp_qp_backward(const hqp_qp_solver *s, double *y);
 
@@ -186,6 +189,6 @@ void hqp_qp_settle(hqp_qp_solver *s);
 void hqp_qp_newton(hqp_qp_solver *s, double *down, double *gap);
 void hqp_qp_refresh(hqp_qp_solver *s);
 hqp_qp_end hqp_qp_descend(hqp_qp_solver *s);
-double hqp_qp_allowance(const hqp_qp_solver *s, int id, double bound, double x_norm);
+double hqp_qp_allowance(const hqp_qp_solver *s, int id, double bound);
 
 #endif

@@ -58,8 +58,10 @@ static int is_readable(PyObject *value) {
 /* A contiguous array of doubles, or NULL with an exception. numpy takes long to see that there is nothing to
  * be done. */
 static PyObject *readable(PyObject *value) {
-    const int how = NPY_ARRAY_CARRAY_RO | NPY_ARRAY_ENSUREARRAY | NPY_ARRAY_FORCECAST;
-    if (!is_readable(value)) return PyArray_FROMANY(value, NPY_DOUBLE, 0, 0, how);
+    if (!is_readable(value)) {
+        if (!PyArray_CheckExact(value)) return PyErr_Format(PyExc_TypeError, "look at it in Python");
+        return PyArray_FROMANY(value, NPY_DOUBLE, 0, 0, NPY_ARRAY_CARRAY_RO);
+    }
     Py_INCREF(value);
     return value;
 }
@@ -252,10 +254,10 @@ static int fill(PyObject *module) {
     static const struct {
         const char *name;
         hqp_qp_status value;
-    } statuses[] = {{"INFEASIBLE", HQP_QP_INFEASIBLE},
-                    {"UNBOUNDED", HQP_QP_UNBOUNDED},
-                    {"ITERATION_CAP", HQP_QP_ITERATION_CAP},
-                    {"TIME_LIMIT", HQP_QP_TIME_LIMIT}};
+    } statuses[] = {{"INFEASIBLE", HQP_QP_INFEASIBLE},       {"UNBOUNDED", HQP_QP_UNBOUNDED},
+                    {"ITERATION_CAP", HQP_QP_ITERATION_CAP}, {"TIME_LIMIT", HQP_QP_TIME_LIMIT},
+                    {"NOT_PROVEN", HQP_QP_NOT_PROVEN},       {"NOT_CONVEX", HQP_QP_NOT_CONVEX},
+                    {"NOT_SYMMETRIC", HQP_QP_NOT_SYMMETRIC}};
     for (size_t i = 0; i < sizeof statuses / sizeof *statuses; i++) {
         if (PyModule_AddIntConstant(module, statuses[i].name, statuses[i].value) < 0) return 0;
     }

@@ -7,6 +7,9 @@ INFEASIBLE: Final[int]
 UNBOUNDED: Final[int]
 ITERATION_CAP: Final[int]
 TIME_LIMIT: Final[int]
+NOT_PROVEN: Final[int]
+NOT_CONVEX: Final[int]
+NOT_SYMMETRIC: Final[int]
 
 class Solution:
     x: Array

@@ -96,6 +96,114 @@ def _scaled(qp: Qp, rng: np.random.Generator) -> Qp:
     }
 
 
+def rough_qp(seed: int) -> tuple[Qp, bool]:
+    """A QP of 1 to 12 variables for the worst of circumstances, and whether it surely has a feasible x.
+
+    P of any rank and of eigenvalues down to 1e-14, or none; q in its range or not; rows twice, opposite to
+    each other, nearly parallel, of zeros; fixed variables; contradictions by 1e-9 to 100; units of variables,
+    rows and objective over many orders of magnitude.
+    """
+    rng = np.random.default_rng([77, seed])
+    n = int(rng.integers(1, 13))
+    P = _rough_objective(rng, n)
+    q = rng.normal(size=n) * rng.choice([0.0, 1.0, 1.0, 1e3, 1e-3])
+    if rng.random() < 0.4:
+        q = P @ rng.normal(size=n) * 10.0 ** rng.uniform(-2, 2)
+    x = rng.normal(size=n)
+    if rng.random() < 0.3:
+        x = np.round(x)
+    A, G = _rough_rows(rng, n)
+    tight = rng.random(len(G)) < rng.choice([0.1, 0.5, 0.95])
+    h, b = G @ x + np.where(tight, 0.0, rng.exponential(size=len(G))), A @ x
+    lb, ub = _rough_box(rng, x)
+    is_feasible = bool(rng.random() < 0.85)
+    if not is_feasible:
+        where = rng.choice(["h", "b", "box", "zeros"])
+        if where == "h" and len(h):
+            h[rng.integers(len(h))] -= 10.0 ** rng.uniform(-9, 2)
+        elif where == "b" and len(b):
+            b[rng.integers(len(b))] += 10.0 ** rng.uniform(-9, 2)
+        elif where == "box":
+            lb = np.where(rng.random(n) < 0.3, np.where(np.isfinite(ub), ub, x) - rng.exponential(size=n), lb)
+        else:
+            G, h = (
+                np.vstack([G, np.zeros(n)]),
+                np.append(h, rng.choice([0.0, 1.0, -1.0, -1.5e-7, -1e-12, 1e-9])),
+            )
+    qp = {"P": P, "q": q, "G": G, "h": h, "A": A, "b": b, "lb": lb, "ub": ub}
+    return (_in_other_units(qp, rng) if rng.random() < 0.5 else qp), is_feasible
+
+
+def _rough_objective(rng: np.random.Generator, n: int) -> Array:
+    kind = rng.choice(["dense", "spectrum", "rank", "none", "diagonal", "whole", "kernel"])
+    if kind == "none":
+        return np.zeros((n, n))
+    if kind == "diagonal":
+        return np.diag(rng.choice([0.0, 1e-12, 1e-9, 1e-6, 1e-3, 1.0, 1e3], n))
+    if kind == "kernel":
+        at = rng.uniform(-1.0, 1.0, n)
+        return np.asarray(np.exp(-((at[:, None] - at) ** 2) * 10.0 ** rng.uniform(-2, 2)))
+    if kind == "spectrum":
+        basis = np.linalg.qr(rng.normal(size=(n, n)))[0]
+        P = (basis * 10.0 ** rng.uniform(-14, 0, n)) @ basis.T
+        return np.asarray((P + P.T) / 2.0)
+    rows = n if kind == "dense" else int(rng.integers(0, n + 1))
+    root = (
+        rng.integers(-2, 3, size=(rows, n)).astype(float) if kind == "whole" else rng.normal(size=(rows, n))
+    )
+    return np.asarray(root.T @ root)
+
+
+def _rough_rows(rng: np.random.Generator, n: int) -> tuple[Array, Array]:
+    equalities, inequalities = int(rng.integers(0, n // 2 + 1)), int(rng.integers(0, 3 * n + 1))
+    A, G = rng.normal(size=(equalities, n)), rng.normal(size=(inequalities, n))
+    if rng.random() < 0.3:
+        A, G = np.round(A), np.round(G)
+    half = len(G) // 2
+    if rng.random() < 0.2 and half:
+        G[:half] = -G[half : 2 * half]
+    if rng.random() < 0.2 and len(A):
+        A = np.vstack([A, A[:1] * rng.choice([-2.0, 1.0, 1.0 + 1e-9, 1e-3])])
+    if rng.random() < 0.2 and len(G):
+        angle = rng.choice([0.0, 1e-12, 1e-8, 1e-5])
+        G = np.vstack([G, G[:1] * (1.0 + angle * rng.normal(size=n))])
+    return A, G
+
+
+def _rough_box(rng: np.random.Generator, x: Array) -> tuple[Array, Array]:
+    n, share = len(x), rng.choice([0.0, 0.5, 0.7, 1.0])
+    lb, ub = (
+        np.where(
+            rng.random(n) < share, x + sign * rng.exponential(size=n) * (rng.random(n) < 0.7), sign * INF
+        )
+        for sign in (-1.0, 1.0)
+    )
+    fixed = rng.random(n) < 0.3 * (share == 0.7)
+    lb[fixed] = ub[fixed] = x[fixed]
+    return lb, ub
+
+
+def _in_other_units(qp: Qp, rng: np.random.Generator) -> Qp:
+    n = len(qp["q"])
+    alike = np.full(n, 10.0 ** rng.uniform(-5, 5))
+    unit = 10.0 ** rng.uniform(-3, 3, n) if rng.random() < 0.5 else alike
+    weight, of_A, of_G = (
+        10.0 ** rng.uniform(-7, 7),
+        *(10.0 ** rng.uniform(-4, 4, len(qp[k])) for k in ("b", "h")),
+    )
+    P = weight * unit[:, None] * qp["P"] * unit
+    return {
+        "P": (P + P.T) / 2.0,
+        "q": weight * unit * qp["q"],
+        "G": of_G[:, None] * qp["G"] * unit,
+        "h": of_G * qp["h"],
+        "A": of_A[:, None] * qp["A"] * unit,
+        "b": of_A * qp["b"],
+        "lb": qp["lb"] / unit,
+        "ub": qp["ub"] / unit,
+    }
+
+
 def parts_of(qp: Mapping[str, Any]) -> list[Array]:
     """P, q, G, h, A, b, lb, ub with nothing absent."""
     n = len(qp["q"])

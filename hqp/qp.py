@@ -1,11 +1,14 @@
 """Quadratic programs, in the words of those who come from QP solvers."""
 
+from time import monotonic
 from typing import Any, Final
 
 import numpy as np
 
-from ._qp import INFEASIBLE, ITERATION_CAP, TIME_LIMIT, UNBOUNDED
-from .qp_levels import nearest, solve_by_levels
+from ._qp import INFEASIBLE, ITERATION_CAP, NOT_PROVEN, TIME_LIMIT, UNBOUNDED
+from .qp_data import QpData, checked, refuse
+from .qp_nearest import nearest
+from .qp_scaled import solve_scaled
 from .qp_solution import QpSolution, UnboundedError
 from .solver import Status
 
@@ -30,8 +33,8 @@ def solve_qp(
 ) -> QpSolution:
     """Minimise 1/2 x^T P x + q^T x subject to G x <= h, A x = b, lb <= x <= ub; names as in qpsolvers.
 
-    A dual active-set method solves it, with proximal steps where P is singular. What it cannot prove is
-    solved as a hierarchy of two levels.
+    A dual active-set method solves it, with proximal steps where P is singular. What it cannot prove it
+    solves once more in units in which P has the diagonal 1.
 
     Args:
         P: (n, n), symmetric, positive semidefinite.
@@ -44,41 +47,55 @@ def solve_qp(
         ub: (n,) or None, +inf where there is no bound.
         initvals: (n,), x to start from; None: none.
         max_iterations: rows added to the working set and released at most; 0: automatic.
-        time_limit: seconds; 0: none.
+        time_limit: seconds; 0: none. Ctrl-C waits for the end of a solve.
 
     Returns:
         A QpSolution; look at `found`.
 
     Raises:
-        HqpError: sizes that do not fit, data that are not numbers, or P that is not symmetric or not positive
-            semidefinite.
+        HqpError: sizes that do not fit, data that are not real numbers, or P that is not symmetric or not
+            positive semidefinite.
         UnboundedError: the objective has no minimum.
     """
+    began = monotonic() if time_limit else 0.0
     try:
         found = _solve(P, q, G, h, A, b, lb, ub, initvals, max_iterations, time_limit, _SOLVED)
-    except (TypeError, ValueError, OverflowError):  # solve_by_levels says what is wrong
-        return solve_by_levels(P, q, G, h, A, b, lb, ub, initvals, max_iterations, time_limit)
+    except (TypeError, ValueError, OverflowError):
+        data = checked(P, q, G, h, A, b, lb, ub, initvals, max_iterations, time_limit)
+        found = _solve(*data, int(max_iterations), float(time_limit), _SOLVED)
     if found.found:
         return found
-    ends = found._ends
+    ends, is_limited = found._ends, bool(max_iterations or time_limit)
+    data = checked(P, q, G, h, A, b, lb, ub, initvals, max_iterations, time_limit)
+    if ends == NOT_PROVEN or (ends in _LIMITS and not is_limited):
+        left = max(time_limit - (monotonic() - began), 1e-9) if time_limit else 0.0
+        found, ends = solve_scaled(data, max_iterations, left)
+    if ends < 0:
+        raise refuse(ends, data.P)
+    return found if found.found else _without_answer(found, ends, is_limited, data)
+
+
+def _without_answer(found: QpSolution, ends: int, is_limited: bool, data: QpData) -> QpSolution:
     if ends == UNBOUNDED:
         raise UnboundedError(found.x)
-    if ends in _LIMITS and (max_iterations or time_limit):
-        found.status, found._multipliers = _LIMITS[ends], None
-        return found
     if ends == INFEASIBLE:
-        found.conflict = _conflict(found)
-        found.x, found.status = nearest(len(found.x), G, h, A, b, lb, ub)
-        found.objective, found._multipliers = np.nan, None
-        return found
-    return solve_by_levels(P, q, G, h, A, b, lb, ub, initvals, max_iterations, time_limit)
+        found.conflict = _conflict(found, data)
+        found.x, found.status = nearest(data)
+        found.objective = np.nan
+    else:
+        found.status = _LIMITS.get(ends, Status.NOT_PROVEN) if is_limited else Status.NOT_PROVEN
+    found._multipliers = None
+    return found
 
 
-def _conflict(found: QpSolution) -> list[tuple[str, int, float]]:
+def _conflict(found: QpSolution, data: QpData) -> list[tuple[str, int, float]]:
     """Rows that add up to 0 x < 0, the one with the largest multiplier, 1, first."""
     parts = {"A": found.y, "G": found.z, "box": found.z_box}
     largest = max(np.abs(part).max(initial=0.0) for part in parts.values())
     rows = [
         (name, int(i), float(part[i] / largest)) for name, part in parts.items() for i in np.flatnonzero(part)
     ]
+    if len(rows) == 1 and rows[0][0] == "box" and data.lb is not None and data.ub is not None:
+        i = rows[0][1]  # one bound alone contradicts nothing: it is its other one
+        return [("box", i, 1.0), ("box", i, -1.0)]
     return sorted(rows, key=lambda row: -abs(row[2]))

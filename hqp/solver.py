@@ -225,13 +225,14 @@ class Solver:
     def start(self, x: Array) -> None:
         """Let the next solve start from x, and from the rows that are violated or at their bound there.
 
-        What is remembered of the last solve is forgotten. A wrong guess costs time, not accuracy.
+        What is remembered of the last solve is forgotten. A wrong guess costs time, not accuracy. The solver
+        belongs to the thread of its next solve.
 
         Args:
             x: (n,), finite.
 
         Raises:
-            HqpError: another shape, an entry that is not finite, or a solver that another thread uses.
+            HqpError: another shape, an entry that is not finite, or it is solving in another thread.
         """
         try:
             guess = np.ascontiguousarray(x, dtype=np.float64)
@@ -256,9 +257,11 @@ class Solver:
             HqpError: it is solving in another thread.
         """
         self._take()
-        lib.hqp_reset(self._solver)
-        self._thread = None
-        self._lock.release()
+        try:
+            lib.hqp_reset(self._solver)
+            self._thread = None
+        finally:
+            self._lock.release()
 
     def __reduce_ex__(self, protocol: SupportsIndex) -> NoReturn:
         raise HqpError("Solver", "cannot be copied or pickled", "make another one of the same n and rows")

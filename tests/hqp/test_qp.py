@@ -117,7 +117,7 @@ def test_limits_end_the_solve_with_a_status():
         ({"P": np.eye(3)}, "shape"),
         ({"q": [[1.0]]}, "dimension"),
         ({"q": [1.0, np.nan]}, "NaN"),
-        ({"P": "text"}, "not an array of numbers"),
+        ({"P": "text"}, "not an array of real numbers"),
         ({"G": [[1.0, 0.0]]}, "one without the other"),
         ({"G": [[1.0]], "h": [1.0]}, "columns"),
         ({"lb": [0.0]}, "shape"),

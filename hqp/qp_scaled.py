@@ -1,0 +1,82 @@
+"""A quadratic program in other units, for one that could not be proven in its own.
+
+With x = unit x' the diagonal of P becomes about 1, and rows and objective get about the length 1. All factors
+are powers of 2, so that nothing is rounded and what is proven there is proven.
+"""
+
+from time import monotonic
+
+import numpy as np
+
+from ._qp import INFEASIBLE, NOT_PROVEN, TIME_LIMIT, UNBOUNDED
+from .problem import Array
+from .qp_data import QpData
+from .qp_solution import QpSolution
+from .solver import Status
+
+MET = 1e-8  # times (min(1, |row|) + |bound|): by how much a constraint may be missed,
+ROUNDING = 1e-12  # and times the sum of its terms
+ATTEMPTS = 2  # the second from where the first ended
+
+
+def solve_scaled(data: QpData, max_iterations: int, time_limit: float) -> tuple[QpSolution, int]:
+    """The answer in the data's own units, and how the solve ended."""
+    until = monotonic() + time_limit if time_limit else np.inf
+    unit = _units(data)
+    P, q, A, G = unit[:, None] * data.P * unit, unit * data.q, data.A * unit, data.G * unit
+    weight = float(_power_of_2(np.abs(P).max(initial=0.0) or np.abs(q).max(initial=0.0)))
+    of_A, of_G = 1.0 / _power_of_2(np.linalg.norm(A, axis=1)), 1.0 / _power_of_2(np.linalg.norm(G, axis=1))
+    rows = of_G[:, None] * G, of_G * data.h, of_A[:, None] * A, of_A * data.b
+    lb, ub, start = (None if x is None else x / unit for x in (data.lb, data.ub, data.initvals))
+    scaled = QpData(P / weight, q / weight, *rows, lb, ub, start)
+    for _ in range(ATTEMPTS):
+        left = max(until - monotonic(), 1e-9) if time_limit else 0.0
+        found = QpSolution.solve(*scaled, max_iterations, left, Status.SOLVED)
+        if found._ends != NOT_PROVEN:
+            break
+        scaled = scaled._replace(initvals=found.x)
+    ends = found._ends
+    if ends < 0:  # it was taken as it is, and cannot be in these units
+        found.x, found.objective = np.zeros(len(unit)), 0.0
+        return found, NOT_PROVEN
+    found.x = found.x * unit / (np.linalg.norm(found.x * unit) if ends == UNBOUNDED else 1.0)
+    found.objective = float(0.5 * found.x @ data.P @ found.x + data.q @ found.x)
+    multipliers = np.concatenate([of_A * found.y, of_G * found.z, found.z_box / unit])
+    found._multipliers = multipliers if ends == INFEASIBLE else weight * multipliers
+    if found.found and not is_met(data, found.x):
+        ends, found.found, found.status = NOT_PROVEN, False, Status.NOT_PROVEN
+    return found, TIME_LIMIT if ends == NOT_PROVEN and monotonic() > until else ends
+
+
+def is_met(data: QpData, x: Array) -> bool:
+    """No constraint is missed by more than is allowed."""
+    box = np.eye(len(x))
+    pairs = [(data.G, data.h, 1.0), (data.A, data.b, 1.0), (data.A, data.b, -1.0)]
+    pairs += [(box, bound, sign) for bound, sign in ((data.lb, -1.0), (data.ub, 1.0)) if bound is not None]
+    return all(_is_met(rows, bound, sign, x) for rows, bound, sign in pairs)
+
+
+def _is_met(rows: Array, bound: Array, sign: float, x: Array) -> bool:
+    acts = np.isfinite(bound)
+    rows, bound = rows[acts], bound[acts]
+    size = np.minimum(1.0, np.linalg.norm(rows, axis=1)) + np.abs(bound)
+    return bool((sign * (rows @ x - bound) <= MET * size + ROUNDING * np.abs(rows) @ np.abs(x)).all())
+
+
+def _units(data: QpData) -> Array:
+    """One for each variable: by its own P, or where it has none by the rows it is in, or by its bounds."""
+    bend = np.sqrt(np.maximum(np.diag(data.P), 0.0))
+    rows = np.vstack([data.A, data.G])
+    length = np.linalg.norm(rows, axis=1)
+    share = np.abs(rows[length > 0.0] / length[length > 0.0, None]).max(axis=0, initial=0.0)
+    bounds = [
+        np.where(np.isfinite(bound), np.abs(bound), 0.0) for bound in (data.lb, data.ub) if bound is not None
+    ]
+    reach = np.max([np.zeros(len(bend)), *bounds], axis=0)
+    by_rows = np.where(share > 0.0, 1.0 / np.maximum(share, 1e-300), np.where(reach > 0.0, reach, 1.0))
+    return _power_of_2(np.where(bend > 0.0, 1.0 / np.maximum(bend, 1e-300), by_rows))
+
+
+def _power_of_2(sizes: Array | float) -> Array:
+    """The nearest, of each; 1 of 0."""
+    return np.exp2(np.round(np.log2(np.where(np.asarray(sizes) > 0.0, sizes, 1.0))))

@@ -1,0 +1,191 @@
+"""Whatever solve_qp says of the roughest quadratic programs, from their data alone."""
+
+import warnings
+
+import numpy as np
+import pytest
+from hapticd.hqp import HqpError, Status, UnboundedError, qp_scaled, solve_qp
+from hapticd.hqp import qp as qp_module
+from hapticd.hqp.generate_qp import parts_of, qp_of, rough_qp
+
+INF = np.inf
+FIRST, PROBLEMS = 2_000_000, 3000
+"""Of the seeds: those below were tuned on."""
+WORST = 1e-6
+MOST_UNPROVEN = 0.005
+"""Of the problems."""
+
+
+def relative(missed, sizes):
+    return float(np.max(missed / (sizes + 1e-290), initial=0.0))
+
+
+def faults(qp, found):
+    """How far each condition of optimality is missed, over the terms that it sums up or, of x, over 1."""
+    P, q, G, h, A, b, lb, ub = parts_of(qp)
+    x, y, z, box = found.x, found.y, found.z, found.z_box
+    terms = (
+        np.abs(P) @ np.abs(x) + np.abs(q) + np.abs(A).T @ np.abs(y) + np.abs(G).T @ np.abs(z) + np.abs(box)
+    )
+
+    def sizes(rows, bound):
+        length = np.linalg.norm(rows, axis=1)
+        own = np.where(length > 0.0, np.minimum(1.0, length), 1e3)
+        return np.abs(rows) @ np.abs(x) + np.where(np.isfinite(bound), np.abs(bound), 0.0) + own
+
+    held = np.where(box > 0.0, ub, np.where(box < 0.0, lb, x))
+    return {
+        "gradient": relative(np.abs(P @ x + q + A.T @ y + G.T @ z + box), terms + 1e-6 * terms.max()),
+        "A": relative(np.abs(A @ x - b), sizes(A, b)),
+        "G": relative(np.maximum(G @ x - h, 0.0), sizes(G, h)),
+        "box": relative(np.maximum(np.maximum(x - ub, lb - x), 0.0), 1.0 + np.abs(x)),
+        "sign": relative(-z, 0.0),
+        "slack of G": relative(np.where(z > 0.0, np.abs(G @ x - h), 0.0), sizes(G, h)),
+        "slack of the box": relative(np.abs(x - held), 1.0 + np.abs(x)),
+    }
+
+
+def assert_contradiction(qp, conflict):
+    """The rows add up to 0 x < 0."""
+    _, _, G, h, A, b, lb, ub = parts_of(qp)
+    total, size, bound = np.zeros(len(lb)), 0.0, 0.0
+    for part, row, weight in conflict:
+        assert part != "G" or weight > 0.0
+        c = {"A": A, "G": G, "box": np.eye(len(lb))}[part][row]
+        total += weight * c
+        size = max(size, np.abs(weight * c).max())
+        bound += weight * {"A": b, "G": h, "box": ub if weight > 0.0 else lb}[part][row]
+    assert bound < 0.0 and np.abs(total).max() <= 1e-7 * size, (bound, total, size)
+
+
+def assert_ray(qp, ray):
+    """The objective falls along it, without a bend, and no constraint ends it."""
+    P, q, G, h, A, _, lb, ub = parts_of(qp)
+    size = np.abs(P).max()
+    assert q @ ray < 0.0
+    assert np.abs(P @ ray).max() <= 1e-9 * (np.abs(P) @ np.abs(ray)).max() + 1e-12 * size
+    assert relative(np.abs(A @ ray), np.linalg.norm(A, axis=1)) < 1e-7
+    assert relative((G @ ray)[np.isfinite(h)], np.linalg.norm(G, axis=1)[np.isfinite(h)]) < 1e-7
+    assert ray[np.isfinite(ub)].max(initial=0.0) < 1e-7 and ray[np.isfinite(lb)].min(initial=0.0) > -1e-7
+
+
+@pytest.mark.filterwarnings("error")
+def test_what_is_said_of_rough_qps_is_proven_by_their_data():
+    unproven = 0
+    for seed in range(FIRST, FIRST + PROBLEMS):
+        qp, is_feasible = rough_qp(seed)
+        try:
+            found = solve_qp(**qp)
+        except UnboundedError as error:
+            assert_ray(qp, error.ray)
+            continue
+        if found.found:
+            worst = faults(qp, found)
+            assert found.status is Status.SOLVED and max(worst.values()) < WORST, (seed, worst)
+        elif found.conflict:
+            assert not is_feasible, seed
+            assert_contradiction(qp, found.conflict)
+        else:
+            assert found.status is Status.NOT_PROVEN, (seed, found)
+            unproven += 1
+    assert unproven < MOST_UNPROVEN * PROBLEMS
+
+
+@pytest.mark.parametrize("factor", [1e-9, 1e9])
+def test_the_size_of_the_objective_does_not_matter(factor):
+    for kind in ("singular", "near", "linear", "scaled"):
+        for seed in range(100):
+            qp = qp_of(kind, seed)
+            found = solve_qp(**{**qp, "P": factor * qp["P"], "q": factor * qp["q"]})
+            assert found.found and max(faults({**qp}, _unscaled(found, factor)).values()) < WORST
+
+
+def _unscaled(found, factor):
+    found._multipliers = found._multipliers / factor
+    return found
+
+
+def test_a_row_that_alone_cannot_be_met_is_the_conflict():
+    P, q = np.eye(2), np.zeros(2)
+    of_zeros = solve_qp(P, q, G=[[1.0, 0.0], [0.0, 0.0]], h=[1.0, -1.5e-7])
+    assert not of_zeros.found and of_zeros.conflict == [("G", 1, 1.0)]
+    equality = solve_qp(P, q, A=[[0.0, 0.0]], b=[2.0])
+    assert equality.conflict in ([("A", 0, 1.0)], [("A", 0, -1.0)])
+    assert equality.conflict[0][2] * 2.0 < 0.0
+    crossed = solve_qp(P, q, lb=[0.0, 3.0], ub=[1.0, 2.0])
+    assert crossed.conflict == [("box", 1, 1.0), ("box", 1, -1.0)]
+    np.testing.assert_allclose(crossed.x, [0.0, 2.5], atol=1e-9)
+
+
+def test_bounds_that_cross_by_rounding_are_one():
+    found = solve_qp([[1.0]], [0.0], lb=[0.1 + 0.2], ub=[0.3])
+    assert found.found and found.x == pytest.approx(0.3)
+
+
+def test_without_an_objective_any_x_that_meets_the_constraints_is_the_answer():
+    found = solve_qp(np.zeros((2, 2)), np.zeros(2), A=[[1.0, 2.0]], b=[3.0], lb=np.zeros(2))
+    assert found.found and not found.y.any() and not found.z_box.any()
+    assert found.x @ [1.0, 2.0] == pytest.approx(3.0)
+
+
+def test_an_answer_in_other_units_counts_only_if_the_constraints_are_met(monkeypatch):
+    attempts = []
+
+    def counted(*arguments):
+        attempts.append(seed)
+        return qp_scaled.solve_scaled(*arguments)
+
+    monkeypatch.setattr(qp_module, "solve_scaled", counted)
+    solved = []
+    for seed in range(2000):
+        if is_found(seed) and seed in attempts:
+            solved.append(seed)
+    assert len(solved) > 2
+    monkeypatch.setattr(qp_scaled, "is_met", lambda *_: False)
+    for seed in solved:
+        found = solve_qp(**rough_qp(seed)[0])
+        assert not found.found and found.status is Status.NOT_PROVEN
+        with pytest.raises(HqpError, match="not solved"):
+            found.y  # noqa: B018
+
+
+def is_found(seed):
+    try:
+        return solve_qp(**rough_qp(seed)[0]).found
+    except UnboundedError:
+        return False
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        ({"q": [1.0 + 2.0j, 0.0]}, "q is not an array of real numbers"),
+        ({"q": ["1.0", "2.0"]}, "q is not an array of real numbers"),
+        ({"q": [b"1", b"2"]}, "q is not an array of real numbers"),
+        ({"q": np.array(["2026-01-01", "2026-01-02"], dtype="M8[D]")}, "q is not an array of real numbers"),
+        ({"q": np.ma.masked_array([1.0, 2.0], [True, False])}, "q is a masked array"),
+        ({"P": np.full((2, 2), INF)}, "P has an entry that is infinite"),
+        ({"lb": [INF, 0.0]}, "lb has an entry that is inf: no x meets it"),
+        ({"G": [[1.0, 0.0]], "h": [-INF]}, "h has an entry that is -inf"),
+        ({"A": [[1.0, 0.0]], "b": [INF]}, "b has an entry that is infinite"),
+        ({"initvals": [0.0, np.nan]}, "initvals has an entry that is NaN"),
+        ({"max_iterations": -1}, "max_iterations is -1"),
+        ({"max_iterations": 1.5}, "max_iterations is 1.5"),
+        ({"time_limit": -1.0}, "time_limit is -1.0"),
+        ({"time_limit": np.nan}, "time_limit is nan"),
+        ({"P": np.empty((0, 0)), "q": []}, "q has 0 entries"),
+        ({"P": np.eye(1025), "q": np.zeros(1025)}, "q has 1025 entries"),
+        ({"G": np.ones((8193, 2)), "h": np.ones(8193)}, "have 8193 rows"),
+    ],
+)
+def test_data_that_solve_qp_does_not_take_are_named(change, says):
+    with pytest.raises(HqpError, match=says):
+        solve_qp(**{"P": np.eye(2), "q": np.ones(2), **change})
+
+
+def test_whole_numbers_and_lists_are_numbers():
+    for q in ([1, 2], np.array([1, 2]), np.array([1, 2], dtype=object), np.array([1, 2], dtype=np.float16)):
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            np.testing.assert_allclose(solve_qp(np.eye(2, dtype=int), q).x, [-1.0, -2.0])
