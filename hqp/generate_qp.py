@@ -84,9 +84,14 @@ def unbounded_qp(seed: int) -> Qp:
 def _scaled(qp: Qp, rng: np.random.Generator) -> Qp:
     """The QP in other units: variables and rows by factors of 1e-3 to 1e3 each."""
     unit, of_A, of_G = (10.0 ** rng.uniform(-3, 3, len(qp[name])) for name in ("q", "b", "h"))
+    return _in_units(qp, unit, of_A, of_G, 1.0)
+
+
+def _in_units(qp: Qp, unit: Array, of_A: Array, of_G: Array, weight: float) -> Qp:
+    P = weight * unit[:, None] * qp["P"] * unit
     return {
-        "P": unit[:, None] * qp["P"] * unit,
-        "q": unit * qp["q"],
+        "P": (P + P.T) / 2.0,
+        "q": weight * unit * qp["q"],
         "G": of_G[:, None] * qp["G"] * unit,
         "h": of_G * qp["h"],
         "A": of_A[:, None] * qp["A"] * unit,
@@ -187,21 +192,9 @@ def _in_other_units(qp: Qp, rng: np.random.Generator) -> Qp:
     n = len(qp["q"])
     alike = np.full(n, 10.0 ** rng.uniform(-5, 5))
     unit = 10.0 ** rng.uniform(-3, 3, n) if rng.random() < 0.5 else alike
-    weight, of_A, of_G = (
-        10.0 ** rng.uniform(-7, 7),
-        *(10.0 ** rng.uniform(-4, 4, len(qp[k])) for k in ("b", "h")),
-    )
-    P = weight * unit[:, None] * qp["P"] * unit
-    return {
-        "P": (P + P.T) / 2.0,
-        "q": weight * unit * qp["q"],
-        "G": of_G[:, None] * qp["G"] * unit,
-        "h": of_G * qp["h"],
-        "A": of_A[:, None] * qp["A"] * unit,
-        "b": of_A * qp["b"],
-        "lb": qp["lb"] / unit,
-        "ub": qp["ub"] / unit,
-    }
+    weight = 10.0 ** rng.uniform(-7, 7)
+    of_A, of_G = (10.0 ** rng.uniform(-4, 4, len(qp[name])) for name in ("b", "h"))
+    return _in_units(qp, unit, of_A, of_G, weight)
 
 
 def parts_of(qp: Mapping[str, Any]) -> list[Array]:
