@@ -32,6 +32,8 @@ MAX_WINDOW = 8 << 20
 MAX_RATIO, ALLOWANCE = 200, 1 << 20
 """Expanded, the file so far may be this many times as long, and an allowance [bytes] longer; hapticd's own
 records of a machine at rest have a ratio of 25."""
+EACH = 96
+"""What a record in a chunk counts for beside its length [bytes]: empty ones take time, too."""
 MAX_COUNT = 16
 """Number of schemas, of channels, of attachments and of metadata records."""
 
@@ -157,8 +159,11 @@ def _items(opcode: int, content: bytes, bounds: _Bounds) -> Iterator[Item]:
     """What a record of the file stands for; kinds that no log is made of are skipped."""
     match opcode:
         case Opcode.CHUNK:
+            count = 0
             for inner, data in _split(_expand(_parse(Chunk.read, content), bounds)):
                 yield _inner(inner, data, bounds)
+                count += 1
+            bounds.spend(EACH * count)
         case Opcode.MESSAGE | Opcode.CHANNEL | Opcode.SCHEMA:
             yield _inner(opcode, content, bounds)
         case Opcode.ATTACHMENT:
