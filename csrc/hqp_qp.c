@@ -99,13 +99,16 @@ static void find_gradient(hqp_qp_solver *s) {
     s->objective = 0.5 * bent + tilted;
 }
 
+/* The larger of two parts; once it is NaN it stays so, which is no proof of anything. */
+static double worse(double most, double part) {
+    return most == most && !(part <= most) ? part : most;
+}
+
 /* How much more of the gradient is left than s->scale allows. */
 static double left_of_gradient(const hqp_qp_solver *s) {
     double most = 0.0;
-    for (int i = 0; i < s->n; i++) {
-        const double part = fabs(s->gradient[i]) / (STATIONARY * s->scale[i] + 1e-300);
-        if (!(part <= most)) most = part; /* NaN counts */
-    }
+    for (int i = 0; i < s->n; i++)
+        most = worse(most, fabs(s->gradient[i]) / (STATIONARY * s->scale[i] + 1e-300));
     return most;
 }
 
@@ -146,8 +149,7 @@ static double excess(hqp_qp_solver *s, double *gap) {
         const int id = s->id[k], side = s->side[id];
         const double bound = hqp_qp_bound(s, id, side);
         gap[k] = side * (bound - hqp_qp_value(s, id, s->x));
-        const double part = fabs(gap[k]) / (MET * hqp_qp_allowance(s, id, bound));
-        if (!(part <= most)) most = part;
+        most = worse(most, fabs(gap[k]) / (MET * hqp_qp_allowance(s, id, bound)));
     }
     return most;
 }
@@ -392,4 +394,27 @@ hqp_qp_status hqp_qp_solve(hqp_qp_solver *s, const hqp_qp *qp, hqp_qp_answer *an
     answer->objective = s->objective;
     answer->iterations = s->iterations;
     return status;
+}
+
+/* Hold the rows that have a multiplier. Returns 0 where that are more than there are variables. */
+static int take_multipliers(hqp_qp_solver *s, const double *multipliers) {
+    for (int i = 0; i < s->rows; i++) {
+        const double value = multipliers[i];
+        if (value == 0.0) continue;
+        if (s->count == s->n) return 0;
+        s->side[i] = value > 0.0 ? 1 : -1;
+        s->multiplier[s->count] = fabs(value);
+        s->id[s->count++] = i;
+    }
+    return 1;
+}
+
+int hqp_qp_is_proven(hqp_qp_solver *s, const hqp_qp *qp, const double *x, const double *multipliers) {
+    if (begin(s, qp) != HQP_QP_SOLVED) return 0;
+    hqp_qp_clear(s);
+    if (!take_multipliers(s, multipliers)) return 0;
+    memcpy(s->x, x, (size_t)s->n * sizeof(double));
+    memcpy(s->kept, x, (size_t)s->n * sizeof(double));
+    hqp_qp_find_values(s);
+    return excess(s, s->scratch) <= 1.0 && is_feasible(s);
 }

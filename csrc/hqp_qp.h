@@ -59,6 +59,9 @@ hqp_qp_solver *hqp_qp_create(int n, int rows);
 
 hqp_qp_status hqp_qp_solve(hqp_qp_solver *s, const hqp_qp *qp, hqp_qp_answer *answer);
 
+/* Whether x and multipliers, wherever they come from, prove x optimal, as hqp_qp_solve asks of its own. */
+int hqp_qp_is_proven(hqp_qp_solver *s, const hqp_qp *qp, const double *x, const double *multipliers);
+
 void hqp_qp_destroy(hqp_qp_solver *s);
 
 #endif

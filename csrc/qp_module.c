@@ -30,6 +30,7 @@ static int larger(int a, int b) {
     return a > b ? a : b;
 }
 
+/* Where there is none for these sizes, no solver and an exception. */
 static memory borrow(int n, int rows) {
     memory found = {NULL, 0, 0};
     if (idle_count) found = idle[--idle_count];
@@ -38,6 +39,7 @@ static memory borrow(int n, int rows) {
     hqp_qp_destroy(found.solver);
     found = grown;
     found.solver = hqp_qp_create(found.n, found.rows);
+    if (!found.solver) PyErr_SetString(PyExc_ValueError, "sizes are out of range");
     return found;
 }
 
@@ -186,29 +188,35 @@ static solution *new_solution(PyObject *type, const hqp_qp *qp) {
     return NULL;
 }
 
-static PyObject *solve_arrays(PyObject *type, PyArrayObject *const *a, PyObject *const *arguments) {
+/* Returns 0 with an exception. */
+static int pose(PyArrayObject *const *a, hqp_qp *qp) {
     if (!fit_together(a)) {
         PyErr_SetString(PyExc_ValueError, "sizes do not fit");
-        return NULL;
+        return 0;
     }
-    hqp_qp qp = {.n = (int)length_of(a[Q]),
-                 .equalities = (int)length_of(a[B]),
-                 .inequalities = (int)length_of(a[H]),
-                 .P = entries(a[P]),
-                 .q = entries(a[Q]),
-                 .A = entries(a[A]),
-                 .b = entries(a[B]),
-                 .G = entries(a[G]),
-                 .h = entries(a[H]),
-                 .lb = entries(a[LB]),
-                 .ub = entries(a[UB]),
-                 .start = entries(a[START])};
+    *qp = (hqp_qp){.n = (int)length_of(a[Q]),
+                   .equalities = (int)length_of(a[B]),
+                   .inequalities = (int)length_of(a[H]),
+                   .P = entries(a[P]),
+                   .q = entries(a[Q]),
+                   .A = entries(a[A]),
+                   .b = entries(a[B]),
+                   .G = entries(a[G]),
+                   .h = entries(a[H]),
+                   .lb = entries(a[LB]),
+                   .ub = entries(a[UB]),
+                   .start = entries(a[START])};
+    return 1;
+}
+
+static PyObject *solve_arrays(PyObject *type, PyArrayObject *const *a, PyObject *const *arguments) {
+    hqp_qp qp;
+    if (!pose(a, &qp)) return NULL;
     if (!take_limits(arguments, &qp)) return NULL;
     solution *s = new_solution(type, &qp);
     if (!s) return NULL;
     const memory used = borrow(qp.n, qp.equalities + qp.inequalities);
     if (!used.solver) {
-        PyErr_SetString(PyExc_ValueError, "sizes are out of range");
         Py_DECREF((PyObject *)s);
         return NULL;
     }
@@ -234,6 +242,35 @@ static PyObject *solve(PyObject *type, PyObject *const *arguments, Py_ssize_t co
     return answer;
 }
 
+static PyObject *judge_arrays(PyArrayObject *const *a, PyArrayObject *multipliers) {
+    hqp_qp qp;
+    if (!pose(a, &qp)) return NULL;
+    const npy_intp rows = (npy_intp)qp.equalities + qp.inequalities + qp.n;
+    if (!qp.start || !is_vector(multipliers, rows)) return PyErr_Format(PyExc_ValueError, "sizes do not fit");
+    const memory used = borrow(qp.n, qp.equalities + qp.inequalities);
+    if (!used.solver) return NULL;
+    const int is_proven = hqp_qp_is_proven(used.solver, &qp, qp.start, entries(multipliers));
+    give_back(used);
+    return PyBool_FromLong(is_proven);
+}
+
+static PyObject *judge(PyObject *module, PyObject *const *arguments, Py_ssize_t count) {
+    (void)module;
+    if (count != ARRAYS + 1) return PyErr_Format(PyExc_TypeError, "is_proven takes %d arrays", ARRAYS + 1);
+    PyArrayObject *arrays[ARRAYS] = {NULL};
+    PyObject *answer = NULL, *multipliers = readable(arguments[ARRAYS]);
+    if (multipliers && take_arrays(arguments, arrays))
+        answer = judge_arrays(arrays, (PyArrayObject *)multipliers);
+    for (int i = 0; i < ARRAYS; i++) Py_XDECREF((PyObject *)arrays[i]);
+    Py_XDECREF(multipliers);
+    return answer;
+}
+
+static PyMethodDef functions[] = {
+    {"is_proven", (PyCFunction)(void (*)(void))judge, METH_FASTCALL,
+     "Whether x, in the place of initvals, is optimal by the multipliers behind it: y, z, z_box."},
+    {NULL, NULL, 0, NULL}};
+
 static PyMethodDef methods[] = {{"solve", (PyCFunction)(void (*)(void))solve, METH_FASTCALL | METH_CLASS,
                                  "As solve_qp, with the status of what is solved as the last argument."},
                                 {NULL, NULL, 0, NULL}};
@@ -248,7 +285,8 @@ static PyType_Slot slots[] = {{Py_tp_members, fields},
 static PyType_Spec specification = {"hapticd.hqp._qp.Solution", sizeof(solution), 0,
                                     Py_TPFLAGS_DEFAULT | Py_TPFLAGS_BASETYPE | Py_TPFLAGS_HAVE_GC, slots};
 
-static struct PyModuleDef definition = {PyModuleDef_HEAD_INIT, .m_name = "_qp", .m_size = -1};
+static struct PyModuleDef definition = {PyModuleDef_HEAD_INIT, .m_name = "_qp", .m_size = -1,
+                                        .m_methods = functions};
 
 static int fill(PyObject *module) {
     static const struct {

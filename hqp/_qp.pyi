@@ -11,6 +11,10 @@ NOT_PROVEN: Final[int]
 NOT_CONVEX: Final[int]
 NOT_SYMMETRIC: Final[int]
 
+def is_proven(
+    P: Any, q: Any, G: Any, h: Any, A: Any, b: Any, lb: Any, ub: Any, x: Any, multipliers: Array, /
+) -> bool: ...
+
 class Solution:
     x: Array
     status: Status

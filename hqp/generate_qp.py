@@ -1,12 +1,8 @@
-"""Random quadratic programs of nasty kinds, and how far an answer is from what makes it optimal."""
-
-from collections.abc import Mapping
-from typing import Any
+"""Random quadratic programs of nasty kinds."""
 
 import numpy as np
 
 from .problem import Array
-from .qp_solution import QpSolution
 
 INF = np.inf
 KINDS = ("plain", "singular", "linear", "scaled", "doubled", "degenerate", "equal", "boxed", "free", "near")
@@ -195,41 +191,3 @@ def _in_other_units(qp: Qp, rng: np.random.Generator) -> Qp:
     weight = 10.0 ** rng.uniform(-7, 7)
     of_A, of_G = (10.0 ** rng.uniform(-4, 4, len(qp[name])) for name in ("b", "h"))
     return _in_units(qp, unit, of_A, of_G, weight)
-
-
-def parts_of(qp: Mapping[str, Any]) -> list[Array]:
-    """P, q, G, h, A, b, lb, ub with nothing absent."""
-    n = len(qp["q"])
-    rows, none = np.empty((0, n)), np.empty(0)
-    absent = {"G": rows, "h": none, "A": rows, "b": none, "lb": np.full(n, -INF), "ub": np.full(n, INF)}
-    return [np.asarray({**absent, **qp}[name], dtype=float) for name in ("P", "q", *absent)]
-
-
-def faults(qp: Mapping[str, Any], found: QpSolution) -> dict[str, float]:
-    """The worst by which each condition of Karush, Kuhn and Tucker is missed, relative to its parts."""
-    P, q, G, h, A, b, lb, ub = parts_of(qp)
-    x, y, z, box = found.x, found.y, found.z, found.z_box
-    bent, pulled = P @ x, A.T @ y + G.T @ z + box
-    gradient, parts = bent + q + pulled, np.abs(bent) + np.abs(q) + np.abs(pulled)
-    parts += 1e-4 * parts.max(initial=0.0) + 1e-7 * np.abs(P) @ np.abs(x)  # the last: rounding
-    over, size_A, size_G, size_box = G @ x - h, _size(A, x, b), _size(G, x, h), 1.0 + np.abs(x)
-    reach = np.where(box > 0.0, x - ub, np.where(box < 0.0, lb - x, 0.0))
-    return {
-        "gradient": _most(np.abs(gradient) / (parts + 1e-300)),
-        "A": _most(np.abs(A @ x - b) / size_A),
-        "G": _most(over / size_G),
-        "box": max(_most((x - ub) / size_box), _most((lb - x) / size_box)),
-        "sign": _most(-z),
-        "slack of G": _most(np.abs(np.where(z > 0.0, over, 0.0)) / size_G),
-        "slack of the box": _most(np.abs(reach) / size_box),
-    }
-
-
-def _size(rows: Array, x: Array, bound: Array) -> Array:
-    norm = np.linalg.norm(rows, axis=1)
-    finite = np.where(np.isfinite(bound), np.abs(bound), 0.0)
-    return np.asarray(np.minimum(norm, 1.0) + finite + 1e-3 * norm * np.linalg.norm(x) + 1e-300)
-
-
-def _most(values: Array) -> float:
-    return float(np.max(values, initial=0.0))

@@ -1,5 +1,6 @@
 """Quadratic programs, in the words of those who come from QP solvers."""
 
+from operator import index
 from time import monotonic
 from typing import Any, Final
 
@@ -15,6 +16,7 @@ from .solver import Status
 _LIMITS: Final = {ITERATION_CAP: Status.ITERATION_CAP, TIME_LIMIT: Status.TIME_LIMIT}
 _SOLVED: Final = Status.SOLVED  # of an enumeration it takes longer to read
 _solve: Final = QpSolution.solve
+_FAINT = 1e-12  # of the hardest pull in a conflict: what rounding makes of a row that has no part in it
 
 
 def solve_qp(
@@ -57,25 +59,26 @@ def solve_qp(
             positive semidefinite.
         UnboundedError: the objective has no minimum.
     """
-    began = monotonic() if time_limit else 0.0
+    began, found = monotonic() if time_limit else 0.0, None
     try:
         found = _solve(P, q, G, h, A, b, lb, ub, initvals, max_iterations, time_limit, _SOLVED)
     except (TypeError, ValueError, OverflowError):
-        data = checked(P, q, G, h, A, b, lb, ub, initvals, max_iterations, time_limit)
-        found = _solve(*data, int(max_iterations), float(time_limit), _SOLVED)
-    if found.found:
+        pass  # what is wrong, or must be converted, is seen below
+    if found is not None and found.found:
         return found
-    ends, is_limited = found._ends, bool(max_iterations or time_limit)
     data = checked(P, q, G, h, A, b, lb, ub, initvals, max_iterations, time_limit)
+    if found is None:
+        found = _solve(*data, index(max_iterations), float(time_limit), _SOLVED)
+    ends, is_limited = found._ends, bool(max_iterations or time_limit)
     if ends == NOT_PROVEN or (ends in _LIMITS and not is_limited):
-        left = max(time_limit - (monotonic() - began), 1e-9) if time_limit else 0.0
-        found, ends = solve_scaled(data, max_iterations, left)
-    if ends < 0:
-        raise refuse(ends, data.P)
+        until = began + time_limit if time_limit else np.inf
+        found, ends = solve_scaled(data, index(max_iterations), until)
     return found if found.found else _without_answer(found, ends, is_limited, data)
 
 
 def _without_answer(found: QpSolution, ends: int, is_limited: bool, data: QpData) -> QpSolution:
+    if ends < 0:
+        raise refuse(ends, data.P)
     if ends == UNBOUNDED:
         raise UnboundedError(found.x)
     if ends == INFEASIBLE:
@@ -90,10 +93,14 @@ def _without_answer(found: QpSolution, ends: int, is_limited: bool, data: QpData
 
 def _conflict(found: QpSolution, data: QpData) -> list[tuple[str, int, float]]:
     """Rows that add up to 0 x < 0, the one with the largest multiplier, 1, first."""
-    parts = {"A": found.y, "G": found.z, "box": found.z_box}
-    largest = max(np.abs(part).max(initial=0.0) for part in parts.values())
+    parts = {"A": (found.y, data.A), "G": (found.z, data.G), "box": (found.z_box, np.eye(len(data.q)))}
+    pulls = {name: np.abs(part) * np.linalg.norm(rows, axis=1) for name, (part, rows) in parts.items()}
+    least = _FAINT * max(pull.max(initial=0.0) for pull in pulls.values())
+    largest = max(np.abs(part).max(initial=0.0) for part, _ in parts.values())
     rows = [
-        (name, int(i), float(part[i] / largest)) for name, part in parts.items() for i in np.flatnonzero(part)
+        (name, int(i), float(part[i] / largest))
+        for name, (part, _) in parts.items()
+        for i in np.flatnonzero((part != 0.0) & (pulls[name] >= least))
     ]
     if len(rows) == 1 and rows[0][0] == "box" and data.lb is not None and data.ub is not None:
         i = rows[0][1]  # one bound alone contradicts nothing: it is its other one

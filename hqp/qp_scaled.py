@@ -1,27 +1,30 @@
 """A quadratic program in other units, for one that could not be proven in its own.
 
 With x = unit x' the diagonal of P becomes about 1, and rows and objective get about the length 1. All factors
-are powers of 2, so that nothing is rounded and what is proven there is proven.
+are powers of 2, so that nothing is rounded. What is found there is proven once more in the caller's units.
 """
 
 from time import monotonic
 
 import numpy as np
 
-from ._qp import INFEASIBLE, NOT_PROVEN, TIME_LIMIT, UNBOUNDED
+from ._qp import INFEASIBLE, NOT_PROVEN, TIME_LIMIT, UNBOUNDED, is_proven
 from .problem import Array
 from .qp_data import QpData
 from .qp_solution import QpSolution
 from .solver import Status
 
-MET = 1e-8  # times (min(1, |row|) + |bound|): by how much a constraint may be missed,
-ROUNDING = 1e-12  # and times the sum of its terms
 ATTEMPTS = 2  # the second from where the first ended
 
 
-def solve_scaled(data: QpData, max_iterations: int, time_limit: float) -> tuple[QpSolution, int]:
-    """The answer in the data's own units, and how the solve ended."""
-    until = monotonic() + time_limit if time_limit else np.inf
+def solve_scaled(data: QpData, max_iterations: int, until: float) -> tuple[QpSolution, int]:
+    """The answer in the data's own units, and how the solve ended.
+
+    Args:
+        data: the QP.
+        max_iterations: as of solve_qp.
+        until: when, by monotonic(), to give up [s]; may be infinite.
+    """
     unit = _units(data)
     P, q, A, G = unit[:, None] * data.P * unit, unit * data.q, data.A * unit, data.G * unit
     weight = float(_power_of_2(np.abs(P).max(initial=0.0) or np.abs(q).max(initial=0.0)))
@@ -30,7 +33,7 @@ def solve_scaled(data: QpData, max_iterations: int, time_limit: float) -> tuple[
     lb, ub, start = (None if x is None else x / unit for x in (data.lb, data.ub, data.initvals))
     scaled = QpData(P / weight, q / weight, *rows, lb, ub, start)
     for _ in range(ATTEMPTS):
-        left = max(until - monotonic(), 1e-9) if time_limit else 0.0
+        left = max(until - monotonic(), 1e-9) if until < np.inf else 0.0
         found = QpSolution.solve(*scaled, max_iterations, left, Status.SOLVED)
         if found._ends != NOT_PROVEN:
             break
@@ -43,24 +46,9 @@ def solve_scaled(data: QpData, max_iterations: int, time_limit: float) -> tuple[
     found.objective = float(0.5 * found.x @ data.P @ found.x + data.q @ found.x)
     multipliers = np.concatenate([of_A * found.y, of_G * found.z, found.z_box / unit])
     found._multipliers = multipliers if ends == INFEASIBLE else weight * multipliers
-    if found.found and not is_met(data, found.x):
+    if found.found and not is_proven(*data._replace(initvals=found.x), found._multipliers):
         ends, found.found, found.status = NOT_PROVEN, False, Status.NOT_PROVEN
     return found, TIME_LIMIT if ends == NOT_PROVEN and monotonic() > until else ends
-
-
-def is_met(data: QpData, x: Array) -> bool:
-    """No constraint is missed by more than is allowed."""
-    box = np.eye(len(x))
-    pairs = [(data.G, data.h, 1.0), (data.A, data.b, 1.0), (data.A, data.b, -1.0)]
-    pairs += [(box, bound, sign) for bound, sign in ((data.lb, -1.0), (data.ub, 1.0)) if bound is not None]
-    return all(_is_met(rows, bound, sign, x) for rows, bound, sign in pairs)
-
-
-def _is_met(rows: Array, bound: Array, sign: float, x: Array) -> bool:
-    acts = np.isfinite(bound)
-    rows, bound = rows[acts], bound[acts]
-    size = np.minimum(1.0, np.linalg.norm(rows, axis=1)) + np.abs(bound)
-    return bool((sign * (rows @ x - bound) <= MET * size + ROUNDING * np.abs(rows) @ np.abs(x)).all())
 
 
 def _units(data: QpData) -> Array:

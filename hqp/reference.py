@@ -16,6 +16,9 @@ PROXIMITY = (
 REPEATS = 5
 MET = 1e-9  # times (1 + |bound|): slack that counts as none
 RANK = 1e-11  # of the size of the rows
+ROUNDING = (
+    1e-12  # times (1 + |bound|): by which bounds give way where a QP solver takes them for inconsistent
+)
 
 Qp = Callable[[Array, Array, Array, Array], tuple[Array, int]]
 
@@ -120,10 +123,13 @@ def _solve_level(level: Level, hard: Level, x: Array, free: Array, qp: Qp) -> Ar
         ]
     )
     acts = np.isfinite(least) & (np.linalg.norm(rows, axis=1) > 1e-9)
-    if acts.any():
-        solution, _ = qp(H, linear, rows[acts], least[acts])
-    else:
-        solution = np.linalg.solve(H, linear)
+    if not acts.any():
+        return np.asarray(free @ np.linalg.solve(H, linear)[:m])
+    rows, least = rows[acts], least[acts]
+    try:
+        solution, _ = qp(H, linear, rows, least)
+    except QpError:  # no step meets the constraints: what closed them is rounding
+        solution, _ = qp(H, linear, rows, least - ROUNDING * (1.0 + np.abs(least)))
     return np.asarray(free @ solution[:m])
 
 

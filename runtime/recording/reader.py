@@ -117,7 +117,7 @@ class _Bounds:
     def spend(self, size: int) -> None:
         self._left -= size
         if self._left < 0:
-            raise DamageError(f"the file expands to more than {MAX_RATIO} times its length")
+            raise DamageError(f"the file expands to more than {MAX_RATIO} times its length, or to too many records")
 
     def count(self, opcode: int, key: object) -> None:
         self._seen.add((opcode, key))
@@ -159,11 +159,9 @@ def _items(opcode: int, content: bytes, bounds: _Bounds) -> Iterator[Item]:
     """What a record of the file stands for; kinds that no log is made of are skipped."""
     match opcode:
         case Opcode.CHUNK:
-            count = 0
             for inner, data in _split(_expand(_parse(Chunk.read, content), bounds)):
+                bounds.spend(EACH)
                 yield _inner(inner, data, bounds)
-                count += 1
-            bounds.spend(EACH * count)
         case Opcode.MESSAGE | Opcode.CHANNEL | Opcode.SCHEMA:
             yield _inner(opcode, content, bounds)
         case Opcode.ATTACHMENT:

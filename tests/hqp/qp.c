@@ -91,7 +91,7 @@ int main(int argc, char **argv) {
     if (hqp_qp_create(0, 1) || hqp_qp_create(1025, 1) || hqp_qp_create(1, 8193)) return fail("sizes", 0);
     const long before = allocations;
     static struct problem p;
-    int solved = 0;
+    int solved = 0, still = 0; /* still: proven elsewhere, too, where x_0 does not matter */
     for (int round = 0; round < rounds; round++) {
         const hqp_qp qp = fill(&p, round % 3 ? 0 : 20);
         double x[N] = {0.0}, y[N] = {0.0}, multipliers[2 * ROWS + N] = {0.0};
@@ -104,8 +104,14 @@ int main(int argc, char **argv) {
             if (!isfinite(x[i])) return fail("not finite", round);
         }
         solved += status == HQP_QP_SOLVED;
+        if (status == HQP_QP_SOLVED && !hqp_qp_is_proven(large, &qp, x, multipliers))
+            return fail("no proof", round);
+        x[0] += 1e-3 * (1.0 + fabs(x[0]));
+        const int moved = hqp_qp_is_proven(small, &qp, x, multipliers);
+        still += status == HQP_QP_SOLVED && moved;
     }
     if (allocations != before) return fail("it allocates", rounds);
+    if (still > solved / 2) return fail("anything is proven", still);
     if (solved < rounds / 4) return fail("too few are solved", solved);
     hqp_qp_destroy(small);
     hqp_qp_destroy(large);

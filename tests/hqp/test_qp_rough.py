@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from hapticd.hqp import HqpError, Status, UnboundedError, qp_scaled, solve_qp
 from hapticd.hqp import qp as qp_module
-from hapticd.hqp.generate_qp import parts_of, qp_of, rough_qp
+from hapticd.hqp.certificate_qp import contradiction, faults, ray_faults
+from hapticd.hqp.generate_qp import qp_of, rough_qp
 
 INF = np.inf
 FIRST, PROBLEMS = 2_000_000, 3000
@@ -14,59 +15,6 @@ FIRST, PROBLEMS = 2_000_000, 3000
 WORST = 1e-6
 MOST_UNPROVEN = 0.005
 """Of the problems."""
-
-
-def relative(missed, sizes):
-    return float(np.max(missed / (sizes + 1e-290), initial=0.0))
-
-
-def faults(qp, found):
-    """How far each condition of optimality is missed, over the terms that it sums up or, of x, over 1."""
-    P, q, G, h, A, b, lb, ub = parts_of(qp)
-    x, y, z, box = found.x, found.y, found.z, found.z_box
-    terms = (
-        np.abs(P) @ np.abs(x) + np.abs(q) + np.abs(A).T @ np.abs(y) + np.abs(G).T @ np.abs(z) + np.abs(box)
-    )
-
-    def sizes(rows, bound):
-        length = np.linalg.norm(rows, axis=1)
-        own = np.where(length > 0.0, np.minimum(1.0, length), 1e3)
-        return np.abs(rows) @ np.abs(x) + np.where(np.isfinite(bound), np.abs(bound), 0.0) + own
-
-    held = np.where(box > 0.0, ub, np.where(box < 0.0, lb, x))
-    return {
-        "gradient": relative(np.abs(P @ x + q + A.T @ y + G.T @ z + box), terms + 1e-6 * terms.max()),
-        "A": relative(np.abs(A @ x - b), sizes(A, b)),
-        "G": relative(np.maximum(G @ x - h, 0.0), sizes(G, h)),
-        "box": relative(np.maximum(np.maximum(x - ub, lb - x), 0.0), 1.0 + np.abs(x)),
-        "sign": relative(-z, 0.0),
-        "slack of G": relative(np.where(z > 0.0, np.abs(G @ x - h), 0.0), sizes(G, h)),
-        "slack of the box": relative(np.abs(x - held), 1.0 + np.abs(x)),
-    }
-
-
-def assert_contradiction(qp, conflict):
-    """The rows add up to 0 x < 0."""
-    _, _, G, h, A, b, lb, ub = parts_of(qp)
-    total, size, bound = np.zeros(len(lb)), 0.0, 0.0
-    for part, row, weight in conflict:
-        assert part != "G" or weight > 0.0
-        c = {"A": A, "G": G, "box": np.eye(len(lb))}[part][row]
-        total += weight * c
-        size = max(size, np.abs(weight * c).max())
-        bound += weight * {"A": b, "G": h, "box": ub if weight > 0.0 else lb}[part][row]
-    assert bound < 0.0 and np.abs(total).max() <= 1e-7 * size, (bound, total, size)
-
-
-def assert_ray(qp, ray):
-    """The objective falls along it, without a bend, and no constraint ends it."""
-    P, q, G, h, A, _, lb, ub = parts_of(qp)
-    size = np.abs(P).max()
-    assert q @ ray < 0.0
-    assert np.abs(P @ ray).max() <= 1e-9 * (np.abs(P) @ np.abs(ray)).max() + 1e-12 * size
-    assert relative(np.abs(A @ ray), np.linalg.norm(A, axis=1)) < 1e-7
-    assert relative((G @ ray)[np.isfinite(h)], np.linalg.norm(G, axis=1)[np.isfinite(h)]) < 1e-7
-    assert ray[np.isfinite(ub)].max(initial=0.0) < 1e-7 and ray[np.isfinite(lb)].min(initial=0.0) > -1e-7
 
 
 @pytest.mark.filterwarnings("error")
@@ -77,14 +25,16 @@ def test_what_is_said_of_rough_qps_is_proven_by_their_data():
         try:
             found = solve_qp(**qp)
         except UnboundedError as error:
-            assert_ray(qp, error.ray)
+            worst = ray_faults(qp, error.ray)
+            assert worst.pop("slope") < 0.0 and worst.pop("P") < 1e-9 and max(worst.values()) < 1e-7, seed
             continue
         if found.found:
             worst = faults(qp, found)
             assert found.status is Status.SOLVED and max(worst.values()) < WORST, (seed, worst)
         elif found.conflict:
             assert not is_feasible, seed
-            assert_contradiction(qp, found.conflict)
+            left, bound = contradiction(qp, found.conflict)
+            assert left < 1e-7 and bound < 0.0, seed
         else:
             assert found.status is Status.NOT_PROVEN, (seed, found)
             unproven += 1
@@ -97,7 +47,7 @@ def test_the_size_of_the_objective_does_not_matter(factor):
         for seed in range(100):
             qp = qp_of(kind, seed)
             found = solve_qp(**{**qp, "P": factor * qp["P"], "q": factor * qp["q"]})
-            assert found.found and max(faults({**qp}, _unscaled(found, factor)).values()) < WORST
+            assert found.found and max(faults(qp, _unscaled(found, factor)).values()) < WORST
 
 
 def _unscaled(found, factor):
@@ -128,7 +78,7 @@ def test_without_an_objective_any_x_that_meets_the_constraints_is_the_answer():
     assert found.x @ [1.0, 2.0] == pytest.approx(3.0)
 
 
-def test_an_answer_in_other_units_counts_only_if_the_constraints_are_met(monkeypatch):
+def test_an_answer_in_other_units_counts_only_if_it_is_proven_in_the_callers(monkeypatch):
     attempts = []
 
     def counted(*arguments):
@@ -141,7 +91,7 @@ def test_an_answer_in_other_units_counts_only_if_the_constraints_are_met(monkeyp
         if is_found(seed) and seed in attempts:
             solved.append(seed)
     assert len(solved) > 2
-    monkeypatch.setattr(qp_scaled, "is_met", lambda *_: False)
+    monkeypatch.setattr(qp_scaled, "is_proven", lambda *_: False)
     for seed in solved:
         found = solve_qp(**rough_qp(seed)[0])
         assert not found.found and found.status is Status.NOT_PROVEN

@@ -13,7 +13,7 @@ import zstandard
 from hapticd.runtime.errors import LogError, LogModelError, LogTruncatedError
 from hapticd.runtime.live import lockstep_run
 from hapticd.runtime.recording.log import open_log
-from hapticd.runtime.recording.reader import MAX_COUNT
+from hapticd.runtime.recording.reader import ALLOWANCE, MAX_COUNT, MAX_RATIO
 from hapticd.runtime.recording.record import head
 
 from .conftest import loaded
@@ -90,6 +90,15 @@ def test_zeros_that_expand_beyond_a_limit_are_refused(good: bytes, reading: Call
         with pytest.raises(LogError, match=what) as error:
             reading(put_together(parts, extra))
         assert " at byte " in str(error.value)
+
+
+def test_records_count_even_where_they_are_empty(good: bytes, reading: Callable[[bytes], int]) -> None:
+    """Their bytes alone are half of what a file may expand to."""
+    empty, parts = frame(MESSAGE, (3).to_bytes(2, "little") + bytes(20)), take_apart(good)
+    allowed = ALLOWANCE + MAX_RATIO * len(good)
+    crowd = chunk(empty * 20_000) * (allowed // (2 * len(empty) * 20_000))
+    with pytest.raises(LogError, match="or to too many records"):
+        reading(put_together(parts, crowd))
 
 
 def test_an_absurd_length_is_refused_where_it_stands(good: bytes, reading: Callable[[bytes], int]) -> None:
