@@ -117,7 +117,9 @@ class _Bounds:
     def spend(self, size: int) -> None:
         self._left -= size
         if self._left < 0:
-            raise DamageError(f"the file expands to more than {MAX_RATIO} times its length, or to too many records")
+            raise DamageError(
+                f"the file expands to more than {MAX_RATIO} times its length, or to too many records"
+            )
 
     def count(self, opcode: int, key: object) -> None:
         self._seen.add((opcode, key))
