@@ -28,6 +28,7 @@ PATIENCE_S = 90.0
 ENVIRONMENT = "HAPTICD_TEST_FAMILY"
 HAPTICD = (str(Path(sys.executable).with_name("hapticd")),)
 _UNFINISHED = re.compile(r"\x1b(\[\d*)?$")
+_DRAWN = re.compile(r"(?<=\x1b\[K)")
 _TOKEN = re.compile(r"\x1b\[(\d*)([A-Za-z])|([\r\n\b\x07])|(\x1b.?)")
 
 
@@ -125,6 +126,7 @@ class Terminal:
         self.before = termios.tcgetattr(self.slave)
         self.emulator = Emulator(columns, height)
         self.raw = ""
+        self._stood: set[str] = set()
         self._decoder = codecs.getincrementaldecoder("utf-8")(errors="replace")
         self._unfinished = ""
         self._family = uuid.uuid4().hex
@@ -189,7 +191,9 @@ class Terminal:
         text = self._unfinished + text
         cut = found.start() if (found := _UNFINISHED.search(text)) else len(text)
         self._unfinished = text[cut:]
-        self.emulator.feed(text[:cut])
+        for piece in _DRAWN.split(text[:cut]):
+            self.emulator.feed(piece)
+            self._stood.update(self.staying)
 
     def wait_until(self, seconds: float) -> None:
         """Go on reading until this long after the start."""
@@ -209,8 +213,12 @@ class Terminal:
         self.until(lambda: " ".join(self.emulator.text.split()).count(text) >= times, text)
 
     def until_stays(self, text: str) -> None:
-        """Read until a text stands on the lines at the bottom."""
-        self.until(lambda: any(text in row for row in self.staying), text)
+        """Read until a text stood on the lines at the bottom.
+
+        Where the host is busy, many of them come at once.
+        """
+        self._stood = set(self.staying)
+        self.until(lambda: any(text in row for row in self._stood), text)
 
     @property
     def staying(self) -> list[str]:
