@@ -23,7 +23,7 @@ from .identification import MOVING, Recorded
 from .link_parameters import LinkFit, Links, fit_links
 from .own_plant import Doubt
 from .recorded_joints import Believed, IdentifyError, elastic
-from .rhi_table1 import zero_phase
+from .zero_phase import zero_phase
 
 PACE = 0.7
 """Part of the joints' rated speeds and accelerations that a course uses: nobody holds the handle."""

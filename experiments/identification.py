@@ -15,11 +15,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from math import sqrt
 
 import numpy as np
 
 from ..models import Array
+from .least_squares import Estimate, Fit, least_squares
 
 WINDOW = 10
 """Ticks of a window."""
@@ -60,14 +60,6 @@ class Recorded:
 
 
 @dataclass(frozen=True, slots=True)
-class Estimate:
-    """A number with its standard error."""
-
-    value: float
-    error: float
-
-
-@dataclass(frozen=True, slots=True)
 class Identified:
     """What a joint's recording says.
 
@@ -83,30 +75,6 @@ class Identified:
     residual: Mapping[str, float]
     late: int
     refused: Sequence[str]
-
-
-@dataclass(frozen=True, slots=True)
-class _Fit:
-    """Ordinary least squares: estimates, their standard errors, standard deviation of what is left."""
-
-    values: Array
-    errors: Array
-    residual: float
-
-
-def _fit(columns: Sequence[Array], target: Array) -> _Fit:
-    """Of neighbouring windows what is left is alike: errors count with as many as are independent."""
-    A = np.column_stack(columns)
-    scale = np.linalg.norm(A, axis=0)
-    scale[scale == 0.0] = 1.0
-    scaled, *_ = np.linalg.lstsq(A / scale, target, rcond=None)
-    left = target - A / scale @ scaled
-    free = len(target) - A.shape[1]
-    variance = float(left @ left) / free
-    alike = float(left[1:] @ left[:-1]) / max(float(left @ left), 1e-300)
-    alike = min(max(alike, 0.0), 0.99)
-    covariance = np.linalg.pinv((A / scale).T @ (A / scale)) * variance * (1.0 + alike) / (1.0 - alike)
-    return _Fit(scaled / scale, np.sqrt(np.diag(covariance)) / scale, sqrt(variance))
 
 
 def identify(runs: Sequence[Recorded], torque: float, top_speed: float, dt: float) -> Identified:
@@ -150,7 +118,7 @@ def _spring(
             f"stiffness: the load varied by {swing:.3g} of {torque:g}; it takes {LEAST_LOAD:.0%}: pull harder"
         )
         return
-    fit = _fit([deflection, rate, np.ones(len(load))], load)
+    fit = least_squares([deflection, rate, np.ones(len(load))], load)
     residual["spring"] = fit.residual
     # what the rate takes is the spring's damping and what its sensors lag each other by, both in one
     _keep(found, refused, {"stiffness": (fit.values[0], fit.errors[0])}, {"stiffness"})
@@ -165,12 +133,12 @@ def _motor(
     residual: dict[str, float],
     refused: list[str],
 ) -> int:
-    best: tuple[_Fit, int, Array] | None = None
+    best: tuple[Fit, int, Array] | None = None
     for late in range(1, MOST_LATE + 1):
         columns, target = _rows(runs, top_speed, dt, late)
         if len(target) < LEAST_WINDOWS:
             continue
-        fit = _fit(list(columns.T), target)
+        fit = least_squares(list(columns.T), target)
         if best is None or fit.residual < best[0].residual:
             best = fit, late, columns
     if best is None:
@@ -188,7 +156,7 @@ def _motor(
         )
         names.remove("load_friction")
         _, target = _rows(runs, top_speed, dt, late)
-        fit = _fit([columns[:, k] for k in (0, 1, 3, 5)], target)
+        fit = least_squares([columns[:, k] for k in (0, 1, 3, 5)], target)
     if min(np.mean(direction > 0.0), np.mean(direction < 0.0)) < LEAST_SHARE:
         refused.append("rotor and friction: the joint moved in one direction only: lead it to and fro")
         return late

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -14,10 +15,15 @@ import numpy as np
 
 from ..configs.printable import printable
 from ..runtime.configuration import config
+from ..runtime.configuration.config import Loaded
+from ..runtime.configuration.system import find_system
 from ..runtime.invocation import install
 from ..runtime.recording.log import open_log
+from . import identify_handle
 from .excited_joints import Excited, excite, links_of
-from .identification import Estimate, Identified, identify
+from .identification import Identified, identify
+from .identify_handle import push
+from .least_squares import Estimate
 from .link_parameters import LinkFit
 from .own_plant import Doubt
 from .recorded_joints import Believed, IdentifyError, recorded
@@ -52,10 +58,16 @@ def run(options: argparse.Namespace) -> int:
     if options.out and options.out.exists():  # rather than after a minute of motion
         raise IdentifyError(f"{options.out} is there already; name another file")
     if of_a_machine(options.what):
-        found, tag, led = _excited(options)
+        loaded = config.load(options.what)
+        if options.handle or not find_system(str(type(loaded.config).__struct_config__.tag)).rig:
+            return _handle(options, loaded)
+        if options.along or options.at:
+            raise IdentifyError("--along and --at are of --handle; the joints of this machine are led")
+        found, tag, led = _excited(options, loaded)
     else:
-        if options.plot or options.wrong_model or options.errors:
-            raise IdentifyError("--plot, --wrong-model and --errors need a machine, not a recording")
+        for option in ("plot", "wrong_model", "errors", "handle", "along", "at"):
+            if getattr(options, option):
+                raise IdentifyError(f"--{option.replace('_', '-')} needs a machine, not a recording")
         log = open_log(options.what)
         dt, tag, led = 1.0 / log.loaded.config.loop.rate, str(log.loaded.config.__struct_config__.tag), None
         found = [(joint, identify(runs, joint.torque, joint.speed, dt)) for joint, runs in recorded(log)]
@@ -77,10 +89,36 @@ def of_a_machine(what: str) -> bool:
     return what.endswith(".toml") or not (what.endswith(".mcap") or Path(what).exists())
 
 
-def _excited(options: argparse.Namespace) -> tuple[Found, str, tuple[Excited, LinkFit]]:
+def _excited(options: argparse.Namespace, loaded: Loaded) -> tuple[Found, str, tuple[Excited, LinkFit]]:
     """Lead the joints of a simulated machine, and identify what was measured."""
-    loaded = config.load(options.what)
-    dt, show = 1.0 / loaded.config.loop.rate, sys.stderr.isatty() and not options.json
+    dt = 1.0 / loaded.config.loop.rate
+    doubt = Doubt(options.wrong_model, options.errors)
+    with _bar(options) as progress:
+        excited = excite(loaded, options.seconds, options.seed, doubt, progress)
+    found = [(joint, identify(runs, joint.torque, joint.speed, dt)) for joint, runs in excited.joints]
+    fit = links_of(excited, dt)
+    if options.plot:
+        _draw(options.plot, found, excited, fit, dt)
+    return found, str(loaded.config.__struct_config__.tag), (excited, fit)
+
+
+def _handle(options: argparse.Namespace, loaded: Loaded) -> int:
+    """Push the handle; 1 where something was refused, else 0."""
+    if options.out:
+        raise IdentifyError("--out: what a hand feels of a handle is no part of a configuration; see --json")
+    doubt = Doubt(options.wrong_model, options.errors)
+    with _bar(options) as progress:
+        told = push(loaded, options.along or [], options.at, doubt, options.seed, progress)
+    print(identify_handle.as_json(told) if options.json else "\n".join(identify_handle.table(told)))
+    if options.plot:
+        identify_handle.draw(options.plot, told)
+    return int(any(each.seen is None for each in told))
+
+
+@contextmanager
+def _bar(options: argparse.Namespace) -> Iterator[Callable[[float, str], None]]:
+    """What is told the share that is done; on a terminal people see it."""
+    show = sys.stderr.isatty() and not options.json
 
     def progress(share: float, what: str) -> None:
         if show:
@@ -88,15 +126,12 @@ def _excited(options: argparse.Namespace) -> tuple[Found, str, tuple[Excited, Li
             sys.stderr.write(f"\r[{'#' * bar}{'.' * (BAR - bar)}] {what}\x1b[K")
             sys.stderr.flush()
 
-    doubt = Doubt(options.wrong_model, options.errors)
-    excited = excite(loaded, options.seconds, options.seed, doubt, progress)
-    if show:
-        sys.stderr.write("\r\x1b[K")
-    found = [(joint, identify(runs, joint.torque, joint.speed, dt)) for joint, runs in excited.joints]
-    fit = links_of(excited, dt)
-    if options.plot:
-        _draw(options.plot, found, excited, fit, dt)
-    return found, str(loaded.config.__struct_config__.tag), (excited, fit)
+    try:
+        yield progress
+    finally:
+        if show:
+            sys.stderr.write("\r\x1b[K")
+            sys.stderr.flush()
 
 
 def _led_table(found: Found, excited: Excited, fit: LinkFit) -> list[str]:

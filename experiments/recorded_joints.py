@@ -102,7 +102,10 @@ def _elastic(config: Config) -> list[tuple[str, float, float, float]]:
         ]
         if springs:
             return springs
-    raise IdentifyError("no joint of this machine has a spring: there is no stiffness to identify")
+    raise IdentifyError(
+        "no joint of this machine has a spring: there is no stiffness to identify; give its configuration"
+        " instead of a recording, and its simulated handle is pushed"
+    )
 
 
 def _runs(log: Log, image: ProcessImage, n: int) -> list[list[Array]]:

@@ -16,7 +16,7 @@ from ..machines.rhi.self_motion import Ellipsoid, best_posture
 from ..models import Array
 from .outcome import Outcome, Progress, Row
 from .palpation import Device
-from .rhi_table1 import apparent
+from .rhi_table1 import direct_inertia
 
 TITLE = "what redundancy is worth, base joints free and locked"
 LOCKED = 2
@@ -77,7 +77,7 @@ def run(progress: Progress) -> Outcome:
             note = f"over directions {least:.3f} to {most:.3f}"
             note += "; the lock bears the base's torque" if quantity == "force" and k < 2 else ""
             rows.append(Row(f"{quantity} along u, {name}{unit}", "-", f"{along[quantity][k]:.3f}", note))
-    free, stiff = (apparent(device, stiff) for stiff in (False, True))
+    free, stiff = (direct_inertia(device, stiff) for stiff in (False, True))
     rows.append(
         Row("Table I's inertia, free / stiff [kg]", "0.036 / 0.125", f"{free:.3f} / {stiff:.3f}", PURSUED)
     )

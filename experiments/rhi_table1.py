@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from ..models import Array
+from .apparent import WINDOW, Apparent, Push, apparent
 from .outcome import Outcome, Progress, Row
 from .palpation import RATE, SUBSTEPS, Device
 
@@ -15,10 +16,6 @@ TRIALS = 10
 FORCES = np.linspace(0.5, 1.5, TRIALS)
 START, POINT = 0.05, 0.1
 """Coordinate along u where a trial begins, and where inertia and friction are asked for [m]."""
-WINDOW = 0.01
-"""Samples this close to the point take part [m]."""
-CUT_OFF = 40.0
-"""Cut-off of the Butterworth filter [Hz]; the paper gives its order only."""
 PAPER = {"free": (0.036, 0.2953), "stiff": (0.125, 0.6325)}
 SIDE = (2000.0, 20.0)
 """A guide keeps the hand on the line along u [N/m, N s/m]; the model (22) has one direction."""
@@ -40,26 +37,17 @@ def zero_phase(signal: Array, cut_off: float, rate: float, order: int = 5) -> Ar
     return smooth
 
 
-def identify(device: Device, stiff: bool) -> tuple[float, float]:
-    """Inertia [kg] and friction [N s/m] along u by least squares on (22)."""
-    rows, right = [], []
+def identify(device: Device, stiff: bool) -> Apparent:
+    """Inertia and friction along u."""
     away = (START - POINT) * device.u
     centre, device.centre = device.centre, device.centre + away
     start = device.posture(stiff)
     device.centre = centre
-    for force in FORCES:
-        y = zero_phase(_push(device, start, stiff, force), CUT_OFF, RATE)
-        v = np.gradient(y, 1.0 / RATE)
-        a = np.gradient(v, 1.0 / RATE)
-        near = np.abs(y - POINT) < WINDOW
-        rows.append(np.stack([a[near], v[near]], axis=1))
-        right.append(np.full(int(near.sum()), force))
-    solution = np.linalg.lstsq(np.concatenate(rows), np.concatenate(right), rcond=None)[0]
-    return float(solution[0]), float(solution[1])
+    return apparent([_push(device, start, stiff, force) for force in FORCES], POINT, RATE)
 
 
-def _push(device: Device, start: Array, stiff: bool, force: float) -> Array:
-    """Position along u while a constant force pushes the hand from START past POINT, (k,)."""
+def _push(device: Device, start: Array, stiff: bool, force: float) -> Push:
+    """A constant force pushes the hand from START past POINT."""
     controller, _ = device.controller()
     controller.transition.freeze(1.0 if stiff else 0.0)
     plant = device.plant(start)
@@ -79,10 +67,10 @@ def _push(device: Device, start: Array, stiff: bool, force: float) -> Array:
             guide = -(SIDE[0] * aside + SIDE[1] * (plant.velocity[:2] @ side)) * side
             push = [*(force * u + guide), 0.0]
             plant.step(controller.torque, [False] * arm.n, push, 1.0 / RATE / SUBSTEPS)
-    return np.array(track)
+    return Push(np.array(track), np.full(len(track), force))
 
 
-def apparent(device: Device, stiff: bool) -> float:
+def direct_inertia(device: Device, stiff: bool) -> float:
     """Mx = 1 / (u^T J M^-1 J^T u) at X0 [kg]."""
     arm = device.arm.at(device.posture(stiff))
     return float(1.0 / (device.u @ arm.J @ np.linalg.solve(arm.M, arm.J.T) @ device.u))
@@ -95,9 +83,9 @@ def run(progress: Progress) -> Outcome:
     for name in ("free", "stiff"):
         progress(name)
         stiff = name == "stiff"
-        found[name] = identify(device, stiff)
-        mass, friction = found[name]
-        direct = apparent(device, stiff)
+        seen = identify(device, stiff)
+        mass, friction = found[name] = seen.inertia.value, seen.friction.value
+        direct = direct_inertia(device, stiff)
         rows += [
             Row(
                 f"inertia, {name} [kg]",

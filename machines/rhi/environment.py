@@ -78,7 +78,7 @@ class Environment:
             force = part.force(position, velocity)
             if force is not None:
                 total = [a + b for a, b in zip(total, force, strict=True)] if total else force
-        self.depth = max([part.depth for part in self.parts])
+        self.depth = max([part.depth for part in self.parts], default=0.0)
         self.energy = sum([part.energy for part in self.parts])
         return total if total else [-0.0] * len(position)  # the sign that -k d has in front of a wall
 

@@ -8,6 +8,7 @@ from .config import RhiConfig
 from .figures import RhiFigures
 from .limits import RhiLimits
 from .machine import RedundantInterface
+from .pushed import rhi_pushed
 from .scene import RhiScene
 from .simulation import rhi_plant
 from .stance import rhi_bodies, rhi_stance
@@ -22,4 +23,5 @@ RHI = System(
     rhi_stance,
     scene=RhiScene,
     variations={"bodies": rhi_bodies},
+    pushed=rhi_pushed,
 )

@@ -172,6 +172,21 @@ class Rig(Generic[C]):
 
 
 @dataclass(frozen=True, slots=True)
+class Pushed(Generic[C]):
+    """A state of a machine in which its handle is pushed, for the inertia and friction that a hand feels.
+
+    Attributes:
+        name: for people.
+        machine: builds its controller; None for the machine's own.
+        directions: of the base that the handle moves in, "x" to "z".
+    """
+
+    name: str = "as configured"
+    machine: Callable[[C, Robot, ProcessImage, Mark], Machine] | None = None
+    directions: Sequence[str] = ("x", "y", "z")
+
+
+@dataclass(frozen=True, slots=True)
 class System(Generic[C]):
     """A kind of machine; an entry point of the group ``hapticd.machines`` names it.
 
@@ -189,6 +204,7 @@ class System(Generic[C]):
         remarks: sentences on what people should know of a configuration that is fine.
         rig: for a machine whose joints can be led, how: its sensors are calibrated, its motors identified.
         variations: other random beginnings than ``stance``, by name.
+        pushed: states in which its handle is pushed; without it that is the machine as it is configured.
     """
 
     config: type[C]
@@ -203,6 +219,7 @@ class System(Generic[C]):
     remarks: Callable[[C, Robot], list[str]] | None = None
     rig: Callable[[C, Robot], Rig[C]] | None = None
     variations: Mapping[str, Callable[[C, Robot, Random], Stance[C]]] = field(default_factory=dict)
+    pushed: Callable[[C], Sequence[Pushed[C]]] | None = None
 
 
 def system_names() -> list[str]:

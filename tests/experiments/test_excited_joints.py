@@ -96,21 +96,6 @@ def test_a_course_between_limits_that_leave_none_is_refused_with_its_condition(
         excite(load("giant"), 12.0, 1, Doubt())
 
 
-@pytest.mark.parametrize(
-    ("words", "said"),
-    [
-        (["rhi"], "no joint of this machine has a spring"),
-        (["operator"], "no joint of this machine has a spring"),
-        (["none.mcap", "--errors"], "need a machine"),
-    ],
-)
-def test_what_cannot_be_identified_says_so(
-    words: list[str], said: str, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert main(["identify", *words]) == 2
-    assert said in capsys.readouterr().err
-
-
 @pytest.mark.slow
 def test_the_command_prints_json_and_writes_what_a_configuration_takes(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
