@@ -59,7 +59,8 @@ reset, quit, and those of the simulated person. Through a pipe, commands are
 whole words, one a line; the word help lists them. Ctrl-C ends the session
 after the machine has come to rest.
 
-exit status: 0 done, 1 a check failed, 2 bad usage or configuration,
+exit status: 0 done, 1 a check failed, or the machine never became active
+             though there was time for it, 2 bad usage or configuration,
              3 stopped by safety; ended before anything moved, or at once
              because asked twice: 130 by Ctrl-C, 143 by SIGTERM, 129 by a
              terminal that closed
@@ -302,6 +303,7 @@ def _run(options: argparse.Namespace) -> int:
     from ..configuration import config
     from ..configuration.session import remarks
     from ..live import daemon, lockstep_run
+    from ..live.never_active import never_active
     from ..live.promise import verdict
     from ..live.recorder import STDERR
     from ..live.screen import steerable
@@ -321,13 +323,14 @@ def _run(options: argparse.Namespace) -> int:
             if log.exists() and log.stat().st_size == 0:  # nothing began
                 log.unlink()
     status, last = outcome.status, ""
+    idle = never_active(loaded.config, outcome)
     if outcome.report:
-        shown, last = verdict(loaded, outcome.report, options.lockstep)
+        shown, last = verdict(loaded, outcome.report, options.lockstep, idle)
         status = status or int(not shown)
     if outcome.report and options.json:
         speed = {} if outcome.speed_x is None else {"speed_x": outcome.speed_x}
         more = {"log": str(log), "status": status, "message": outcome.message, "verdict": last, **speed}
-        more["remarks"] = remarks(loaded)
+        more |= {"remarks": remarks(loaded), "never_active": idle.why if idle else ""}
         print(as_json(outcome.report, **more))
     elif outcome.report:
         print(table(outcome.report))
