@@ -165,6 +165,7 @@ def _machines(design: Design, study: Path) -> Machines:
 def _sit(design: Design, text: str, machines: Machines, unit: str, options: argparse.Namespace) -> int:
     import zlib
 
+    from ...runtime.command_line.paragraphs import tell
     from ...runtime.live.interrupts import Interrupted, held
     from .keys import Keys
     from .rendering import SessionError
@@ -172,7 +173,7 @@ def _sit(design: Design, text: str, machines: Machines, unit: str, options: argp
 
     seed = zlib.crc32(f"{design.name} {options.participant}".encode())
     course = design.course(seed, unit, options.observer)
-    say = partial(print, file=sys.stderr, flush=True)
+    say = partial(tell, stream=sys.stderr)
     with held():
         simulated = options.observer is not None
         sitting = Sitting(design, text, options.out, options.participant, course, simulated)

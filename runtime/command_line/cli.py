@@ -309,6 +309,7 @@ def _run(options: argparse.Namespace) -> int:
     from ..live.screen import steerable
     from ..live.watching import watching
     from ..recording.summary import as_json, table
+    from .paragraphs import tell
 
     loaded = config.load(chosen(options))
     if options.demo or (options.view and options.lockstep):
@@ -337,12 +338,12 @@ def _run(options: argparse.Namespace) -> int:
         if outcome.speed_x is not None:
             print(f"lockstep: {outcome.speed_x:g} times real time")
         for remark in remarks(loaded):
-            print(f"note: {remark}")
+            tell(f"note: {remark}")
         print(f"log: {log}")
         print(f"replay: {program()} replay {shlex.quote(str(log))} --verify")
-        print(last)
+        tell(last)
     if outcome.message:
-        print(f"hapticd: {outcome.message}", file=sys.stderr)
+        tell(f"hapticd: {outcome.message}", sys.stderr)
     return status
 
 
@@ -458,6 +459,7 @@ def _check(options: argparse.Namespace) -> int:
     from ...models import ModelError
     from ..configuration import config
     from ..configuration.session import build, remarks
+    from .paragraphs import tell
 
     try:
         if Path(options.config).suffix == ".urdf":
@@ -480,12 +482,12 @@ def _check(options: argparse.Namespace) -> int:
         print(msgspec.json.encode(found).decode())
     else:
         frames = len(network.devices) + len(network.output_frames)
-        print(
+        tell(
             f"{session.loaded.source}: no findings. {len(network.devices)} devices, {frames} frames a tick,"
             f" {session.robot.nv} joints, {session.config.loop.rate:g} Hz"
         )
         for remark in remarks(session.loaded):
-            print(remark)
+            tell(remark)
     return 0
 
 
