@@ -104,6 +104,7 @@ def workers(text: str) -> int:
 
 def run(options: argparse.Namespace) -> int:
     """Run the sessions and print what became of them; 1 where one stopped, else 0."""
+    from ..runtime.command_line.paragraphs import DEEPER, tell
     from ..runtime.configuration import config
     from ..runtime.configuration.session import build
     from .hands import Tally, sessions
@@ -129,7 +130,12 @@ def run(options: argparse.Namespace) -> int:
     if show:
         sys.stderr.write("\r\x1b[K")
     worst = repeat(options, tally)
-    print(as_json(tally, worst) if options.json else "\n".join(table(tally, worst)))
+    if options.json:
+        print(as_json(tally, worst))
+    else:
+        for line in table(tally):
+            tell(line, indent=DEEPER)
+        print(f"the worst again: {worst}")
     return int(tally.finished < tally.sessions)
 
 
@@ -180,7 +186,7 @@ def as_json(tally: Tally, worst: str) -> str:
     return msgspec.json.encode(found).decode()
 
 
-def table(tally: Tally, worst: str) -> list[str]:
+def table(tally: Tally) -> list[str]:
     """The tally for people."""
     lines = [f"{tally.sessions} sessions, simulated; {tally.finished} finished"]
     for reason, number_of in tally.stops.most_common():
@@ -196,5 +202,4 @@ def table(tally: Tally, worst: str) -> list[str]:
     else:
         mean, least = 1e2 * tally.covered, 1e2 * min(tally.shares)
         lines.append(f"of the way that an ideal twin goes the handle went {mean:.1f} % (least {least:.1f} %)")
-    lines.append(f"the worst again: {worst}")
     return lines

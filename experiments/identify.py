@@ -14,6 +14,7 @@ import msgspec
 import numpy as np
 
 from ..configs.printable import printable
+from ..runtime.command_line.paragraphs import DEEPER, tell
 from ..runtime.configuration import config
 from ..runtime.configuration.config import Loaded
 from ..runtime.configuration.system import find_system
@@ -74,7 +75,8 @@ def run(options: argparse.Namespace) -> int:
     if options.json:
         print(as_json(found, led))
     else:
-        print("\n".join([*table(found), *(_led_table(found, *led) if led else [])]))
+        for line in (*table(found), *(_led_table(found, *led) if led else [])):
+            tell(line, indent=DEEPER)
     if options.out:
         write(options.out, "\n".join(toml(found, tag, led[1] if led else None)))
     return int(any(key not in seen.found for _, seen in found for key in WANTED))

@@ -14,6 +14,7 @@ from ...runtime.invocation import program
 
 if TYPE_CHECKING:
     from .protocol import Design, Machines, Observer, Stimulus
+    from .study_text import StudyText
 
 DESCRIPTION = """Measure what people can tell of what a machine renders: constant stimuli, weighted up-down
 staircases, or QUEST+, over any number in the machine's configuration. Or let them do tasks with it, and rate
@@ -132,23 +133,23 @@ def observer(text: str) -> Observer:
 
 def run(options: argparse.Namespace) -> int:
     """Rehearse, or lead a participant through the study."""
-    from ...runtime.configuration.session import build
     from .settings import StudyError
     from .study_file import read_design
+    from .study_text import StudyText
+    from .trying_out import try_out
 
     text, design = read_design(options.study)
+    written = StudyText(str(options.study), text)
     if options.runs and not options.observer:
         raise StudyError("--runs rehearses with simulated observers; give one with --observer")
-    if options.runs:
-        return _rehearse(design, options)
-    if not options.participant:
+    if not (options.runs or options.participant):
         raise StudyError("whose answers are they? give --participant, or rehearse with --runs")
+    machines = _machines(design, options.study)
+    if options.runs:
+        return _rehearse(design, written, machines, options)
     if refusal := design.refusal(options.observer, options.live):
         raise StudyError(refusal)
-    machines = _machines(design, options.study)
-    unit = design.unit(machines)
-    for stimulus in design.ends:
-        build(stimulus.machine(machines))
+    unit = try_out(design, written, machines, not options.live)
     return _sit(design, text, machines, unit, options)
 
 
@@ -165,6 +166,7 @@ def _machines(design: Design, study: Path) -> Machines:
 def _sit(design: Design, text: str, machines: Machines, unit: str, options: argparse.Namespace) -> int:
     import zlib
 
+    from ...runtime.command_line.paragraphs import tell
     from ...runtime.live.interrupts import Interrupted, held
     from .keys import Keys
     from .rendering import SessionError
@@ -172,7 +174,7 @@ def _sit(design: Design, text: str, machines: Machines, unit: str, options: argp
 
     seed = zlib.crc32(f"{design.name} {options.participant}".encode())
     course = design.course(seed, unit, options.observer)
-    say = partial(print, file=sys.stderr, flush=True)
+    say = partial(tell, stream=sys.stderr)
     with held():
         simulated = options.observer is not None
         sitting = Sitting(design, text, options.out, options.participant, course, simulated)
@@ -220,16 +222,19 @@ def _tell(found: dict[str, Any], unit: str, simulated: bool, as_json: bool) -> N
         print(f"{key.replace('_', ' ')}: {shown}{f' {unit}' if unit and key != 'trials' else ''}")
 
 
-def _rehearse(design: Design, options: argparse.Namespace) -> int:
+def _rehearse(design: Design, text: StudyText, machines: Machines, options: argparse.Namespace) -> int:
+    """What the real study would refuse is refused here: a machine that can only be live is no reason to."""
     import msgspec
 
     from .psychometric import Psychometric
     from .rehearsal import rehearse
     from .settings import StudyError
     from .threshold import ThresholdDesign
+    from .trying_out import try_out
 
     if not (isinstance(design, ThresholdDesign) and isinstance(options.observer, Psychometric)):
         raise StudyError("--runs rehearses the search for a threshold; tasks are tried with --observer hand")
+    try_out(design, text, machines, False if options.live else None)
     found = rehearse(design, options.observer, options.runs)
     if options.json:
         print(msgspec.json.encode(found).decode())

@@ -40,6 +40,23 @@ class Stimulus(Protocol):
 
 
 @dataclass(frozen=True, slots=True)
+class Asked:
+    """A stimulus that a study may show.
+
+    Attributes:
+        key: of the study's file that asks for it; seconds_key: that says how long it lasts.
+        what: the value that the key asks for, and ": "; "" where the key says it.
+        outermost: whether all others lie between such: the machine is built with it before the first trial.
+    """
+
+    stimulus: Stimulus
+    key: str
+    seconds_key: str
+    what: str = ""
+    outermost: bool = True
+
+
+@dataclass(frozen=True, slots=True)
 class Question:
     """Something that participants are asked.
 
@@ -153,5 +170,9 @@ class Design(Protocol):
         """The trials of the participant of a seed."""
 
     @property
-    def ends(self) -> tuple[Stimulus, ...]:
-        """Stimuli beyond which it shows none: the machine must take them all."""
+    def asked(self) -> tuple[Asked, ...]:
+        """Stimuli that it may show, and those that all others lie between: the machine must take them all."""
+
+    @property
+    def parameter_key(self) -> str:
+        """Key of the file by which the machine may not fit the study."""

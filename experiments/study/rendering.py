@@ -7,6 +7,7 @@ from pathlib import Path
 from ...runtime.configuration.config import Loaded
 from ...runtime.live import daemon, lockstep_run
 from ...runtime.live.interrupts import Interrupted
+from ...runtime.live.never_active import never_active
 
 
 class SessionError(Exception):
@@ -29,7 +30,7 @@ def render(loaded: Loaded, seconds: float, log: Path, live: bool) -> None:
     """Run the machine for so many seconds, live or in lockstep.
 
     Raises:
-        SessionError: the session stopped by itself.
+        SessionError: the session stopped by itself, or the machine never became active in it.
         Interrupted: a signal ended it; the machine is at rest.
     """
     if live:
@@ -40,3 +41,5 @@ def render(loaded: Loaded, seconds: float, log: Path, live: bool) -> None:
         raise Interrupted(outcome.signals[0])
     if outcome.status:
         raise SessionError(outcome.status, outcome.message)
+    if idle := never_active(loaded.config, outcome):  # whatever the reason, nobody felt the stimulus
+        raise SessionError(1, str(idle))

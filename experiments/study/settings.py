@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from dataclasses import replace
 
+from ...configs.words import nearest
 from ...runtime.configuration.config import Loaded, parse
 from ...runtime.configuration.toml_lines import key_lines
 from ...runtime.errors import HapticdError
@@ -51,7 +52,11 @@ def _found(loaded: Loaded, key: str) -> tuple[int, re.Match[str]]:
     """Index of a key's line, and its value in it."""
     line = key_lines(loaded.text).get(key)
     if line is None:
-        raise StudyError(f"{loaded.source} has no line for '{key}'; write it there, with the value it has")
+        near = nearest(key, key_lines(loaded.text))
+        meant = f"did you mean '{near}'? Or " if near else ""
+        raise StudyError(
+            f"{loaded.source} has no line for '{key}'; {meant}write it there, with the value it has"
+        )
     match = _VALUE.match(loaded.text.splitlines()[line - 1])
     if not match:
         raise StudyError(f"{loaded.source}:{line}: '{key}' is not one number; choose a parameter that is")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,7 @@ from ...runtime.configuration.toml_reader import read
 from .built_in import SUFFIX, built_in, built_in_text
 from .protocol import Design
 from .settings import StudyError
+from .study_text import StudyText
 from .tasks import TasksDesign
 from .threshold import ThresholdDesign
 
@@ -27,13 +29,25 @@ def read_design(study: Path) -> tuple[str, Design]:
         ConfigError: it is no TOML.
     """
     text = _text(study)
+    written = StudyText(str(study), text)
     try:
         design: Design = msgspec.convert(read(text, str(study)), type=PROTOCOLS, dec_hook=_quantity)
     except msgspec.ValidationError as error:
-        raise StudyError(f"{study}: {error}; docs/study.md shows whole ones") from error
-    if problem := design.problem():
-        raise StudyError(f"{study}: {problem}")
+        problem, key = _placed(str(error))
+        raise written.refusal(key, f"{problem}; docs/study.md shows whole ones") from error
+    if found := design.problem():
+        key, _, problem = found.partition(": ")
+        raise written.refusal(key, problem)
     return text, design
+
+
+def _placed(message: str) -> tuple[str, str]:
+    """What does not fit, and the key that it is about; "" for the whole file."""
+    problem, _, place = message.partition(" - at ")
+    key = place.strip("`").removeprefix("key in `").lstrip("$.")
+    if unknown := re.search(r"unknown field `(.*?)`", problem):
+        key = f"{key}.{unknown[1]}".lstrip(".")
+    return problem, key
 
 
 def _text(study: Path) -> str:

@@ -17,7 +17,7 @@ from ...runtime.configuration.config import Loaded
 from . import giant_tasks, workload
 from .entries import Label, Text
 from .giant_tasks import Task, judged, motion_of
-from .protocol import Column, Machines, Observer, SimulatedHand, Trial
+from .protocol import Asked, Column, Machines, Observer, SimulatedHand, Trial
 from .psychometric import Psychometric
 from .settings import StudyError
 
@@ -81,9 +81,16 @@ class TasksDesign(Strict, frozen=True, kw_only=True, tag_field="protocol", tag="
         return ""
 
     @property
-    def ends(self) -> tuple[Doing, ...]:
+    def asked(self) -> tuple[Asked, ...]:
         """See ``Design``."""
-        return tuple(Doing(task, None, 0) for task in self.tasks)
+        keys = [f"tasks[{k}]" for k in range(len(self.tasks))]
+        doings = [Doing(task, None, 0) for task in self.tasks]
+        return tuple(Asked(doing, key, f"{key}.seconds") for doing, key in zip(doings, keys, strict=True))
+
+    @property
+    def parameter_key(self) -> str:
+        """See ``Design``."""
+        return "machine"
 
     def course(self, seed: int, unit: str = "", observer: Observer | None = None) -> TasksCourse:
         """See ``Design``."""

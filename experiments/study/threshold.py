@@ -14,7 +14,7 @@ from ...configs.strict import Strict
 from ...runtime.configuration.config import Loaded
 from .entries import Count, Label, Seconds, Text
 from .methods import Constant, Method, QuestPlus, Staircase
-from .protocol import Column, Machines, Observer, Question, Trial
+from .protocol import Asked, Column, Machines, Observer, Question, Trial
 from .psychometric import Posterior, Psychometric
 from .settings import unit_of, with_values
 
@@ -66,6 +66,12 @@ class Quest(Strict, frozen=True, tag_field="kind", tag="quest"):
     trials: Count
     levels: Annotated[int, Meta(ge=2, le=1000)] = 41
 
+    @property
+    def grid(self) -> list[float]:
+        """The levels."""
+        step = (self.upper - self.lower) / (self.levels - 1)
+        return [self.lower + k * step for k in range(self.levels)]
+
 
 class ThresholdDesign(Strict, frozen=True, kw_only=True, tag_field="protocol", tag="threshold"):
     """A threshold of one parameter: see docs/study.md."""
@@ -82,10 +88,34 @@ class ThresholdDesign(Strict, frozen=True, kw_only=True, tag_field="protocol", t
     guess: Annotated[float, Meta(ge=0.0, le=0.5)] = 0.0
 
     @property
-    def ends(self) -> tuple[Shown, ...]:
+    def asked(self) -> tuple[Asked, ...]:
         """See ``Design``."""
         base = self.reference if self.task == "forced" and self.reference is not None else 0.0
-        return tuple(Shown(self.parameter, base + level, self.seconds) for level in self.range)
+        reference = [("reference", self.reference)] if self.reference is not None else []
+        ends = {*self.range, self.reference}
+        levels = [self._asked(*each, 0.0, True) for each in reference]
+        return (*levels, *(self._asked(key, level, base, level in ends) for key, level in self._levels))
+
+    def _asked(self, key: str, level: float, base: float, outermost: bool) -> Asked:
+        added = f"{base:g} + " if base else ""
+        shown = Shown(self.parameter, base + level, self.seconds)
+        return Asked(shown, key, "seconds", f"{added}{level:g}: ", outermost)
+
+    @property
+    def _levels(self) -> list[tuple[str, float]]:
+        """All that can be reached, and the keys that ask for them; a staircase's any within its bounds."""
+        method = self.method
+        if isinstance(method, ConstantStimuli):
+            return [("method.levels", level) for level in dict.fromkeys(method.levels)]
+        ends = [("method.lower", method.lower), ("method.upper", method.upper)]
+        if isinstance(method, UpDown):
+            return [*ends, ("method.start", method.start)]
+        return [*ends, *(("method", level) for level in method.grid[1:-1])]
+
+    @property
+    def parameter_key(self) -> str:
+        """See ``Design``."""
+        return "parameter"
 
     @property
     def range(self) -> tuple[float, float]:
@@ -147,9 +177,7 @@ class ThresholdCourse:
             return Staircase(
                 method.start, method.step, method.target, bounds, method.reversals, method.trials
             )
-        step = (method.upper - method.lower) / (method.levels - 1)
-        levels = [method.lower + k * step for k in range(method.levels)]
-        return QuestPlus(levels, method.trials, self._posterior)
+        return QuestPlus(method.grid, method.trials, self._posterior)
 
     @property
     def columns(self) -> Mapping[str, Column]:

@@ -59,7 +59,8 @@ reset, quit, and those of the simulated person. Through a pipe, commands are
 whole words, one a line; the word help lists them. Ctrl-C ends the session
 after the machine has come to rest.
 
-exit status: 0 done, 1 a check failed, 2 bad usage or configuration,
+exit status: 0 done, 1 a check failed, or the machine never became active
+             though there was time for it, 2 bad usage or configuration,
              3 stopped by safety; ended before anything moved, or at once
              because asked twice: 130 by Ctrl-C, 143 by SIGTERM, 129 by a
              terminal that closed
@@ -302,11 +303,13 @@ def _run(options: argparse.Namespace) -> int:
     from ..configuration import config
     from ..configuration.session import remarks
     from ..live import daemon, lockstep_run
+    from ..live.never_active import never_active
     from ..live.promise import verdict
     from ..live.recorder import STDERR
     from ..live.screen import steerable
     from ..live.watching import watching
     from ..recording.summary import as_json, table
+    from .paragraphs import tell
 
     loaded = config.load(chosen(options))
     if options.demo or (options.view and options.lockstep):
@@ -321,25 +324,26 @@ def _run(options: argparse.Namespace) -> int:
             if log.exists() and log.stat().st_size == 0:  # nothing began
                 log.unlink()
     status, last = outcome.status, ""
+    idle = never_active(loaded.config, outcome)
     if outcome.report:
-        shown, last = verdict(loaded, outcome.report, options.lockstep)
+        shown, last = verdict(loaded, outcome.report, options.lockstep, idle)
         status = status or int(not shown)
     if outcome.report and options.json:
         speed = {} if outcome.speed_x is None else {"speed_x": outcome.speed_x}
         more = {"log": str(log), "status": status, "message": outcome.message, "verdict": last, **speed}
-        more["remarks"] = remarks(loaded)
+        more |= {"remarks": remarks(loaded), "never_active": idle.why if idle else ""}
         print(as_json(outcome.report, **more))
     elif outcome.report:
         print(table(outcome.report))
         if outcome.speed_x is not None:
             print(f"lockstep: {outcome.speed_x:g} times real time")
         for remark in remarks(loaded):
-            print(f"note: {remark}")
+            tell(f"note: {remark}")
         print(f"log: {log}")
         print(f"replay: {program()} replay {shlex.quote(str(log))} --verify")
-        print(last)
+        tell(last)
     if outcome.message:
-        print(f"hapticd: {outcome.message}", file=sys.stderr)
+        tell(f"hapticd: {outcome.message}", sys.stderr)
     return status
 
 
@@ -455,6 +459,7 @@ def _check(options: argparse.Namespace) -> int:
     from ...models import ModelError
     from ..configuration import config
     from ..configuration.session import build, remarks
+    from .paragraphs import tell
 
     try:
         if Path(options.config).suffix == ".urdf":
@@ -477,12 +482,12 @@ def _check(options: argparse.Namespace) -> int:
         print(msgspec.json.encode(found).decode())
     else:
         frames = len(network.devices) + len(network.output_frames)
-        print(
+        tell(
             f"{session.loaded.source}: no findings. {len(network.devices)} devices, {frames} frames a tick,"
             f" {session.robot.nv} joints, {session.config.loop.rate:g} Hz"
         )
         for remark in remarks(session.loaded):
-            print(remark)
+            tell(remark)
     return 0
 
 

@@ -83,12 +83,7 @@ def build(loaded: Loaded, mark: Mark = no_mark, controller: Controller | None = 
         ModelError: the model must not drive a machine.
     """
     config = loaded.config
-    robot = Robot.from_urdf(loaded.model_text, loaded.model_source)
-    system: System[Any] = find_system(str(type(config).__struct_config__.tag))
-    checks = (_check_loop, _check_hand, check_devices, check_simulation, check_hand_speed, check_sensors)
-    common = [found for check in checks for found in check(config)] + check_bus(config.bus)
-    _require(loaded, common + system.check(config, robot))
-    _require(loaded, _check_touches(config, system.limits(config)))
+    system, robot = require_sound(loaded)
     try:
         network = Network(list(config.devices.values()))
         image = ProcessImage(network)
@@ -101,6 +96,22 @@ def build(loaded: Loaded, mark: Mark = no_mark, controller: Controller | None = 
     except ModelError as error:
         raise ConfigError(loaded.source, [Finding(0, "model", str(error), "")]) from error
     return Session(loaded, network, robot, Cycle(config, image, machine, mark), system)
+
+
+def require_sound(loaded: Loaded) -> tuple[System[Any], Robot]:
+    """Kind and model of a machine whose configuration fits together; the machine itself is not built.
+
+    Raises:
+        ConfigError, ModelError: see ``build``.
+    """
+    config = loaded.config
+    robot = Robot.from_urdf(loaded.model_text, loaded.model_source)
+    system: System[Any] = find_system(str(type(config).__struct_config__.tag))
+    checks = (_check_loop, _check_hand, check_devices, check_simulation, check_hand_speed, check_sensors)
+    common = [found for check in checks for found in check(config)] + check_bus(config.bus)
+    _require(loaded, common + system.check(config, robot))
+    _require(loaded, _check_touches(config, system.limits(config)))
+    return system, robot
 
 
 def remarks(loaded: Loaded) -> list[str]:

@@ -27,6 +27,7 @@ class Start:
     Attributes:
         permission: to arm by a press.
         recorded: whether somebody writes the log.
+        refused: why the last press started nothing; "" where it did, or nobody pressed.
     """
 
     def __init__(
@@ -43,6 +44,7 @@ class Start:
         self._senses, self._drives, self._stops = senses, drives, stops
         self.permission = permission
         self.recorded = True
+        self.refused = ""
         self._dead_man, self._supervisor = DeadMan(), DeadMan()
         self._lurch = tuple(LURCH_SHARE * play for play in machine.play)
         # where the axes stood when the dead-man switch was pressed, and where their hold began
@@ -80,6 +82,7 @@ class Start:
         if not press:
             return
         found = self._refusals(resetting, verdict)
+        self.refused = "; ".join(found)
         if found:
             phase.say(EventKind.NOT_STARTED(why=found))
         else:

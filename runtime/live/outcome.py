@@ -27,6 +27,8 @@ class Outcome:
         message: why, for people.
         speed_x: how many times faster than real time a lockstep session ran; None where it was live.
         signals: that asked for its end.
+        quit: whether a person asked for it by a key or a word.
+        refused: why the last press of the dead-man switch started nothing; "" where it did.
     """
 
     report: Report | None
@@ -34,6 +36,13 @@ class Outcome:
     message: str
     speed_x: float | None = None
     signals: tuple[int, ...] = ()
+    quit: bool = False
+    refused: str = ""
+
+    @property
+    def asked(self) -> bool:
+        """Whether somebody asked for its end."""
+        return self.quit or bool(self.signals)
 
 
 @dataclass(slots=True)
@@ -62,7 +71,7 @@ class Ending:
 def outcome(cycle: Cycle, report: Report | None, ending: Ending, speed_x: float | None = None) -> Outcome:
     """What became of a session that is over."""
     status, message = _judge(cycle, report, ending)
-    return Outcome(report, status, message, speed_x, ending.signals)
+    return Outcome(report, status, message, speed_x, ending.signals, ending.quit, cycle.start.refused)
 
 
 def called_off(number: int) -> Outcome:
@@ -97,7 +106,7 @@ def _judge(cycle: Cycle, report: Report | None, ending: Ending) -> tuple[int, st
     if mode is Mode.BRINGUP and ending.quit:
         return 0, "quit before the devices had come up"
     if mode is Mode.BRINGUP:
-        return 1, "the devices had not come up when the session ended; give it a longer --duration"
+        return 1, "the devices had not come up when the session ended; let it last longer"
     if report is None:
         return exit_status(signals[1]) if len(signals) > 1 else 1, ending.unrecorded
     return 0, f"{word}; the machine came to rest before the session ended" if signals else ""

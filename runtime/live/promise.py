@@ -11,6 +11,7 @@ from ..core.modes import RENDERING, Mode
 from ..core.sections import SimulatedBus
 from ..invocation import program
 from ..recording.summary import LimitReport, Report
+from .never_active import NeverActive
 
 MOVED = frozenset(mode.name for mode in (*RENDERING, Mode.STOPPING, Mode.HOLDING))
 """Modes of a machine that was started."""
@@ -18,24 +19,27 @@ KEPT_UP = 0.01
 """Share of skipped ticks up to which a host keeps up."""
 
 
-def verdict(loaded: Loaded, report: Report, lockstep: bool) -> tuple[bool, str]:
+def verdict(
+    loaded: Loaded, report: Report, lockstep: bool, idle: NeverActive | None = None
+) -> tuple[bool, str]:
     """What a session came to; whether it showed all that was promised, as far as it could, and the line.
 
     Args:
         loaded: the machine; ``[simulation.touches]`` names the limits that the hand meets on its path.
         report: the summary.
         lockstep: whether time was virtual: then no host has to keep up.
+        idle: why the machine never became active, where it did not.
     """
-    said = []
-    shown = True
+    said = [str(idle)] if idle else []
+    shown = idle is None or idle.excused
     simulation, bus = loaded.config.simulation, loaded.config.bus
-    if not report.modes.keys() & MOVED:
-        said.append("the machine was never started")
-    elif simulation and simulation.touches and (lockstep or isinstance(bus, SimulatedBus)):
+    moved = report.modes.keys() & MOVED
+    if moved and simulation and simulation.touches and (lockstep or isinstance(bus, SimulatedBus)):
         if report.led:
-            shown, seen = _led(report)
+            kept, seen = _led(report)
         else:
-            shown, seen = _seen(report, simulation.touches, float(simulation.hand.path[-1].at))
+            kept, seen = _seen(report, simulation.touches, float(simulation.hand.path[-1].at))
+        shown = shown and kept
         said.append(seen)
     if not lockstep:
         said.append(_host(report, isinstance(bus, SimulatedBus)))

@@ -104,7 +104,7 @@ def test_control_c_brings_it_to_rest_with_a_summary_and_the_terminal_as_it_was(
 
 
 @pytest.mark.parametrize("columns", [40, 80])
-def test_the_live_line_fits_the_window(start: Start, machine_name: str, columns: int) -> None:
+def test_the_live_line_and_the_verdict_fit_the_window(start: Start, machine_name: str, columns: int) -> None:
     terminal = start(columns=columns)
     engage(terminal, machine_name)
     terminal.until(lambda: len(LIVE_LINE.findall(terminal.raw)) > 3, "some lines")
@@ -113,6 +113,8 @@ def test_the_live_line_fits_the_window(start: Start, machine_name: str, columns:
     lines = LIVE_LINE.findall(terminal.raw)
     assert lines and all(len(line) < columns for line in lines)
     assert any("ENGAGING" in line for line in lines)
+    _, verdict = terminal.raw.replace("\r\n", "\n").split("\nverdict: ")
+    assert all(len(row) < columns for row in f"verdict: {verdict}".split("\n"))
 
 
 def test_a_recorder_that_dies_ends_nothing_but_the_recording(start: Start, machine_name: str) -> None:

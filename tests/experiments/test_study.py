@@ -26,6 +26,7 @@ from hapticd.experiments.study.study_file import read_design
 from hapticd.experiments.study.threshold import Shown
 from hapticd.runtime.command_line.cli import main
 from hapticd.runtime.configuration.config import load
+from hapticd.runtime.configuration.toml_lines import key_lines
 from hapticd.runtime.errors import ConfigError
 from hapticd.runtime.live.interrupts import Interrupted, held
 
@@ -36,7 +37,7 @@ machine = "rhi"
 parameter = "rhi.bodies.wall.stiffness"
 task = "greater"
 reference = 1000
-seconds = 0.4
+seconds = 4
 question = "Which wall was stiffer, the first or the second?"
 consent = "I take part of my own free will and may stop at any time. My answers are kept without my name."
 """
@@ -325,31 +326,121 @@ def test_a_parameter_is_set_in_its_unit_in_values_and_text() -> None:
         with_values(rhi, {"rhi.bodies.wall.stiffness": 1e9})
 
 
-@pytest.mark.parametrize(
-    ("changes", "problem"),
-    [
-        ((("wall.stiffness", "wall.softness"),), "has no line for"),
-        ((("bodies.wall.stiffness", "motors.torque"),), "is not one number"),
-        ((("reference = 1000", ""),), "reference: is missing"),
-        ((('"greater"', '"smaller"'),), "Invalid enum value"),
-        ((("[800, 1200]", "[800, 800]"),), "leave no range"),
-        ((("repeats", "repeat"),), "unknown field"),
-        ((('machine = "rhi"', 'machine = "rho"'),), "did you mean"),
-    ],
-)
-def test_what_is_wrong_with_a_study_is_said(
+LINES = key_lines(read_text("rhi.toml"))
+WALL = "rhi.bodies.wall.stiffness"
+LIMITS = f'machine refuses it: rhi.toml:{LINES[WALL]}: {WALL}: "{{}} N/m" is out of range'
+WRONG: list[tuple[str, tuple[str, str], int, str]] = [
+    (SHORT, ("wall.stiffness", "wall.softness"), 5, "parameter: rhi.toml has no line for"),
+    (SHORT, ("wall.stiffness", "wall.stifness"), 5, "did you mean 'rhi.bodies.wall.stiffness'?"),
+    (
+        SHORT,
+        ("bodies.wall.stiffness", "motors.torque"),
+        5,
+        f"rhi.toml:{LINES['rhi.motors.torque']}: 'rhi.motors.torque' is",
+    ),
+    (SHORT, ("reference = 1000", ""), 1, "reference: is missing"),
+    (SHORT, ("reference = 1000", "reference = -5"), 7, f"reference: -5: the {LIMITS.format('-5.0')}"),
+    (SHORT, ('"greater"', '"smaller"'), 6, "task: Invalid enum value"),
+    (SHORT, ("[800, 1200]", "[800, 800]"), 11, "method: its levels, 800 to 800, leave no range"),
+    (SHORT, ("[800, 1200]", "[nan, 1200]"), 11, "method.levels[0]: Expected `float`"),
+    (SHORT, ("[800, 1200]", "[-900, 800, 1200]"), 11, f"method.levels: -900: the {LIMITS.format('-900.0')}"),
+    (SHORT, ("repeats", "repeat"), 11, "method.repeat: Object contains unknown field"),
+    (SHORT, ("question", "wording"), 9, "wording: Object contains unknown field"),
+    (
+        SHORT,
+        ('machine = "rhi"', 'machine = "rho"'),
+        4,
+        "machine: rho: no such file",
+    ),
+    (SHORT, ("seconds = 4", "seconds = 0.001"), 8, "give more than 3.3"),
+    (SHORT, ("seconds = 4", "seconds = 3.3"), 8, "the hand presses at 0.3 s and its force fades in for 3 s"),
+    (STAIRCASE, ("lower = 600", "lower = -600"), 11, f"method.lower: -600: the {LIMITS.format('-600.0')}"),
+    (QUEST, ("upper = 1300", "upper = 1e8"), 11, f"method.upper: 1e+08: the {LIMITS.format('100000000.0')}"),
+]
+
+
+@pytest.mark.parametrize("how", [["--participant", "01"], ["--runs", "3"]], ids=["real", "rehearsal"])
+@pytest.mark.parametrize(("method", "change", "line", "problem"), WRONG)
+def test_what_is_wrong_with_a_study_is_said_at_its_start_with_its_line(
     tmp_path: Path,
-    changes: tuple[tuple[str, str], ...],
+    method: str,
+    change: tuple[str, str],
+    line: int,
     problem: str,
+    how: list[str],
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    path = written(tmp_path, SHORT, *changes)
+    path = written(tmp_path, method, change)
     out = str(tmp_path / "data")
-    status = main(
-        ["study", str(path), "--participant", "01", "--out", out, "--observer", "threshold=1,scale=1"]
-    )
-    assert status == 2 and problem in capsys.readouterr().err
-    assert not (tmp_path / "data").exists()
+    assert main(["study", str(path), *how, "--out", out, "--observer", "threshold=1,scale=1"]) == 2
+    said = capsys.readouterr()
+    assert said.err.startswith(f"hapticd: error [study]: {path}:{line}: ") and problem in said.err
+    assert said.out == "" and not (tmp_path / "data").exists()
+
+
+@pytest.mark.parametrize(
+    ("method", "values"),
+    [
+        (SHORT, {800.0, 1000.0, 1200.0}),
+        (STAIRCASE, {600.0, 1000.0, 1250.0, 1500.0}),
+        (QUEST, {1000.0, *(700.0 + 50.0 * k for k in range(13))}),
+    ],
+)
+def test_all_that_can_be_shown_is_asked_of_the_machine(
+    tmp_path: Path, method: str, values: set[float]
+) -> None:
+    _, design = read_design(written(tmp_path, method))
+    assert {asked.stimulus.value for asked in design.asked} == values  # type: ignore[attr-defined]
+    shown = {asked.stimulus.value for asked in design.asked if asked.outermost}  # type: ignore[attr-defined]
+    assert shown >= {min(values), max(values)}
+
+
+def test_increments_are_tried_on_top_of_their_reference(tmp_path: Path) -> None:
+    _, design = read_design(written(tmp_path, SHORT, ('"greater"', '"forced"')))
+    values = {asked.stimulus.value for asked in design.asked}  # type: ignore[attr-defined]
+    assert values == {1000.0, 1800.0, 2200.0}
+
+
+def machine_beside(folder: Path, *changes: tuple[str, str]) -> Path:
+    """A short study of a changed machine in a file beside it."""
+    text = read_text("rhi.toml").replace("scan = 4000 ", "scan = 0 ")
+    for old, new in changes:
+        assert old in text
+        text = text.replace(old, new)
+    (folder / "mine.toml").write_text(text)
+    (folder / "rhi.urdf").write_text(read_text("rhi.urdf"))
+    return written(folder, SHORT, ('machine = "rhi"', 'machine = "mine.toml"'))
+
+
+PRESS = 'dead_man = [{ at = "0.3 s", pressed = true }]'
+
+
+@pytest.mark.parametrize(
+    ("change", "problem"),
+    [
+        ((PRESS, "dead_man = []"), "nobody presses the dead-man switch in the simulation of"),
+        (('rate = "1 kHz"', 'rate = "1 kg"'), "mine.toml:11: loop.rate"),
+        (("leave = 0.7 ", "leave = 0.99 "), "mine.toml:"),
+    ],
+)
+def test_a_machine_that_cannot_take_part_is_refused_by_its_line(
+    tmp_path: Path, change: tuple[str, str], problem: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = machine_beside(tmp_path, change)
+    assert main(["study", str(path), "--observer", "threshold=1000,scale=20", "--runs", "1"]) == 2
+    assert problem in capsys.readouterr().err
+
+
+def test_a_stimulus_that_was_never_rendered_breaks_the_study_off(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Its hand pulls at a machine that stands elsewhere, which is not started therefore."""
+    posture = "1.024066 -0.156786 0.230091 1.655231 rad"
+    path = machine_beside(tmp_path, (posture, "2 2.6 1.8 2.2 rad"))
+    words = ["study", str(path), "--participant", "01", "--out", str(tmp_path / "data")]
+    assert main([*words, "--observer", "threshold=1000,scale=20"]) == 1
+    said = capsys.readouterr().err
+    assert "broken off after 0 trials: the machine never became active: not started: the handle" in said
 
 
 def test_the_command_renders_each_stimulus_and_replays_to_the_same_bits(
@@ -358,10 +449,8 @@ def test_the_command_renders_each_stimulus_and_replays_to_the_same_bits(
     from hapticd.runtime.recording.log import open_log
     from hapticd.runtime.recording.replay import replay
 
-    (tmp_path / "mine.toml").write_text(read_text("rhi.toml").replace("scan = 4000 ", "scan = 0 "))
-    (tmp_path / "rhi.urdf").write_text(read_text("rhi.urdf"))
-    short = SHORT.replace("repeats = 2", "repeats = 1")
-    path = written(tmp_path, short, ('machine = "rhi"', 'machine = "mine.toml"'))
+    path = machine_beside(tmp_path)
+    path.write_text(path.read_text().replace("repeats = 2", "repeats = 1"))
     words = ["study", str(path), "--participant", "s1", "--out", str(tmp_path / "data")]
     assert main([*words, "--observer", "threshold=1000,scale=20", "--json"]) == 0
     found: dict[str, Any] = json.loads(capsys.readouterr().out)

@@ -7,6 +7,7 @@ import pytest
 from hapticd.runtime.configuration import config
 from hapticd.runtime.configuration.session import build
 from hapticd.runtime.errors import ConfigError
+from hapticd.runtime.live.never_active import NeverActive
 from hapticd.runtime.live.promise import verdict
 from hapticd.runtime.recording.summary import LimitReport, Report, Summary
 
@@ -113,8 +114,10 @@ def test_a_person_who_led_the_hand_is_not_held_to_the_script(machine: str) -> No
     assert passed == (False, f"verdict: a person led the hand, {led.limits[0].name} passed")
 
 
-def test_a_machine_that_was_never_started_showed_nothing(machine: str) -> None:
+@pytest.mark.parametrize("excused", [True, False])
+def test_a_machine_that_never_became_active_showed_nothing(machine: str, excused: bool) -> None:
     waited = msgspec.structs.replace(report(machine, ticks=300), modes={"READY": 300})
-    shown, line = verdict(loaded(machine=machine), waited, lockstep=True)
-    assert shown
-    assert line == "verdict: the machine was never started"
+    idle = NeverActive("nobody pressed", excused)
+    shown, line = verdict(loaded(machine=machine), waited, True, idle)
+    assert shown is excused
+    assert line == "verdict: the machine never became active: nobody pressed"
