@@ -127,6 +127,22 @@ def _simulated_posture(config: RhiConfig) -> Iterator[tuple[str, Sequence[float]
         yield "simulation.rhi.posture", config.simulation.rhi.posture
 
 
+def _inside(config: RhiConfig, key: str, posture: Sequence[float], room: float) -> Found:
+    """A posture that is not inside all limits by some room [rad], in which the end stop pushes."""
+    found: Found = []
+    motors = config.rhi.motors
+    for i, (low, q, high) in enumerate(zip(motors.lower, posture, motors.upper, strict=True), 1):
+        if low + room < q < high - room:
+            continue
+        what = (
+            "outside" if not low <= q <= high else "on one of" if q in (low, high) else "in the end stop of"
+        )
+        problem = f"{q:g} rad is {what} the limits of motor {i}, {low:g} to {high:g} rad"
+        fix = f"give more than {low + room:.4g} and less than {high - room:.4g} rad"
+        found.append((key, problem, fix))
+    return found
+
+
 def _redundant(config: RhiConfig, robot: Robot) -> bool:
     """Whether an arm can be made of it; what is wrong otherwise is said where it is made."""
     task = config.rhi.task
@@ -181,16 +197,9 @@ def _task(config: RhiConfig, robot: Robot) -> Found:
     if saturation.come_back == 1.0:
         problem = "1: no reserve is above it, and no posture turns back"
         found.append(("rhi.saturation.come_back", problem, "give less"))
-    stop = STOP * rhi.null_space.margin
-    for key, posture, inside, what in (
-        ("rhi.task.home", rhi.task.home, 0.0, "on or outside"),
-        *((key, posture, stop, "in the end stop of") for key, posture in _simulated_posture(config)),
-    ):
-        for i, (low, q, high) in enumerate(zip(rhi.motors.lower, posture, rhi.motors.upper, strict=True), 1):
-            if not low + inside < q < high - inside:
-                told = f"{q:g} rad is {what} motor {i}'s limits, {low:g} to {high:g} rad"
-                fix = f"give it more than {low + inside:.4g} and less than {high - inside:.4g} rad"
-                found.append((key, told, fix))
+    found += _inside(config, "rhi.task.home", rhi.task.home, 0.0)
+    for key, posture in _simulated_posture(config):
+        found += _inside(config, key, posture, STOP * rhi.null_space.margin)
     if _redundant(config, robot):
         J = redundant_arm(config, robot).at(np.array(rhi.task.home)).J
         if np.linalg.cond(velocity_ellipsoid(J, np.array(rhi.motors.torque))) > LARGEST_CONDITION:
