@@ -1,4 +1,4 @@
-"""Numbers of bodies that nobody meant: what is accepted can be built, and what is not is told with its line."""
+"""Numbers of bodies that nobody meant: what is accepted can be built, what is not is told with its line."""
 
 import re
 from random import Random
@@ -72,10 +72,12 @@ def corrupt(line: str, random: Random) -> str:
     begin, end = random.choice(places)
     number = line[begin:end]
     sign = number[1:] if number.startswith("-") else f"-{number}"
+    large = f"{number}e{random.randint(1, 2)}"
     huge, tiny = f"{number}e{random.randint(2, 320)}", f"{number}e-{random.randint(2, 320)}"
     instead = (
         sign,
         "0",
+        large,
         huge,
         tiny,
         "nan",
