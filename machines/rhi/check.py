@@ -37,24 +37,17 @@ LONGEST_TRANSITION = 60.0
 
 def check_rhi(config: RhiConfig, robot: Robot) -> Found:
     """What only the model can tell of a redundant interface's configuration: key, problem, fix."""
-    found = (
-        _lengths(config, robot)
-        or _transmission(config)
-        or check_directions(config)
-        or check_bodies(config.rhi.bodies)
-    )
+    found = _lengths(config, robot) or _transmission(config) or check_directions(config)
     if found:
         return found
-    found = (
-        check_no_peaks(config.devices, "the interface")
-        + _motors(config)
-        + _task(config, robot)
-        + _devices(config)
-    )
-    found += check_model(config, robot) + check_rates(config, robot)
-    if found or not _redundant(config, robot):
+    bodies, motors = check_bodies(config.rhi.bodies), _motors(config)
+    found = check_no_peaks(config.devices, "the interface") + bodies + motors
+    found += _task(config, robot) + _devices(config) + check_model(config, robot)
+    found += check_rates(config, robot)
+    if motors or not _redundant(config, robot):
         return found
-    return check_reach(config, robot) + check_walls(config, robot) + _transition(config, robot)
+    found += _transition(config, robot)
+    return found if bodies else found + check_reach(config, robot) + check_walls(config, robot)
 
 
 def remarks_on_rhi(config: RhiConfig, robot: Robot) -> list[str]:

@@ -86,7 +86,9 @@ class RhiNullSpace(Strict, frozen=True):
     step: Torque
     damping: AngularDamping
     cap: Torque
-    scan: Annotated[int, Meta(ge=0, le=20_000, description="from 0 for none to 20000, which takes seconds")]
+    scan: Annotated[
+        int, Meta(ge=0, le=20_000, description="give 0 for none, or up to 20000, which takes seconds")
+    ]
     stiffness: AngularStiffness
     ratio: Annotated[float, Meta(ge=0.0, le=2.0, description="K_d alone; crawling")]
     margin: LimitMargin

@@ -219,6 +219,14 @@ def test_a_parameter_without_sense_is_named_with_its_line(
     assert line.startswith(key.split(".")[-1])
 
 
+def test_what_is_wrong_in_several_places_is_told_at_once() -> None:
+    body = BOX + TUMOUR + '\nlayers = [{ thickness = "2 m", stiffness = "500 N/m" }]'
+    home, rho = ('home = "0 0 0 0 rad"', 'home = "2 0 0 0 rad"'), ("rho = 0.003", "rho = 9.5")
+    at = "rhi.bodies.slab"
+    keys = {f"{at}.spots[0].point", f"{at}.layers", "rhi.task.home", "rhi.saturation.rho"}
+    assert findings((WALL, body), home, rho).keys() == keys
+
+
 def test_no_transition_at_all_is_none_that_is_too_short() -> None:
     assert not findings(("rho = 0.003", "rho = 0"), ("scan = 4000", "scan = 200"))
 
