@@ -411,6 +411,11 @@ class Lengths(Vector):
     dimension = "length"
 
 
+class Sizes(Vector):
+    dimension, minimum = "length", 0.0
+    range = Range(1e-4, 20.0, "m", "a sheet of paper; a hall")
+
+
 class AnyAngle(Quantity):
     dimension, minimum, strict = "angle", float("-inf"), False
 

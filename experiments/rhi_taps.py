@@ -9,7 +9,7 @@ from typing import Any
 import msgspec
 import numpy as np
 
-from ..configs.quantities import Damping, Lengths, Stiffness, Thickness
+from ..configs.quantities import Damping, Lengths, Sizes, Stiffness, Thickness
 from ..machines.rhi.config import RhiBox
 from ..machines.rhi.saturation import force_limit
 from ..machines.rhi.self_motion import scan
@@ -20,7 +20,7 @@ from .palpation import HAND, RATE, Device, Trace, simulate
 
 TITLE = "taps that follow each other, and a slide round a corner"
 BOX = RhiBox(
-    point=Lengths((0.45, 0.2)), size=Lengths((0.12, 0.2)), stiffness=Stiffness(1000.0), damping=Damping(2.0)
+    point=Lengths((0.45, 0.2)), size=Sizes((0.12, 0.2)), stiffness=Stiffness(1000.0), damping=Damping(2.0)
 )
 """Its near side is y = 0.1 m, its right one x = 0.51 m."""
 SPACING = Thickness(0.04)

@@ -14,11 +14,13 @@ class Numbers:
         range: a key of RANGES.
         count: how many.
         needed: whether it must be there.
+        default: what a URDF means that does not say it.
     """
 
     range: str
     count: int = 1
     needed: bool = True
+    default: tuple[float, ...] | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,6 +38,7 @@ class Rule:
         attributes: by name.
         needed: children that must be there exactly once.
         allowed: children that may be there once.
+        assumed: the same; where one is not there its defaults hold, so that reading adds it.
         repeated: children that may be there any number of times.
         one_of: children of which exactly one must be there.
         ignored: children that are skipped with all they hold; each says why.
@@ -45,6 +48,7 @@ class Rule:
     attributes: Mapping[str, Numbers | Text] = field(default_factory=dict)
     needed: Mapping[str, Rule] = field(default_factory=dict)
     allowed: Mapping[str, Rule] = field(default_factory=dict)
+    assumed: Mapping[str, Rule] = field(default_factory=dict)
     repeated: Mapping[str, Rule] = field(default_factory=dict)
     one_of: Mapping[str, Rule] = field(default_factory=dict)
     ignored: Mapping[str, str] = field(default_factory=dict)
@@ -53,21 +57,23 @@ class Rule:
     @property
     def known(self) -> dict[str, Rule]:
         """Rules of all children that are read."""
-        return {**self.needed, **self.allowed, **self.repeated, **self.one_of}
+        return {**self.needed, **self.allowed, **self.assumed, **self.repeated, **self.one_of}
 
 
 FIXED, REVOLUTE, CONTINUOUS, PRISMATIC = "fixed", "revolute", "continuous", "prismatic"
 NAMED = {"name": Text()}
 
-_pose = Rule({"xyz": Numbers("place", 3), "rpy": Numbers("angle", 3)})
-_shape_pose = Rule({"xyz": Numbers("place", 3, needed=False), "rpy": Numbers("angle", 3, needed=False)})
+_NOWHERE = (0.0, 0.0, 0.0)
+_pose = Rule({"xyz": Numbers("place", 3, default=_NOWHERE), "rpy": Numbers("angle", 3, default=_NOWHERE)})
 _inertia = Rule(
     {
         **{f"i{axis}{axis}": Numbers("moment") for axis in "xyz"},
         **{f"i{pair}": Numbers("product") for pair in ("xy", "xz", "yz")},
     }
 )
-_inertial = Rule(needed={"origin": _pose, "mass": Rule({"value": Numbers("mass")}), "inertia": _inertia})
+_inertial = Rule(
+    needed={"mass": Rule({"value": Numbers("mass")}), "inertia": _inertia}, assumed={"origin": _pose}
+)
 _round = {"radius": Numbers("size"), "length": Numbers("size")}
 _geometry = Rule(
     one_of={
@@ -83,13 +89,12 @@ _looks = {
     "texture": Rule({"filename": Text()}),
 }
 _material = Rule(NAMED, allowed=_looks)
-_collision = Rule(
-    {"name": Text(needed=False)}, needed={"geometry": _geometry}, allowed={"origin": _shape_pose}
-)
+_collision = Rule({"name": Text(needed=False)}, needed={"geometry": _geometry}, assumed={"origin": _pose})
 _visual = Rule(
     {"name": Text(needed=False)},
     needed={"geometry": _geometry},
-    allowed={"origin": _shape_pose, "material": Rule({"name": Text(needed=False)}, allowed=_looks)},
+    allowed={"material": Rule({"name": Text(needed=False)}, allowed=_looks)},
+    assumed={"origin": _pose},
 )
 _link = Rule(
     {**NAMED, "type": Text(needed=False)},
@@ -98,17 +103,21 @@ _link = Rule(
 )
 
 
+_axis = Rule({"xyz": Numbers("axis", 3, default=(1.0, 0.0, 0.0))})
+
+
 def _joint(limit: Rule | None, dynamics: Rule | None) -> Rule:
     ends = {"parent": Rule({"link": Text()}), "child": Rule({"link": Text()})}
-    moving = (
-        {"axis": Rule({"xyz": Numbers("axis", 3)}), "limit": limit, "dynamics": dynamics}
-        if limit and dynamics
-        else {}
-    )
+    moves = limit and dynamics
+    unread = dict.fromkeys(("axis", "limit", "dynamics"), "a fixed joint has none of its own")
     return Rule(
         {**NAMED, "type": Text()},
-        needed={"origin": _pose, **ends, **moving},
-        ignored={"calibration": "the drives find their zero by themselves"},
+        needed=ends | ({"limit": limit} if limit else {}),
+        assumed={"origin": _pose} | ({"axis": _axis, "dynamics": dynamics} if dynamics else {}),
+        ignored={
+            "calibration": "the drives find their zero by themselves",
+            **({} if moves else unread),
+        },
         refused={
             "mimic": "a joint that follows another would be taken for a free one; give it a drive, or fix it",
             "safety_controller": "its soft limits are not obeyed; put limits into the configuration",
@@ -121,7 +130,7 @@ def _limit(effort: str, velocity: str, **ends: Numbers) -> Rule:
 
 
 def _dynamics(damping: str, friction: str) -> Rule:
-    return Rule({"damping": Numbers(damping), "friction": Numbers(friction, needed=False)})
+    return Rule({"damping": Numbers(damping, default=(0.0,)), "friction": Numbers(friction, needed=False)})
 
 
 _turning = ("torque", "angular speed"), ("angular damping", "dry torque")

@@ -9,6 +9,7 @@ import numpy as np
 import pinocchio as pin
 
 from .dh import Array
+from .findings import Findings
 from .grammar import ROBOT
 from .reader import read
 from .xml_tree import Element, parse
@@ -43,8 +44,9 @@ def shapes(model: pin.Model, text: str, source: str) -> list[Shape]:
     Raises:
         ModelError: the URDF is refused.
     """
-    root = parse(text, source)
-    read(root, ROBOT, source)
+    root, found = parse(text, source), Findings(source)
+    read(root, ROBOT, found)
+    found.require_none()
     return [_shape(model, link, element) for link in root.all("link") for element in link.all("collision")]
 
 
@@ -56,8 +58,8 @@ def _shape(model: pin.Model, link: Element, element: Element) -> Shape:
     checking = link.child("collision_checking")
     if checking and element.attributes.get("name") in {c.attributes["name"] for c in checking.children}:
         kind = "capsule"
-    origin = element.child("origin")
-    xyz, rpy = ((origin.numbers.get(key) if origin else None) or (0.0,) * 3 for key in ("xyz", "rpy"))
+    origin = element.need("origin").numbers
+    xyz, rpy = origin["xyz"], origin["rpy"]
     own = pin.SE3(pin.rpy.rpyToMatrix(*rpy), np.array(xyz))
     frame = model.frames[model.getFrameId(name)]
     size = tuple(value for key in keys for value in numbers[key])

@@ -26,6 +26,7 @@ class Element:
         text: the beginning of what stands between its children besides white space.
         numbers: values of the attributes that are numbers.
         children: in their order.
+        sound: whether it was read, and nothing was found in it that a grammar refuses.
     """
 
     tag: str
@@ -34,6 +35,7 @@ class Element:
     text: str = ""
     numbers: dict[str, tuple[float, ...]] = field(default_factory=dict)
     children: list[Element] = field(default_factory=list)
+    sound: bool = False
 
     def child(self, tag: str) -> Element | None:
         """First child of that tag."""

@@ -357,7 +357,9 @@ def _chain(key: str, section: s.ChainTwin, dt: float) -> Found:
                     (f"{at}.lock", "the joint has no lower limit", "a lock holds it there: give one")
                 )
         return found or _inertia(key, section, dt)
-    except (ModelError, ValueError) as error:
+    except ModelError as error:
+        return [(key, str(found), "") for found in error.findings]
+    except ValueError as error:
         return [(key, str(error), "")]
 
 

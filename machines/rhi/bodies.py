@@ -42,10 +42,15 @@ def _rendered(body: RhiBody) -> Rendered:
         return Assist(body.point, body.force, body.soft)
     if isinstance(body, RhiResist):
         return Resist(body.point, body.radius, body.damping)
-    return Body(_shape(body), _tissue(body))
+    return Body(shape(body), _tissue(body))
 
 
-def _shape(body: RhiPlane | RhiSphere | RhiBox | RhiSolid) -> Shape:
+def shape(body: RhiPlane | RhiSphere | RhiBox | RhiSolid) -> Shape:
+    """Where a body is.
+
+    Raises:
+        SolidError: see ``environment``.
+    """
     if isinstance(body, RhiPlane):
         return Plane(body.point, body.normal)
     if isinstance(body, RhiSphere):

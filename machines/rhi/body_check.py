@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from math import hypot
+from collections.abc import Iterator, Mapping, Sequence
+from math import dist, hypot
 
-from .bodies import environment, turns
-from .config import RhiBody, RhiBox, RhiPlane, RhiSolid, RhiTissue
+import numpy as np
+
+from .bodies import shape, turns
+from .config import RhiAssist, RhiBody, RhiBox, RhiPlane, RhiResist, RhiSolid, RhiTissue
+from .shapes import Shape
 from .solid import SolidError
 
 Found = list[tuple[str, str, str]]
@@ -16,6 +19,8 @@ EDGE_SHARE = 0.125
 """Part of a box's least side that may be round: beyond, it has no sides left."""
 MOST = 16
 """Bodies: each takes its time in every tick."""
+ROUNDING = 1e-9
+"""Of depths [m]."""
 
 
 def body_lengths(bodies: Mapping[str, RhiBody], m: int) -> Iterator[tuple[str, int, int]]:
@@ -42,20 +47,49 @@ def check_bodies(bodies: Mapping[str, RhiBody]) -> Found:
     """Bodies that cannot be rendered; their numbers are as many as the task wants."""
     if not 0 < len(bodies) <= MOST:
         return [("rhi.bodies", f"holds {len(bodies)} bodies", f"give 1 to {MOST}")]
+    return [found for name, body in bodies.items() for found in _check(f"rhi.bodies.{name}", body)]
+
+
+def _check(at: str, body: RhiBody) -> Found:
+    if isinstance(body, RhiAssist | RhiResist):
+        return []
+    if isinstance(body, RhiPlane) and hypot(*body.normal) < SHORTEST:
+        return [(f"{at}.normal", "has no length", "give the direction into the wall")]
+    if isinstance(body, RhiBox) and body.edge > EDGE_SHARE * min(body.size):
+        problem = f"{body.edge:g} m is more than an eighth of the least side of {min(body.size):g} m"
+        return [(f"{at}.edge", problem, "give less, or a larger box")]
+    if isinstance(body, RhiSolid) and len(body.vertices[0]) not in (2, 3):
+        return [(f"{at}.vertices", "stand in one direction", "let the task have two or three")]
+    try:
+        built = shape(body)
+    except SolidError as error:
+        return [(at, str(error), "mend vertices and triangles, or give a larger cell")]
+    return _layers(at, body, built) + _spots(at, body, built)
+
+
+def _layers(at: str, body: RhiTissue, built: Shape) -> Found:
+    """Layers that begin or end where the body is over: what is below them could never be felt."""
+    depth, thickness = built.deepest, sum(layer.thickness for layer in body.layers or ())
+    if thickness <= depth + ROUNDING:
+        return []
+    problem = f"are {thickness:g} m deep, and nothing in the body is deeper than {depth:.3g} m"
+    return [(f"{at}.layers", problem, "make them thinner, or the body larger")]
+
+
+def _spots(at: str, body: RhiTissue, built: Shape) -> Found:
+    """Spots that are nowhere in their body."""
     found: Found = []
-    for name, body in bodies.items():
-        at = f"rhi.bodies.{name}"
-        if isinstance(body, RhiPlane) and hypot(*body.normal) < SHORTEST:
-            found.append((f"{at}.normal", "has no length", "give the direction into the wall"))
-        elif isinstance(body, RhiBox) and body.edge > EDGE_SHARE * min(body.size):
-            problem = f"{body.edge:g} m is more than an eighth of the least side"
-            found.append((f"{at}.edge", problem, "give less, or a larger box"))
-        elif isinstance(body, RhiSolid):
-            if len(body.vertices[0]) not in (2, 3):
-                found.append((f"{at}.vertices", "stand in one direction", "let the task have two or three"))
-                continue
-            try:
-                environment({name: body})
-            except SolidError as error:
-                found.append((at, str(error), "mend vertices and triangles, or give a larger cell"))
+    for k, spot in enumerate(body.spots or ()):
+        far = away(body, built, spot.point)
+        if far > spot.radius + ROUNDING:
+            problem = f"ends {far - spot.radius:.3g} m away from the body, which it would be felt in"
+            found.append((f"{at}.spots[{k}].point", problem, "move it into the body, or widen its radius"))
     return found
+
+
+def away(body: RhiTissue, built: Shape, point: Sequence[float]) -> float:
+    """How far a place is from a body, at least [m]; a solid's grid knows nothing of what is far away."""
+    if not isinstance(body, RhiSolid):
+        return max(0.0, -built.depth(point)[0])
+    corners = np.array(body.vertices)
+    return dist(point, np.clip(point, corners.min(axis=0), corners.max(axis=0)).tolist())

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from math import sqrt
 
 import numpy as np
 
@@ -10,16 +11,19 @@ from ...devices.force_torque import ForceTorque
 from ...devices.joint_drive import JointDrive
 from ...devices.safety_plc import SafetyPlc
 from ...models import Robot
-from ...runtime.core.machine import MOST_PERMILLE, RAMP_SHARE
+from ...runtime.core.machine import DRIFT, MOST_PERMILLE, RAMP_SHARE
 from ..rendering.check import check_no_peaks
 from .body_check import body_lengths, check_bodies
 from .config import RhiConfig
 from .directions import check_directions
+from .guard import STOP
 from .machine import drive_names, redundant_arm
-from .manipulability import velocity_ellipsoid
+from .manipulability import Shape, force_ellipsoid, velocity_ellipsoid
 from .model_check import check_model
 from .rates import check_rates
-from .redundant import PLACE
+from .reach_check import check_reach
+from .redundant import AXES, PLACE
+from .sampled_walls import check_walls, remarks_on_walls
 
 Found = list[tuple[str, str, str]]
 LARGEST_CONDITION = 1e6
@@ -27,24 +31,28 @@ LARGEST_CONDITION = 1e6
 LARGEST_CONDITION_OF_T = 1e3
 """Condition of the transmission: motors that drive a joint a thousand times as far as another."""
 
+LONGEST_TRANSITION = 60.0
+"""A person waits no longer for it [s]."""
+
 
 def check_rhi(config: RhiConfig, robot: Robot) -> Found:
     """What only the model can tell of a redundant interface's configuration: key, problem, fix."""
-    found = (
-        _lengths(config, robot)
-        or _transmission(config)
-        or check_directions(config)
-        or check_bodies(config.rhi.bodies)
-    )
+    found = _lengths(config, robot) or _transmission(config) or check_directions(config)
     if found:
         return found
-    found = (
-        check_no_peaks(config.devices, "the interface")
-        + _motors(config)
-        + _task(config, robot)
-        + _devices(config)
-    )
-    return found + check_model(config, robot) + check_rates(config, robot)
+    bodies, motors = check_bodies(config.rhi.bodies), _motors(config)
+    found = check_no_peaks(config.devices, "the interface") + bodies + motors
+    found += _task(config, robot) + _devices(config) + check_model(config, robot)
+    found += check_rates(config, robot)
+    if motors or not _redundant(config, robot):
+        return found
+    found += _transition(config, robot)
+    return found if bodies else found + check_reach(config, robot) + check_walls(config, robot)
+
+
+def remarks_on_rhi(config: RhiConfig, robot: Robot) -> list[str]:
+    """What people should know of a configuration that is fine."""
+    return remarks_on_walls(config, robot) + _remarks_on_hand(config, robot)
 
 
 def _lengths(config: RhiConfig, robot: Robot) -> Found:
@@ -112,16 +120,80 @@ def _simulated_posture(config: RhiConfig) -> Iterator[tuple[str, Sequence[float]
         yield "simulation.rhi.posture", config.simulation.rhi.posture
 
 
+def _inside(config: RhiConfig, key: str, posture: Sequence[float], room: float) -> Found:
+    """A posture that is not inside all limits by some room [rad], in which the end stop pushes."""
+    found: Found = []
+    motors = config.rhi.motors
+    for i, (low, q, high) in enumerate(zip(motors.lower, posture, motors.upper, strict=True), 1):
+        if low + room < q < high - room:
+            continue
+        what = (
+            "outside" if not low <= q <= high else "on one of" if q in (low, high) else "in the end stop of"
+        )
+        problem = f"{q:g} rad is {what} the limits of motor {i}, {low:g} to {high:g} rad"
+        fix = f"give more than {low + room:.4g} and less than {high - room:.4g} rad"
+        found.append((key, problem, fix))
+    return found
+
+
+def _redundant(config: RhiConfig, robot: Robot) -> bool:
+    """Whether an arm can be made of it; what is wrong otherwise is said where it is made."""
+    task = config.rhi.task
+    return len(task.directions) < robot.nv and bool(robot.model.existFrame(task.frame))
+
+
+def _transition(config: RhiConfig, robot: Robot) -> Found:
+    """A transition that takes no time that a person would wait for, wherever motion and contact point.
+
+    I - P_u - P_F of (19) is no larger than the square root of the number of directions.
+    """
+    rho, motors, dt = config.rhi.saturation.rho, config.rhi.motors, 1.0 / config.loop.rate
+    home = redundant_arm(config, robot).at(np.array(config.rhi.task.home)).J
+    scale = Shape.of_home(force_ellipsoid(home, np.array(motors.torque)), config.rhi.task.spread)
+    whole = (scale.major - scale.minor) * sqrt(len(home))
+    if not rho or dt <= rho * whole <= LONGEST_TRANSITION:
+        return []
+    problem = f"{rho:g} makes a transition of up to {rho * whole:.3g} s"
+    fix = f"give {dt / whole:.2g} to {LONGEST_TRANSITION / whole:.2g}, or 0 for no transition"
+    return [("rhi.saturation.rho", problem, fix)]
+
+
+def _remarks_on_hand(config: RhiConfig, robot: Robot) -> list[str]:
+    """A simulated hand that pulls so far from where the handle begins that no session starts."""
+    if config.simulation is None:
+        return []
+    rhi, hand = config.rhi, config.simulation.hand
+    joints = np.array(rhi.motors.transmission) @ np.array(config.simulation.rhi.posture)
+    handle = robot.placement(joints, rhi.task.frame)[:PLACE, 3]
+    rows = [AXES.index(name) for name in rhi.task.directions[:PLACE]]
+    away = float(np.linalg.norm((np.array(hand.path[0].position) - handle)[rows]))
+    sensor = config.devices["force_torque"]
+    assert isinstance(sensor, ForceTorque)
+    force = min(hand.force, hand.stiffness * away)
+    if force <= DRIFT * sensor.force:
+        return []
+    place = " ".join(f"{x:.3f}" for x in handle.tolist())
+    return [
+        f"the simulated hand begins {away:.3g} m from the handle, which is at {place} m, and pulls it with"
+        f" {force:.3g} N: nothing starts before it lets go"
+    ]
+
+
 def _task(config: RhiConfig, robot: Robot) -> Found:
     rhi, found = config.rhi, []
     saturation = rhi.saturation
     if saturation.leave >= saturation.come_back:
         problem = f"{saturation.leave:g} is not below come_back = {saturation.come_back:g}"
         found.append(("rhi.saturation.leave", problem, "hysteresis needs a gap"))
-    for key, places in (("rhi.task.home", rhi.task.home), *_simulated_posture(config)):
-        if not all(a <= q <= b for a, q, b in zip(rhi.motors.lower, places, rhi.motors.upper, strict=True)):
-            found.append((key, "is outside the motors' limits", "give a posture inside"))
-    if len(rhi.task.directions) < robot.nv and robot.model.existFrame(rhi.task.frame):
+    if saturation.leave == 0.0:
+        found.append(("rhi.saturation.leave", "0: no reserve is below it, and no posture turns", "give more"))
+    if saturation.come_back == 1.0:
+        problem = "1: no reserve is above it, and no posture turns back"
+        found.append(("rhi.saturation.come_back", problem, "give less"))
+    found += _inside(config, "rhi.task.home", rhi.task.home, 0.0)
+    for key, posture in _simulated_posture(config):
+        found += _inside(config, key, posture, STOP * rhi.null_space.margin)
+    if _redundant(config, robot):
         J = redundant_arm(config, robot).at(np.array(rhi.task.home)).J
         if np.linalg.cond(velocity_ellipsoid(J, np.array(rhi.motors.torque))) > LARGEST_CONDITION:
             found.append(("rhi.task.home", "is a singular posture", "choose another"))

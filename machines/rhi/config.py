@@ -26,6 +26,7 @@ from ...configs.quantities import (
     LimitMargin,
     NoiseForce,
     NoiseTorque,
+    Sizes,
     Stiffness,
     Thickness,
     TimeConstant,
@@ -85,7 +86,9 @@ class RhiNullSpace(Strict, frozen=True):
     step: Torque
     damping: AngularDamping
     cap: Torque
-    scan: Annotated[int, Meta(ge=0, le=20_000, description="more takes seconds")]
+    scan: Annotated[
+        int, Meta(ge=0, le=20_000, description="give 0 for none, or up to 20000, which takes seconds")
+    ]
     stiffness: AngularStiffness
     ratio: Annotated[float, Meta(ge=0.0, le=2.0, description="K_d alone; crawling")]
     margin: LimitMargin
@@ -148,7 +151,7 @@ class RhiBox(RhiTissue, frozen=True, kw_only=True, tag_field="kind", tag="box"):
     """A box, or a rectangle."""
 
     point: Lengths
-    size: Lengths
+    size: Sizes
     turn: Angles | None = None
     edge: Thickness = Thickness(2e-3)
 

@@ -16,7 +16,7 @@ from ...devices.joint_drive import JointDrive
 from ...devices.torque_drive import JointDrives
 from ...hqp import REMARKS
 from ...models import ModelError, Robot
-from ...runtime.core.machine import DRIFT, REST_S, LevelSpec
+from ...runtime.core.machine import DRIFT, REST_S, LevelSpec, UnfitError
 from ...runtime.core.measured import alive, sensor
 from ...runtime.core.stages import Mark, Stage
 from ...runtime.core.torque_axes import TorqueAxes
@@ -48,6 +48,7 @@ DRAGGED_S = 15e-3
 """How far ahead a motor is to be inside its limits [s]: by then its brake holds it."""
 AT_REST = 0.25
 """Measured speeds below this are standstill: a hand goes on pulling at motors that hold [rad/s]."""
+MOVE = "move the bodies, or widen rhi.motors.lower and upper"
 
 
 SOLVED = ("iterations", "solves", "status", "levels_done")
@@ -272,7 +273,7 @@ def contact_aware(
     """The controller that a configuration describes, for its arm and the environment that it describes.
 
     Raises:
-        ModelError: the model is not a redundant arm, or cannot reach any body.
+        UnfitError: the hand cannot be held at any body.
     """
     rhi = config.rhi
     limit, task, saturation = np.array(rhi.motors.torque), rhi.task, rhi.saturation
@@ -303,13 +304,18 @@ def contact_aware(
     )
     places = list(contact_places(config, arm, rendered, span))
     if not places:
-        raise ModelError("the interface", 0, "cannot reach any body", "move the bodies, widen the limits")
+        problem = f"no posture holds the hand in any of them: {', '.join(rhi.bodies)}"
+        raise UnfitError("rhi.bodies", problem, MOVE)
     controller = ContactAware(arm, limit, places[0][1].tolist(), settings, dt)
     if space.resolution == "hqp":
         controller.resolution = Hierarchy(controller.space)
     if space.scan:
         goals = controller.space.free, controller.space.stiff
-        controller.places = Places(arm, places, settings.shape, limit, span, space.scan, goals, dt)
+        try:
+            controller.places = Places(arm, places, settings.shape, limit, span, space.scan, goals, dt)
+        except ModelError as error:
+            problem = f"no posture within the motors' limits was found there: {error.problem}"
+            raise UnfitError(f"rhi.bodies.{next(iter(rhi.bodies))}", problem, MOVE) from error
     arm.at(np.array(task.home))
     return controller
 

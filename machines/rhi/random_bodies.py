@@ -9,9 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from ...configs.quantities import Angles, Damping, Lengths, Stiffness, Thickness
+from ...configs.quantities import Angles, Damping, Lengths, Sizes, Stiffness, Thickness
 from ...models import Array
 from .bodies import environment, turns
+from .body_check import check_bodies
 from .config import (
     RhiBody,
     RhiBox,
@@ -67,7 +68,7 @@ def random_bodies(
             body = _body(random, at, into)
             rendered = environment({"body": body})
             rendered.force(list(hand))
-            if rendered.depth == 0.0:
+            if rendered.depth == 0.0 and not check_bodies({"body": body}):
                 bodies[f"body_{k + 1}"] = body
                 break
         else:
@@ -87,7 +88,7 @@ def _body(random: Random, point: Array, inwards: Array) -> RhiBody:
             middle = Lengths((point + size * inwards).tolist())
             return RhiSphere(**tissue, point=middle, radius=Thickness(size))
         case "box":
-            sides = Lengths(2.0 * random.uniform(*SIZE) for _ in range(m))
+            sides = Sizes(2.0 * random.uniform(*SIZE) for _ in range(m))
             middle = Lengths((point + 0.5 * float(np.linalg.norm(sides)) * inwards).tolist())
             turn = Angles(random.uniform(-pi, pi) for _ in range(turns(m))) if turns(m) else None
             return RhiBox(**tissue, point=middle, size=sides, turn=turn)

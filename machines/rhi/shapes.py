@@ -7,7 +7,7 @@ conservative. It is the distance to the surface wherever one part of the surface
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import exp, hypot, log
+from math import exp, hypot, inf, log
 from typing import Protocol
 
 import numpy as np
@@ -19,7 +19,13 @@ CORE = 0.25
 
 
 class Shape(Protocol):
-    """Where a body is."""
+    """Where a body is.
+
+    Attributes:
+        deepest: the most that a place in it is deep, about [m].
+    """
+
+    deepest: float
 
     def depth(self, x: Sequence[float]) -> tuple[float, list[float]]:
         """Depth of a place (m,) [m], negative outside, and its gradient (m,), no longer than 1."""
@@ -27,6 +33,8 @@ class Shape(Protocol):
 
 class Plane:
     """Everything behind a plane."""
+
+    deepest = inf
 
     def __init__(self, point: Sequence[float], normal: Sequence[float]) -> None:
         """A point of the plane (m,) [m] and the direction into it (m,)."""
@@ -45,6 +53,7 @@ class Sphere:
     def __init__(self, centre: Sequence[float], radius: float) -> None:
         """Centre (m,) [m] and radius [m]."""
         self._centre, self._radius, self._core = list(centre), radius, CORE * radius
+        self.deepest = radius - 0.5 * self._core
 
     def depth(self, x: Sequence[float]) -> tuple[float, list[float]]:
         """See ``Shape``."""
@@ -71,6 +80,7 @@ class Box:
             self._normals += [axis, [-a for a in axis]]
             self._offsets += [middle - 0.5 * side, -middle - 0.5 * side]
         self._edge = edge
+        self.deepest = self.depth(centre)[0]
 
     def depth(self, x: Sequence[float]) -> tuple[float, list[float]]:
         """See ``Shape``."""
@@ -100,6 +110,7 @@ class Sampled:
         self._origin, self._cell, self._depths = list(origin), cell, np.ascontiguousarray(depths, float)
         self._last = [n - 2 for n in self._depths.shape]
         self._nothing = [0.0] * self._depths.ndim
+        self.deepest = float(self._depths.max())
 
     def depth(self, x: Sequence[float]) -> tuple[float, list[float]]:
         """See ``Shape``; off the grid there is nothing."""

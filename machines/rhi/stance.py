@@ -20,6 +20,7 @@ from .machine import redundant_arm
 from .manipulability import velocity_ellipsoid
 from .random_bodies import random_bodies
 from .redundant import AXES, PLACE, RedundantArm
+from .sampled_walls import check_walls
 from .self_motion import scan
 
 INSIDE = 0.1
@@ -62,11 +63,16 @@ def rhi_bodies(config: RhiConfig, robot: Robot, random: Random) -> Stance[RhiCon
     """The same with one to three bodies of any kind and tissue instead of the wall.
 
     Raises:
-        ValueError: none was found; the limits leave the machine hardly any room.
+        ValueError: none was found; the limits leave the machine hardly any room, or the rate is too low.
     """
 
     def bodies(begin: Beginning) -> dict[str, RhiBody]:
-        return random_bodies(random, begin.point, begin.normal, begin.room, begin.hand)
+        for _ in range(TRIES):
+            drawn = random_bodies(random, begin.point, begin.normal, begin.room, begin.hand)
+            varied = msgspec.structs.replace(config.rhi, bodies=drawn)
+            if not check_walls(msgspec.structs.replace(config, rhi=varied), robot):
+                return drawn
+        raise ValueError(f"in {TRIES} tries no bodies are soft enough for the rate: raise loop.rate")
 
     return _stance(config, robot, random, bodies)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ...runtime.configuration.system import System
-from .check import check_rhi
+from .check import check_rhi, remarks_on_rhi
 from .config import RhiConfig
 from .figures import RhiFigures
 from .limits import RhiLimits
@@ -22,6 +22,7 @@ RHI = System(
     check_rhi,
     rhi_stance,
     scene=RhiScene,
+    remarks=remarks_on_rhi,
     variations={"bodies": rhi_bodies},
     pushed=rhi_pushed,
 )

@@ -473,8 +473,11 @@ def _check(options: argparse.Namespace) -> int:
     except ModelError as error:
         if not options.json:
             raise
-        finding = {"line": error.line, "key": "", "problem": error.problem, "fix": error.fix}
-        print(msgspec.json.encode({"source": error.source, "findings": [finding]}).decode())
+        findings = [
+            {"line": found.line, "key": "", "problem": found.problem, "fix": found.fix}
+            for found in error.findings
+        ]
+        print(msgspec.json.encode({"source": error.source, "findings": findings}).decode())
         return 2
     network = session.network
     if options.json:

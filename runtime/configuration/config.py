@@ -389,6 +389,10 @@ def _read_model(config: Config, text: str, source: str, folder: Any) -> tuple[st
         raise ConfigError(
             source, [Finding(line, "model", f'no file "{config.model}" beside it', "check the name")]
         )
+    if not entry.is_file():
+        what = "a folder" if entry.is_dir() else "no regular file"
+        fix = "name the URDF file, beside the configuration"
+        raise ConfigError(source, [Finding(line, "model", f'"{config.model}" is {what}', fix)])
     return _read(entry, config.model, MAX_MODEL_BYTES), config.model
 
 

@@ -14,7 +14,7 @@ from ...devices.network import Network
 from ...models import ModelError, Robot
 from ..core import sections as s
 from ..core.cycle import Cycle
-from ..core.machine import Machine, MachineLimits
+from ..core.machine import Machine, MachineLimits, UnfitError
 from ..core.sections import Config
 from ..core.stages import Mark, no_mark
 from ..errors import ConfigError, Finding
@@ -93,8 +93,12 @@ def build(loaded: Loaded, mark: Mark = no_mark, controller: Controller | None = 
         raise ConfigError(
             loaded.source, [Finding(line_of("devices", lines), "devices", str(error), "")]
         ) from error
+    except UnfitError as error:
+        line = line_of(error.key, key_lines(loaded.text))
+        raise ConfigError(loaded.source, [Finding(line, error.key, error.problem, error.fix)]) from error
     except ModelError as error:
-        raise ConfigError(loaded.source, [Finding(0, "model", str(error), "")]) from error
+        line = line_of("model", key_lines(loaded.text))
+        raise ConfigError(loaded.source, [Finding(line, "model", str(error), "")]) from error
     return Session(loaded, network, robot, Cycle(config, image, machine, mark), system)
 
 

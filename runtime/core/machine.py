@@ -9,6 +9,7 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import NDArray
 
+from ...models import ModelError
 from ...safety import AxisLimits, Plausibility, SetPoint, Thresholds
 from .modes import Mode
 
@@ -26,6 +27,18 @@ GRAVITY, GRAVITY_MARGIN = 9.81, 1.0
 """What an accelerometer at rest measures, and how far it may be off before arming [m/s^2]."""
 REST_S = 10e-3
 """For so long axes must be slow to be at rest."""
+
+
+class UnfitError(ModelError):
+    """What a machine finds of its configuration only while it is built.
+
+    Attributes:
+        key: of the configuration.
+    """
+
+    def __init__(self, key: str, problem: str, fix: str) -> None:
+        self.key = key
+        super().__init__(key, 0, problem, fix)
 
 
 NEAR, NEAR_SHARE = 5e-3, 0.01

@@ -51,6 +51,8 @@ LIMITS: dict[str, dict[str, Bounds]] = {
 }
 TEXTS = {"name", "type", "link", "filename", "version"}
 IGNORED = {"gazebo", "transmission", "ros2_control", "calibration"}
+UNREAD = {"axis", "limit", "dynamics"}
+"""In a fixed joint."""
 CHILDREN = {
     "robot": {"link", "joint", "material"},
     "link": {"inertial", "visual", "collision", "collision_checking"},
@@ -83,7 +85,7 @@ def _walk(element: ET.Element, kind: str = "") -> Any:
     yield from _judge_attributes(element, kind)
     names = set()
     for child in element:
-        if child.tag in IGNORED:
+        if child.tag in IGNORED or (kind == "fixed" and child.tag in UNREAD):
             continue
         yield "" if child.tag in CHILDREN.get(element.tag, ()) else f"<{child.tag}> in <{element.tag}>"
         key = (child.tag, child.get("name") if child.tag in MANY else "")
@@ -109,11 +111,10 @@ def _judge_attributes(element: ET.Element, kind: str) -> Any:
             denormal = bool(good) and 0 < abs(float(word)) < 2.3e-308
             yield "" if good and not denormal else f"{name}={text!r} of <{element.tag}>"
     needed = {
-        **{"link": ["name"], "mass": ["value"], "parent": ["link"], "child": ["link"], "axis": ["xyz"]},
+        **{"link": ["name"], "mass": ["value"], "parent": ["link"], "child": ["link"]},
         **{
             "inertia": ["ixx", "ixy", "ixz", "iyy", "iyz", "izz"],
             "limit": list(table),
-            "dynamics": ["damping"],
         },
         **{"joint": ["name", "type"], "robot": ["name"]},
     }
@@ -128,14 +129,11 @@ def _judge_tree(root: ET.Element) -> str:
     for joint in joints:
         if joint.get("type") not in ("fixed", *LIMITS):
             return f"type {joint.get('type')}"
-        needed = ["origin", "parent", "child"]
-        needed += [] if joint.get("type") == "fixed" else ["axis", "limit", "dynamics"]
+        needed = ["parent", "child"]
+        needed += [] if joint.get("type") == "fixed" else ["limit"]
         for tag in needed:
             if joint.find(tag) is None:
                 return f"joint {joint.get('name')} lacks <{tag}>"
-        origin = joint.find("origin")
-        if origin is None or origin.get("xyz") is None or origin.get("rpy") is None:
-            return "a place without xyz or rpy"
         child, parent = joint.find("child"), joint.find("parent")
         assert child is not None and parent is not None
         if child.get("link") in parents or not {child.get("link"), parent.get("link")} <= set(links):
@@ -157,9 +155,10 @@ def _judge_tree(root: ET.Element) -> str:
 
 def _judge_moving(joint: ET.Element) -> str:
     axis, limit = joint.find("axis"), joint.find("limit")
-    if axis is None or limit is None:
+    if joint.get("type") == "fixed" or limit is None:
         return ""
-    if abs(math.hypot(*map(float, axis.get("xyz", "").split())) - 1.0) > 2e-3:
+    direction = "1 0 0" if axis is None else axis.get("xyz", "1 0 0")
+    if abs(math.hypot(*map(float, direction.split())) - 1.0) > 2e-3:
         return "no unit axis"
     if limit.get("lower") and float(limit.get("lower", "")) >= float(limit.get("upper", "")):
         return "lower above upper"
@@ -168,7 +167,7 @@ def _judge_moving(joint: ET.Element) -> str:
 
 def _judge_body(body: ET.Element) -> str:
     mass, inertia = body.find("mass"), body.find("inertia")
-    if mass is None or inertia is None or body.find("origin") is None:
+    if mass is None or inertia is None:
         return "half a body"
     entries = {key: float(value) for key, value in inertia.items()}
     matrix = [[entries[f"i{min(i, j)}{max(i, j)}"] for j in "xyz"] for i in "xyz"]

@@ -10,6 +10,7 @@ import pytest
 from hapticd.configs import read_text
 from hapticd.configs.ranges import RANGES
 from hapticd.models import ModelError, Robot, lint
+from hapticd.models.findings import MOST_TOLD
 from hapticd.models.grammar import JOINTS, ROBOT
 from hapticd.models.linter import MAX_LINKS
 from hapticd.models.reader import MAX_NAME
@@ -63,10 +64,7 @@ def test_the_giant_passes() -> None:
         (LIMIT_2, LIMIT_2 * 2, "a second <limit>"),
         (LIMIT_2, LIMIT_2.replace("260.0", "2.6e9"), "effort = 2.6e+09 is out of range"),
         (LIMIT_2, LIMIT_2.replace("2.5", "1e300"), "velocity = 1e+300 is out of range"),
-        ('<axis xyz="0 0 1" />', "", "no <axis>"),
         ('<axis xyz="0 0 1" />', '<axis xyz="0 0 1" rpy="0 0 0" />', "no attribute 'rpy'"),
-        ('<dynamics damping="3.0" />', "", "no <dynamics>"),
-        ('<dynamics damping="3.0" />', "<dynamics />", "lacks 'damping'"),
         ('<dynamics damping="3.0" />', '<dynamics damping="-3.0" />', "damping = -3"),
         ('<dynamics damping="3.0" />', '<dynamics damping="3.0" /><mimic joint="joint_2" />', "<mimic>"),
         ('<dynamics damping="3.0" />', '<dynamics damping="3.0" /><safety_controller />', "soft limits"),
@@ -197,17 +195,71 @@ def test_a_robot_of_another_house_is_led_to_what_is_asked_for() -> None:
     for problem, old, new in (
         ("3: mesh 'package://arm/base.dae' lies outside the description's folder", "package://arm/", ""),
         ("4: joint 'shoulder': <mimic>; a joint that follows another", '<mimic joint="other"/>', ""),
-        ("4: joint 'shoulder' has no <dynamics>; give damping", "<limit", '<dynamics damping="0"/><limit'),
-        ("8: link 'upper': <inertial> has no <origin>", "<mass", '<origin xyz="0 0 0" rpy="0 0 0"/><mass'),
     ):
-        found = []
-        try:
+        with pytest.raises(ModelError) as error:
             lint(text, "arm.urdf")
-        except ModelError as error:
-            found.append(str(error))
-        assert found and (f"arm.urdf:{problem}" in found[0] or "mesh" in problem)
+        assert f"arm.urdf:{problem}" in str(error.value)
         text = text.replace(old, new)
     lint(text, "arm.urdf")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "written"),
+    [
+        (r' rpy="[^"]*"', "", ' rpy="0 0 0"'),
+        (r'(?<=<origin )xyz="[^"]*"', "", 'xyz="0 0 0"'),
+        (r'<origin [^>]*/>', "", '<origin xyz="0 0 0" rpy="0 0 0" />'),
+        (r"<origin [^>]*/>", "<origin />", '<origin xyz="0 0 0" rpy="0 0 0" />'),
+        (r"<dynamics [^>]*/>", "", '<dynamics damping="0" />'),
+        (r"<dynamics [^>]*/>", "<dynamics />", '<dynamics damping="0" />'),
+        (r"<axis [^>]*/>", "", '<axis xyz="1 0 0" />'),
+    ],
+)  # fmt: skip
+def test_what_a_urdf_may_leave_out_means_what_its_specification_says(
+    old: str, new: str, written: str
+) -> None:
+    short, long = (re.sub(old, what, GOOD) for what in (new, written))
+    assert len(short) < len(long)
+    model, same = Robot.from_urdf(short, "arm.urdf"), Robot.from_urdf(long, "arm.urdf")
+    assert model.model == same.model
+    assert [shape.T.tolist() for shape in model.shapes] == [shape.T.tolist() for shape in same.shapes]
+
+
+def test_a_fixed_joint_may_have_an_axis_that_nobody_reads() -> None:
+    parts = '<axis xyz="0 0 0"/><limit effort="0" velocity="0"/><dynamics damping="0"/>'
+    text = GOOD.replace('type="fixed">', f'type="fixed">{parts}')
+    assert text != GOOD
+    assert Robot.from_urdf(text, "arm.urdf").model == Robot.from_urdf(GOOD, "arm.urdf").model
+
+
+def test_everything_wrong_is_told_at_once_each_with_its_line() -> None:
+    wrong = (
+        (LIMIT_2, '<limit effort="-1" velocity="x" lower="2" upper="1" />', ("effort = -1", "finite number")),
+        ('<mass value="13.1" />', "", ("no <mass>",)),
+        ('<axis xyz="0 0 1" />', '<axis xyz="0 0 3" />', ("axis has length 3",)),
+        ('<child link="link_3" />', '<child link="nowhere" />', ("'nowhere' does not exist",)),
+    )
+    text = GOOD
+    for old, new, _ in wrong:
+        text = text.replace(old, new, 1)
+    with pytest.raises(ModelError) as error:
+        lint(text, "arm.urdf")
+    found = {found.problem + found.fix: found.line for found in error.value.findings}
+    lines = text.splitlines()
+    for _, new, problems in wrong:
+        for problem in problems:
+            (line,) = [line for told, line in found.items() if problem in told]
+            assert not new or new.split()[0] in lines[line - 1] or "joint" in lines[line - 1]
+    assert len(found) == sum(len(problems) for *_, problems in wrong)
+    assert list(found.values()) == sorted(found.values())
+    assert str(error.value).count("arm.urdf:") == len(found)
+
+
+def test_of_very_much_that_is_wrong_the_beginning_is_told() -> None:
+    with pytest.raises(ModelError) as error:
+        lint(GOOD.replace("</robot>", "<lnk/>words" * 3000 + "</robot>"), "arm.urdf")
+    assert len(error.value.findings) == MOST_TOLD + 1
+    assert re.search(r"arm\.urdf: \d+ more findings", str(error.value))
 
 
 def test_entities_do_not_explode() -> None:

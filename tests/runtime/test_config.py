@@ -282,6 +282,9 @@ def test_the_model_must_lie_beside_the_configuration(
         config.load(str(write_config(('model = "giant.urdf"', 'model = "../giant.urdf"'))))
     with pytest.raises(ConfigError, match=r'no file "other\.urdf"'):
         config.load(str(write_config(('model = "giant.urdf"', 'model = "other.urdf"'))))
+    (tmp_path / "parts").mkdir()
+    with pytest.raises(ConfigError, match=r'machine\.toml:\d+: model: "parts" is a folder; name the URDF'):
+        config.load(str(write_config(('model = "giant.urdf"', 'model = "parts"'))))
 
 
 def test_a_dangerous_model_is_refused(write_config: Callable[..., Path]) -> None:

@@ -91,7 +91,12 @@ def test_the_summary_shows_angles_and_torques(session: tuple[Report, Log]) -> No
         ('model = "rhi.urdf"', "model = 3", "model", "Expected `str`"),
         ("steepness = 1 ", "steepnes = 1 ", "rhi.saturation.steepnes", "unknown key"),
         ('posture = "1.02', 'posture = "nan 1.02', "simulation.rhi.posture", "NaN"),
-        ('point = "0.5 0.1 m"', 'point = "5 0.1 m"', "model", "cannot reach"),
+        (
+            'point = "0.5 0.1 m"',
+            'point = "5 0.1 m"',
+            "rhi.bodies.wall.point",
+            "everything that the hand can reach",
+        ),
     ],
 )
 def test_a_mistake_is_named_with_its_key(old: str, new: str, key: str, problem: str) -> None:

@@ -1,0 +1,48 @@
+"""Whether the hand can get to the bodies of a configuration."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ...models import Array, Robot
+from .bodies import shape
+from .body_check import away
+from .config import RhiAssist, RhiBody, RhiConfig, RhiPlane, RhiResist
+from .machine import redundant_arm
+from .redundant import PLACE
+
+Found = list[tuple[str, str, str]]
+POSTURES = 1000
+"""Random ones: where they hold the hand is where it can be."""
+BETWEEN = 0.1
+"""How far a place may be from the next of them and still be in reach [m]."""
+
+
+def check_reach(config: RhiConfig, robot: Robot) -> Found:
+    """Bodies that no posture brings the hand to, and a place of targets that none reaches."""
+    arm, motors = redundant_arm(config, robot), config.rhi.motors
+    moving = min(arm.m, PLACE)
+    drawn = np.random.default_rng(0).uniform(motors.lower, motors.upper, (POSTURES, arm.n))
+    hands = arm.reach(drawn)[0][:, :moving]
+    tool = config.rhi.task.tool if arm.m > PLACE else None
+    near = BETWEEN + max((float(np.linalg.norm(point)) for point in tool or ()), default=0.0)
+    found: Found = []
+    for k, (name, body) in enumerate(config.rhi.bodies.items()):
+        far = _distance(body, hands)
+        if k == 0 and isinstance(body, RhiPlane) and config.rhi.null_space.scan:
+            far = float(np.linalg.norm(hands - body.point, axis=1).min())
+        if far > near:
+            key = f"rhi.bodies.{name}.{'point' if hasattr(body, 'point') else 'vertices'}"
+            problem = f"is {far:.2g} m away from everything that the hand can reach"
+            found.append((key, problem, "move it, or widen rhi.motors.lower and upper"))
+    return found
+
+
+def _distance(body: RhiBody, hands: Array) -> float:
+    """Of what a body does from the next of some hands (k, m) [m]."""
+    if isinstance(body, RhiAssist):
+        return 0.0  # it pulls from everywhere
+    if isinstance(body, RhiResist):
+        return float(np.linalg.norm(hands - body.point, axis=1).min()) - body.radius
+    built = shape(body)
+    return min(away(body, built, hand) for hand in hands.tolist())
