@@ -111,7 +111,11 @@ def _handle(options: argparse.Namespace, loaded: Loaded) -> int:
     doubt = Doubt(options.wrong_model, options.errors)
     with _bar(options) as progress:
         told = push(loaded, options.along or [], options.at, doubt, options.seed, progress)
-    print(identify_handle.as_json(told) if options.json else "\n".join(identify_handle.table(told)))
+    if options.json:
+        print(identify_handle.as_json(told))
+    else:
+        for line in identify_handle.table(told):
+            tell(line, indent=DEEPER)
     if options.plot:
         identify_handle.draw(options.plot, told)
     return int(any(each.seen is None for each in told))

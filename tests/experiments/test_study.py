@@ -436,7 +436,7 @@ def test_a_stimulus_that_was_never_rendered_breaks_the_study_off(
 ) -> None:
     """Its hand pulls at a machine that stands elsewhere, which is not started therefore."""
     posture = "1.024066 -0.156786 0.230091 1.655231 rad"
-    path = machine_beside(tmp_path, (posture, "2 2.6 1.8 2.2 rad"))
+    path = machine_beside(tmp_path, (posture, "1.9 2.5 1.7 2.1 rad"))
     words = ["study", str(path), "--participant", "01", "--out", str(tmp_path / "data")]
     assert main([*words, "--observer", "threshold=1000,scale=20"]) == 1
     said = capsys.readouterr().err

@@ -20,9 +20,9 @@ from .conftest import Bench, loaded
 
 FAST = ("scan = 4000 ", "scan = 0 ")
 PRESS = 'dead_man = [{ at = "0.3 s", pressed = true }]'
-AT_ITS_LIMITS = (
+ELSEWHERE = (
     'posture = "1.024066 -0.156786 0.230091 1.655231 rad"',
-    'posture = "2 2.6 1.8 2.2 rad"',
+    'posture = "1.9 2.5 1.7 2.1 rad"',
 )
 """The hand waits elsewhere, and pulls at a machine that is not to be started so."""
 
@@ -35,7 +35,7 @@ def ran(path: Path, *options: str) -> list[str]:
 def test_a_start_that_was_refused_is_told_with_its_reason(
     write_config: Callable[..., Path], capsys: pytest.CaptureFixture[str]
 ) -> None:
-    path = write_config(FAST, AT_ITS_LIMITS, machine="rhi")
+    path = write_config(FAST, ELSEWHERE, machine="rhi")
     assert main(ran(path, "--duration", "1", "--json")) == 1
     found = json.loads(capsys.readouterr().out)
     assert found["never_active"].startswith("not started: the handle is pulled with 40.0 N")
@@ -94,7 +94,7 @@ def test_the_last_refusal_is_forgotten_once_the_machine_starts() -> None:
     bench.run(400)
     start = bench.cycle.start
     assert start.refused == ""
-    still = Bench(FAST, AT_ITS_LIMITS, machine="rhi")
+    still = Bench(FAST, ELSEWHERE, machine="rhi")
     still.run(400)
     assert "the handle is pulled" in still.cycle.start.refused
 
