@@ -66,7 +66,7 @@ class RedundantArm:
         self._chain = SerialChain(robot, [frame])
         self.n, self.m = self._chain.n, len(task)
         n, m = self.n, self.m
-        _require(robot, m < n, f"{n} joints for {m} directions", "a redundant interface has more joints")
+        _require(robot, m <= n, f"{n} joints for {m} directions", "give it at least as many joints")
         _require(
             robot,
             0 < m == len(set(task)) and (set(task) <= set(AXES[:PLACE]) or tuple(task) == AXES),
