@@ -99,11 +99,11 @@ class RedundantInterface:
         self._fade = exp(-dt / SUPPORT_FADE_S)
         self._limit = np.array(rhi.motors.torque)
         self._measured = self._force_torque.wrench[0]
-        # of the hand: its force, and where it turns the handle, its torque
-        self._hand = np.zeros(PLACE if arm.m <= PLACE else 2 * PLACE)
+        self._wrench = np.zeros(2 * PLACE)
+        # of it the hand's force, and where it turns the handle, its torque
+        self._hand = self._wrench[: PLACE if arm.m <= PLACE else 2 * PLACE]
         self._turned = [
-            (self._measured[k : k + PLACE], self._hand[k : k + PLACE])
-            for k in range(0, len(self._hand), PLACE)
+            (self._measured[k : k + PLACE], self._wrench[k : k + PLACE]) for k in range(0, 2 * PLACE, PLACE)
         ]
         self._measured_force = self._measured[:PLACE]
         self._demand = [0.0] * arm.m
@@ -117,9 +117,11 @@ class RedundantInterface:
         scales = self._force_torque.scales[0]
         self._force = sensor(image, "force_torque", 0, self._measured, scales, dt)
         self._rows = [AXES.index(name) for name in rhi.task.directions]
+        self._beside = np.ones(2 * PLACE)  # which directions are none of the task's
+        self._beside[self._rows] = 0.0
         self._felt, self._scale = np.zeros(arm.m), np.ones(arm.m)
         self._scale[PLACE:] = 1.0 / arm.lever
-        self._pull = np.zeros(arm.n)  # torques that hold the hand's force
+        self._pull = np.zeros(arm.n)  # torques that hold the hand's wrench
         self._balance = np.zeros(arm.n)  # torques that hold that and the arm's own weight
         self._steady = np.zeros(arm.n)  # the former, smoothed
         self._smooth = 1.0 - exp(-dt / STEADY_S)
@@ -152,7 +154,7 @@ class RedundantInterface:
         return []
 
     def estimate(self) -> None:
-        """Measured motors, and the force of the hand in the base's axes."""
+        """Measured motors, and the wrench of the hand in the base's axes."""
         drives, arm = self._drives, self._arm
         arm.q[:], arm.qd[:] = drives.link_position, drives.velocity
         self.position, self.velocity = arm.q.tolist(), arm.qd.tolist()
@@ -165,6 +167,8 @@ class RedundantInterface:
         np.multiply(self._felt, self._scale, out=self._felt)
         np.matmul(self._felt, arm.J, out=self._pull)
         np.negative(self._pull, out=self._pull)
+        # what no direction of the task is: the motors hold it all the same, and stand still under it
+        self._pull -= arm.load(self._wrench * self._beside)
         np.add(self._pull, arm.weight, out=self._balance)
         self._steady += self._smooth * (self._pull - self._steady)
 
