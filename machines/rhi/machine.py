@@ -111,7 +111,10 @@ class RedundantInterface:
         self.remarks = REMARKS
         self.state = state_layout(arm.n, arm.m, len(self.levels))
         motors, torque, hold = rhi.motors, rhi.motors.torque, rhi.hold.stiffness
-        limited = TorqueAxes(drive_names(config), motors.lower, motors.upper, motors.velocity, torque)
+        limited = TorqueAxes(
+            *(drive_names(config), motors.lower, motors.upper, motors.velocity, torque),
+            acceleration=motors.acceleration,
+        )
         self.axes, self.thresholds = limited.limits(config), limited.thresholds(config, image)
         self.play = tuple(most / k for most, k in zip(torque, hold, strict=True))
         scales = self._force_torque.scales[0]
