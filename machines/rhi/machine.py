@@ -284,15 +284,17 @@ def contact_aware(
     rhi = config.rhi
     limit, task, saturation = np.array(rhi.motors.torque), rhi.task, rhi.saturation
     space = rhi.null_space
+    spare = arm.n > arm.m  # without, the hand's place says all of the posture, and nothing is to be turned
+    scanned = space.scan if spare else 0
     home = force_ellipsoid(arm.at(np.array(task.home)).J, limit)
     span = Span(rhi.motors.lower, rhi.motors.upper, space.margin, rhi.motors.velocity)
     settings = Settings(
         shape=Shape.of_home(home, task.spread),
         gains=Gains(
-            space.step,
+            space.step if spare else 0.0,
             space.damping,
             space.cap,
-            space.stiffness if space.scan else 0.0,
+            space.stiffness if scanned else 0.0,
             rhi.motors.friction,
             space.ratio,
             SWING / dt,
@@ -300,7 +302,7 @@ def contact_aware(
         thresholds=Reserves(saturation.leave, saturation.come_back),
         steepness=saturation.steepness,
         rho=saturation.rho,
-        held=saturation.held,
+        held=saturation.held if spare else 1.0,
         moving=saturation.moving,
         release=saturation.release,
         follow=task.follow if task.follow is not None else np.inf,
@@ -314,9 +316,9 @@ def contact_aware(
     controller = ContactAware(arm, limit, places[0][1].tolist(), settings, dt)
     if space.resolution == "hqp":
         controller.resolution = Hierarchy(controller.space)
-    if space.scan:
+    if scanned:
         goals = controller.space.free, controller.space.stiff
-        controller.places = Places(arm, places, settings.shape, limit, span, space.scan, goals, dt)
+        controller.places = Places(arm, places, settings.shape, limit, span, scanned, goals, dt)
     arm.at(np.array(task.home))
     return controller
 
