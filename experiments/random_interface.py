@@ -206,11 +206,12 @@ def _motors(random: Random, chain: Sequence[Joint], robot: Robot, T: Array) -> M
         links = np.triu(links) + np.triu(links, 1).T
         inertia = np.maximum(inertia, np.diag(T.T @ links @ T))
     share = np.array([_between(random, CARRIES) for _ in range(n)])
-    if random.random() < WEAK and weight.max() > 0.1:
-        share[random.randrange(n)] = random.uniform(0.3, 1.1)
+    loaded = [i for i, most in enumerate(weight.tolist()) if most > 0.1]
+    if random.random() < WEAK and loaded:
+        share[random.choice(loaded)] = random.uniform(0.3, 1.1)
     own = [_between(random, TORQUE) * joint.ratio * (1.0 / ARM if joint.slides else 1.0) for joint in chain]
     lively = LIVELY * inertia
-    torque = np.where(share < 1.2, share * weight + 0.02, np.maximum.reduce([share * weight, own, lively]))
+    torque = np.where(share < 1.2, share * weight, np.maximum.reduce([share * weight, own, lively]))
     rotor = np.array([random.uniform(0.1, 1.0) for _ in range(n)]) * np.minimum(inertia, 2.0)
     rotor = np.maximum(rotor, torque / (0.35 * 0.15) * LEAST_TIME**2)
     inertia = inertia + rotor

@@ -108,10 +108,10 @@ def grains(image: ProcessImage, group: str, name: str) -> Array:
 
 
 def _patience(unseen: Array, acceleration: Sequence[float] | None, dt: float) -> list[int] | None:
-    """Ticks in which a command of ACTING moves an axis from rest as far as its encoder may not see."""
+    """Ticks in which a command of ACTING moves an axis there and back within what its encoder may not see."""
     if acceleration is None:
         return None
-    times = np.sqrt(2.0 * unseen / (ACTING * np.array(acceleration)))
+    times = 2.0 * np.sqrt(2.0 * unseen / (ACTING * np.array(acceleration)))
     return [max(FROZEN_TICKS, ceil(t / dt)) for t in times.tolist()]
 
 
