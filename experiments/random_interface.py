@@ -50,6 +50,8 @@ LIVELY = 20.0
 """Least acceleration of a motor without weight [rad/s^2]."""
 RAMP_S = 0.4
 """Longest time in which a motor brakes from its top speed [s]."""
+BRAKES_S = 0.16
+"""In about so long a motor brakes from its top speed where its load is worst [s]."""
 POSTURES = 1500
 """Random ones in which the weight is looked up."""
 STRONG = 0.6
@@ -217,7 +219,7 @@ def _motors(random: Random, chain: Sequence[Joint], robot: Robot, T: Array) -> M
     inertia = inertia + rotor
     fastest = np.array([joint.speed for joint in chain])
     acceleration = np.minimum(0.5 * torque / inertia, fastest / 0.04)
-    speed = np.minimum(fastest, RAMP_S * acceleration)
+    speed = np.minimum.reduce([fastest, RAMP_S * acceleration, BRAKES_S * np.abs(torque - weight) / inertia])
     friction = rotor * np.array([_between(random, (0.3, 10.0)) for _ in range(n)])
     return Motors(torque, rotor, inertia, friction, speed, acceleration, 3.0 * torque + 2.0 * weight)
 

@@ -18,7 +18,7 @@ from .directions import check_directions
 from .machine import drive_names, redundant_arm
 from .manipulability import velocity_ellipsoid
 from .model_check import check_model
-from .rates import check_rates
+from .rates import check_braking, check_rates
 from .redundant import PLACE
 
 Found = list[tuple[str, str, str]]
@@ -34,6 +34,7 @@ def check_rhi(config: RhiConfig, robot: Robot) -> Found:
         _lengths(config, robot)
         or _transmission(config)
         or check_directions(config)
+        or _moved(config, robot)
         or check_bodies(config.rhi.bodies)
     )
     if found:
@@ -44,7 +45,8 @@ def check_rhi(config: RhiConfig, robot: Robot) -> Found:
         + _task(config, robot)
         + _devices(config)
     )
-    return found + check_model(config, robot) + check_rates(config, robot)
+    found += check_model(config, robot) + check_rates(config, robot)
+    return found or check_braking(config, robot)
 
 
 def _lengths(config: RhiConfig, robot: Robot) -> Found:
@@ -107,6 +109,20 @@ def _transmission(config: RhiConfig) -> Found:
     return []
 
 
+def _moved(config: RhiConfig, robot: Robot) -> Found:
+    """More directions than joints can move the hand in."""
+    m, n = len(config.rhi.task.directions), robot.nv
+    if m <= n:
+        return []
+    return [
+        (
+            "rhi.task.directions",
+            f"names {m}, and {n} joints move the hand in {n} at most",
+            f"name {n} or fewer, or add joints; with as many there is no posture to turn",
+        )
+    ]
+
+
 def _simulated_posture(config: RhiConfig) -> Iterator[tuple[str, Sequence[float]]]:
     if config.simulation is not None:
         yield "simulation.rhi.posture", config.simulation.rhi.posture
@@ -121,7 +137,7 @@ def _task(config: RhiConfig, robot: Robot) -> Found:
     for key, places in (("rhi.task.home", rhi.task.home), *_simulated_posture(config)):
         if not all(a <= q <= b for a, q, b in zip(rhi.motors.lower, places, rhi.motors.upper, strict=True)):
             found.append((key, "is outside the motors' limits", "give a posture inside"))
-    if len(rhi.task.directions) < robot.nv and robot.model.existFrame(rhi.task.frame):
+    if robot.model.existFrame(rhi.task.frame):
         J = redundant_arm(config, robot).at(np.array(rhi.task.home)).J
         if np.linalg.cond(velocity_ellipsoid(J, np.array(rhi.motors.torque))) > LARGEST_CONDITION:
             found.append(("rhi.task.home", "is a singular posture", "choose another"))

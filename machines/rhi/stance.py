@@ -37,6 +37,8 @@ LARGEST_CONDITION = 100.0
 """Of the ellipsoid of a home posture: beyond, the desired ones are lines."""
 LARGEST_TURNING = 600.0
 """The same with turns, whose torques and forces a lever compares; few postures have less than 200."""
+SINGULAR = 1e6
+"""Of any, beyond which it is refused: ``check``."""
 TRIES = 1000
 WALL = Stiffness(1000.0)
 """Of a wall where the configuration renders no body [N/m]."""
@@ -171,11 +173,17 @@ def _foremost(config: RhiConfig, arm: RedundantArm, into: Array) -> Array:
 def _home(config: RhiConfig, arm: RedundantArm, random: Random) -> tuple[float, ...]:
     limit = np.array(config.rhi.motors.torque)
     most = LARGEST_CONDITION if arm.m <= PLACE else LARGEST_TURNING
+    best, least = None, SINGULAR  # motors that are very unlike give lines in every posture
     for _ in range(TRIES):
         q = _posture(config, random)
-        if np.linalg.cond(velocity_ellipsoid(arm.at(q).J, limit)) < most:
+        condition = np.linalg.cond(velocity_ellipsoid(arm.at(q).J, limit))
+        if condition < most:
             return tuple(q.tolist())
-    raise ValueError(f"{TRIES} postures are next to singular: widen rhi.motors.lower and upper")
+        if condition < least:
+            best, least = q, condition
+    if best is None:
+        raise ValueError(f"{TRIES} postures are next to singular: widen rhi.motors.lower and upper")
+    return tuple(best.tolist())
 
 
 def _posture(config: RhiConfig, random: Random) -> Array:
