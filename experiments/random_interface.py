@@ -293,7 +293,7 @@ def _toml(
     stop = float((speed / acceleration).max()) / 0.8 * 1.3 + 0.03
     ratios, force = _pressing(robot, T, home, task, motors.torque), 0.0
     spread, major = random.choice((3, 5)), float(ratios[-1])
-    force = STRONG * float(ratios[0]) ** 0.5
+    force = STRONG * max(float(ratios[0]), 0.0) ** 0.5
     rho = min(0.4 / max(spread * major, 1e-6), 10.0)
     yield from ('system = "rhi"', f'model = "{model}"')
     yield from ("[loop]", 'rate = "1 kHz"', 'duration = "5 s"', 'on_overrun = "record"')
