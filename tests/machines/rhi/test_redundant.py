@@ -4,7 +4,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from hapticd.machines.rhi import planar
-from hapticd.machines.rhi.redundant import RedundantArm
+from hapticd.machines.rhi.redundant import AXES, RedundantArm
 from hapticd.models import ModelError, Robot
 
 from ...control.test_serial import random_arm
