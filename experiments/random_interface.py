@@ -52,6 +52,8 @@ RAMP_S = 0.4
 """Longest time in which a motor brakes from its top speed [s]."""
 BRAKES_S = 0.16
 """In about so long a motor brakes from its top speed where its load is worst [s]."""
+PULL = 3.0
+"""Of the pull on the posture, over the torque of the weakest motor, which has to brake what it moves."""
 POSTURES = 1500
 """Random ones in which the weight is looked up."""
 STRONG = 0.6
@@ -288,7 +290,9 @@ def _toml(
     n, turns = len(chain), len(task) > 3
     (lower, upper), mean = _ends(chain), float(np.mean(motors.torque))
     home = [random.uniform(a + 0.2 * (b - a), b - 0.2 * (b - a)) for a, b in zip(lower, upper, strict=True)]
-    posture = [random.uniform(a + 0.2 * (b - a), b - 0.2 * (b - a)) for a, b in zip(lower, upper, strict=True)]
+    posture = [
+        random.uniform(a + 0.2 * (b - a), b - 0.2 * (b - a)) for a, b in zip(lower, upper, strict=True)
+    ]
     speed, acceleration = motors.speed, motors.acceleration
     stop = float((speed / acceleration).max()) / 0.8 * 1.3 + 0.03
     ratios, force = _pressing(robot, T, home, task, motors.torque), 0.0
@@ -321,8 +325,15 @@ def _toml(
     yield from ("[rhi.task]", 'frame = "handle"', f"directions = {list(task)}".replace("'", '"'))
     yield from (f'home = "{_row(home)} rad"', f"spread = {spread}")
     yield from ("[rhi.null_space]", f'resolution = "{random.choice(("projection", "hqp"))}"')
-    yield from (f'step = "{2 * mean:.4g} N m"', f'damping = "{0.05 * float(motors.inertia.min()):.4g} N m s/rad"')
-    yield from (f'cap = "{0.7 * mean:.4g} N m"', "scan = 800", f'stiffness = "{2.0 * mean:.4g} N m/rad"')
+    yield from (
+        f'step = "{2 * mean:.4g} N m"',
+        f'damping = "{0.05 * float(motors.inertia.min()):.4g} N m s/rad"',
+    )
+    yield from (
+        f'cap = "{min(0.7 * mean, PULL * float(motors.torque.min())):.4g} N m"',
+        "scan = 800",
+        f'stiffness = "{2.0 * mean:.4g} N m/rad"',
+    )
     yield from ("ratio = 0.35", 'margin = "0.15 rad"')
     yield from ("[rhi.saturation]", "steepness = 1", "leave = 0.7", "come_back = 0.95", f"rho = {rho:.4g}")
     yield from ("held = 0.85", f'moving = "{mean:.4g} N m"', 'release = "50 ms"')
@@ -342,7 +353,11 @@ def _toml(
     yield from ("[simulation.hand]", 'stiffness = "2000 N/m"', 'damping = "30 N s/m"')
     yield f'force = "{min(max(force, 1.0), 60.0):.3f} N"'
     if turns:
-        yield from ('rotational_stiffness = "20 N m/rad"', 'rotational_damping = "1 N m s/rad"', 'torque = "5 N m"')
+        yield from (
+            'rotational_stiffness = "20 N m/rad"',
+            'rotational_damping = "1 N m s/rad"',
+            'torque = "5 N m"',
+        )
     yield 'dead_man = [{ at = "0.3 s", pressed = true }]'
     for at in (0, 5):
         yield from ("[[simulation.hand.path]]", f'at = "{at} s"', f'position = "{_row(hand)} m"')

@@ -16,6 +16,9 @@ BRAKES_S = 0.14
 """Longest time in which a motor brakes from the speed that the posture keeps [s]: twice HORIZON of
 csrc/guard.c. One that needs longer comes to rest behind the limit in front of which it is to."""
 
+MOST_PULL = 4.0
+"""Of the pull on the posture, over the torque of the weakest motor: what all others set going it has to brake."""
+
 
 def check_rates(config: RhiConfig, robot: Robot) -> Found:
     """Gains and friction that act faster than the period in which they are computed."""
@@ -58,7 +61,23 @@ def check_rates(config: RhiConfig, robot: Robot) -> Found:
 
 
 def check_braking(config: RhiConfig, robot: Robot) -> Found:
-    """Motors that the posture may turn faster than they can brake in front of a limit, in the home posture."""
+    """Motors that the posture may turn faster than they can brake in front of a limit."""
+    return _fast(config, robot) + _pulled(config, robot)
+
+
+def _pulled(config: RhiConfig, robot: Robot) -> Found:
+    """Motors that are much weaker than the pull on the posture."""
+    cap, torque = config.rhi.null_space.cap, config.rhi.motors.torque
+    weakest = min(torque)
+    if len(config.rhi.task.directions) == robot.nv or cap <= MOST_PULL * weakest:
+        return []
+    name = torque.index(weakest) + 1
+    problem = f"{cap:g} N m may set going what motor {name} has {weakest:g} N m to brake with"
+    return [("rhi.null_space.cap", problem, f"give at most {MOST_PULL * weakest:.3g} N m")]
+
+
+def _fast(config: RhiConfig, robot: Robot) -> Found:
+    """Of single motors, in the home posture."""
     motors = config.rhi.motors
     if not robot.model.existFrame(config.rhi.task.frame):
         return []  # named elsewhere

@@ -131,9 +131,7 @@ def _stance(
     return Stance(varied, place + still, lower + [-x for x in most], upper + most)
 
 
-def _begin(
-    config: RhiConfig, arm: RedundantArm, random: Random, home: Sequence[float] | None
-) -> Beginning:
+def _begin(config: RhiConfig, arm: RedundantArm, random: Random, home: Sequence[float] | None) -> Beginning:
     """A point whose surroundings are in reach, and a posture that holds the hand in front of it."""
     inside, moving = _bounds(config, INSIDE), min(arm.m, PLACE)
     turning = (
