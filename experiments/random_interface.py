@@ -10,12 +10,14 @@ from __future__ import annotations
 import xml.etree.ElementTree as ET
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from math import hypot, pi
 from random import Random
 
 import numpy as np
 import pinocchio as pin
 
+from ..machines.rhi.guard import STOP
 from ..models import Array, Robot
 from ..runtime.configuration.config import Loaded, parse
 from .temper import Temper
@@ -29,6 +31,8 @@ SLIDING, BELTED = 0.25, 0.3
 """Share of joints that slide; of those that turn, whose motor stands at the joint before."""
 WEAK = 0.08
 """Share of the chains with weight that have a motor which is too weak for it."""
+TOO_WEAK, SLIGHT = (0.3, 1.1), 0.1
+"""Torque of such a motor over what the weight takes at most; a weight that takes less counts as none [N m]."""
 SQUARE = 0.3
 """Share of the chains with as many directions as joints, where there are not more joints than directions."""
 LENGTH, MASS = (0.1, 0.45), (0.03, 0.6)
@@ -44,6 +48,10 @@ CARRIES = (1.4, 4.0)
 """Torque of a motor over what the weight takes at most."""
 SWING = 28.0
 """Of a motor on the spring that holds it [rad/s]."""
+FRICTION = (0.3, 10.0)
+"""Of a motor over its rotor's inertia [1/s]."""
+MARGIN = 0.15
+"""That targets keep to the limits [rad]."""
 LEAST_TIME = 0.012
 """Period over 2 pi of a motor on its end stop, at the least [s]."""
 LIVELY = 20.0
@@ -54,8 +62,12 @@ BRAKES_S = 0.16
 """In about so long a motor brakes from its top speed where its load is worst [s]."""
 PULL = 3.0
 """Of the pull on the posture, over the torque of the weakest motor, which has to brake what it moves."""
-POSTURES = 1500
-"""Random ones in which the weight is looked up."""
+RAMP_SHARE = 0.8
+"""Of the stop time, in which a motor alone must come to rest."""
+COUNTS = (1024, 4096, 20_000, 65_536, 1_048_576)
+"""Of motors' encoders a turn; a shaft's have 4096 and more."""
+POSTURES, FEW = 1500, 50
+"""Random ones in which the weight is looked up, and of these those for the inertia."""
 STRONG = 0.6
 """Of what the weakest posture of many can press with, in any direction, the strongest hand."""
 
@@ -113,15 +125,16 @@ def random_interface(seed: int, joints: int | None = None, directions: int | Non
     task = _task(random, plane, n, directions)
     chain = [_joint(random, plane) for _ in range(n)]
     chain[0].belted = False
-    for before, joint in zip(chain, chain[1:], strict=False):
+    for before, joint in pairwise(chain):
         joint.reach = before.length
         joint.belted &= not (joint.slides or before.slides)
-    model, text = f"own_{seed}.urdf", ""
+    model = f"own_{seed}.urdf"
     T = _transmission(chain)
     robot = Robot.from_urdf(_urdf(f"own_{seed}", chain, T, np.ones(n)), model)
     motors = _motors(random, chain, robot, T)
     text = _urdf(f"own_{seed}", chain, T, motors.torque)
-    toml = "\n".join(_toml(random, model, task, chain, motors, Robot.from_urdf(text, model), T)) + "\n"
+    own = Interface(model, task, chain, motors, Robot.from_urdf(text, model), T)
+    toml = "\n".join(_toml(random, own)) + "\n"
     source = f"own_{seed}.toml"
     return Loaded(source, parse(toml, source), toml, source, text, model)
 
@@ -195,35 +208,39 @@ def _transmission(chain: Sequence[Joint]) -> Array:
     return T
 
 
-def _motors(random: Random, chain: Sequence[Joint], robot: Robot, T: Array) -> Motors:
-    """Torques that carry the weight, mostly; rotors and friction to suit."""
-    n, rng = len(chain), np.random.default_rng(random.getrandbits(32))
-    lower, upper = _ends(chain)
-    postures = rng.uniform(lower, upper, (POSTURES, n))
-    weight = np.zeros(n)
-    inertia = np.zeros(n)
+def _loads(random: Random, chain: Sequence[Joint], robot: Robot, T: Array) -> tuple[Array, Array]:
+    """Largest weight of the chain, and inertia of its links, that each motor meets, (n,) each."""
+    rng = np.random.default_rng(random.getrandbits(32))
+    postures = rng.uniform(*_ends(chain), (POSTURES, len(chain)))
+    weight, inertia = np.zeros(len(chain)), np.zeros(len(chain))
     for q in postures:
         at = robot.configuration(T @ q)
         weight = np.maximum(weight, np.abs(T.T @ pin.computeGeneralizedGravity(robot.model, robot.data, at)))
-    for q in postures[:50]:
+    for q in postures[:FEW]:
         links = pin.crba(robot.model, robot.data, robot.configuration(T @ q))
-        links = np.triu(links) + np.triu(links, 1).T
-        inertia = np.maximum(inertia, np.diag(T.T @ links @ T))
-    share = np.array([_between(random, CARRIES) for _ in range(n)])
-    loaded = [i for i, most in enumerate(weight.tolist()) if most > 0.1]
+        inertia = np.maximum(inertia, np.diag(T.T @ (np.triu(links) + np.triu(links, 1).T) @ T))
+    return weight, inertia
+
+
+def _motors(random: Random, chain: Sequence[Joint], robot: Robot, T: Array) -> Motors:
+    """Torques that carry the weight, mostly; rotors, friction and speeds to suit."""
+    n, (weight, links) = len(chain), _loads(random, chain, robot, T)
+    share = np.array([_between(random, CARRIES) for _ in chain])
+    loaded = [i for i, most in enumerate(weight.tolist()) if most > SLIGHT]
     if random.random() < WEAK and loaded:
-        share[random.choice(loaded)] = random.uniform(0.3, 1.1)
+        share[random.choice(loaded)] = random.uniform(*TOO_WEAK)
     own = [_between(random, TORQUE) * joint.ratio * (1.0 / ARM if joint.slides else 1.0) for joint in chain]
-    lively = LIVELY * inertia
-    torque = np.where(share < 1.2, share * weight, np.maximum.reduce([share * weight, own, lively]))
-    rotor = np.array([random.uniform(0.1, 1.0) for _ in range(n)]) * np.minimum(inertia, 2.0)
-    rotor = np.maximum(rotor, torque / (0.35 * 0.15) * LEAST_TIME**2)
-    inertia = inertia + rotor
+    strong = np.maximum(np.maximum(share * weight, own), LIVELY * links)
+    torque = np.where(share < CARRIES[0], share * weight, strong)
+    rotor = np.array([random.uniform(0.1, 1.0) for _ in range(n)]) * np.minimum(links, 2.0)
+    rotor = np.maximum(rotor, torque / (STOP * MARGIN) * LEAST_TIME**2)
+    inertia = links + rotor
     fastest = np.array([joint.speed for joint in chain])
     acceleration = np.minimum(0.5 * torque / inertia, fastest / 0.04)
-    speed = np.minimum.reduce([fastest, RAMP_S * acceleration, BRAKES_S * np.abs(torque - weight) / inertia])
-    friction = rotor * np.array([_between(random, (0.3, 10.0)) for _ in range(n)])
-    return Motors(torque, rotor, inertia, friction, speed, acceleration, 3.0 * torque + 2.0 * weight)
+    able = np.minimum(RAMP_S * acceleration, BRAKES_S * np.abs(torque - weight) / inertia)
+    friction = rotor * np.array([_between(random, FRICTION) for _ in chain])
+    brake = 3.0 * torque + 2.0 * weight
+    return Motors(torque, rotor, inertia, friction, np.minimum(fastest, able), acceleration, brake)
 
 
 def _ends(chain: Sequence[Joint]) -> tuple[list[float], list[float]]:
@@ -277,104 +294,120 @@ def _row(values: Sequence[float] | Array) -> str:
     return " ".join(f"{x:.6g}" for x in values)
 
 
-def _toml(
-    random: Random,
-    model: str,
-    task: Sequence[str],
-    chain: Sequence[Joint],
-    motors: Motors,
-    robot: Robot,
-    T: Array,
-) -> Iterator[str]:
+@dataclass(frozen=True, slots=True)
+class Interface:
+    """All that the text of a configuration is made of."""
+
+    model: str
+    task: Sequence[str]
+    chain: Sequence[Joint]
+    motors: Motors
+    robot: Robot
+    T: Array
+
+
+def _toml(random: Random, own: Interface) -> Iterator[str]:
     """Lines after configs/rhi.toml."""
-    n, turns = len(chain), len(task) > 3
-    (lower, upper), mean = _ends(chain), float(np.mean(motors.torque))
-    home = [random.uniform(a + 0.2 * (b - a), b - 0.2 * (b - a)) for a, b in zip(lower, upper, strict=True)]
-    posture = [
-        random.uniform(a + 0.2 * (b - a), b - 0.2 * (b - a)) for a, b in zip(lower, upper, strict=True)
-    ]
-    speed, acceleration = motors.speed, motors.acceleration
-    stop = float((speed / acceleration).max()) / 0.8 * 1.3 + 0.03
-    ratios, force = _pressing(robot, T, home, task, motors.torque), 0.0
-    spread, major = random.choice((3, 5)), float(ratios[-1])
-    force = STRONG * max(float(ratios[0]), 0.0) ** 0.5
-    rho = min(0.4 / max(spread * major, 1e-6), 10.0)
-    yield from ('system = "rhi"', f'model = "{model}"')
+    home, posture = _posture(random, own.chain), _posture(random, own.chain)
+    ellipsoid = _pressing(own, home)
+    motors = own.motors
+    stop = float((motors.speed / motors.acceleration).max()) / RAMP_SHARE * 1.3 + 0.03
+    spread = random.choice((3, 5))
+    yield from ('system = "rhi"', f'model = "{own.model}"')
     yield from ("[loop]", 'rate = "1 kHz"', 'duration = "5 s"', 'on_overrun = "record"')
     yield from ("[bus]", 'kind = "simulated"', "[arming]", 'by = "dead-man"', 'fade = "3 s"')
     yield from ("[safety]", 'position_margin = "50 mrad"', f'stop_time = "{stop:.3f} s"')
-    for i, joint in enumerate(chain, 1):
+    yield from _devices(random, own)
+    yield from _motor_lines(own)
+    yield from ("[rhi.task]", 'frame = "handle"', f"directions = {list(own.task)}".replace("'", '"'))
+    yield from (f'home = "{_row(home)} rad"', f"spread = {spread}")
+    yield from _law(random, own, min(0.4 / max(spread * float(ellipsoid[-1]), 1e-6), 10.0))
+    hand = own.robot.placement(own.T @ np.array(posture), "handle")[:3, 3]
+    yield from _wall(random, [hand[ALL.index(axis)] for axis in own.task[:3]])
+    stiff = motors.inertia * SWING**2
+    yield from ("[rhi.hold]", f'stiffness = "{_row(stiff)} N m/rad"')
+    yield f'damping = "{_row(1.6 * motors.inertia * SWING)} N m s/rad"'
+    yield from _simulation(random, own, posture)
+    yield from _hand(own, hand, STRONG * max(float(ellipsoid[0]), 0.0) ** 0.5)
+
+
+def _posture(random: Random, chain: Sequence[Joint]) -> list[float]:
+    """Not next to a limit."""
+    rows = zip(*_ends(chain), strict=True)
+    return [random.uniform(a + 0.2 * (b - a), b - 0.2 * (b - a)) for a, b in rows]
+
+
+def _devices(random: Random, own: Interface) -> Iterator[str]:
+    n = len(own.chain)
+    for i, torque in enumerate(own.motors.torque.tolist(), 1):
         gear = random.choice((1, 8, 10, 50, 100, 160))
-        counts = random.choice([c for c in (1024, 4096, 20_000, 65_536, 1_048_576) if c * gear >= 4096])
+        counts = random.choice([c for c in COUNTS if c * gear >= 4096])
         yield from (f"[devices.motor_{i}]", 'type = "joint_drive"', f"node = {i}")
         yield from (f"counts_per_turn = {counts}", f"gear_ratio = [{gear}, 1]")
         yield f"link_counts_per_turn = {random.choice((4096, 20_000, 1_048_576))}"
-        yield f'rated_torque = "{max(_whole(motors.torque[i - 1] / random.uniform(1, 20)), 1e-3):.3f} N m"'
-        del joint
+        yield f'rated_torque = "{max(torque / random.uniform(1, 20), 1e-3):.3f} N m"'
     yield from ("[devices.force_torque]", 'type = "force_torque"', f"node = {n + 1}")
     yield from ('force = "500 N"', 'torque = "50 N m"')
     yield from ("[devices.safety_plc]", 'type = "safety_plc"', f"node = {n + 2}")
-    yield from ("[rhi.motors]", f"transmission = {[[float(f'{x:.6g}') for x in row] for row in T]}")
+
+
+def _motor_lines(own: Interface) -> Iterator[str]:
+    motors, (lower, upper) = own.motors, _ends(own.chain)
+    yield from ("[rhi.motors]", f"transmission = {[[float(f'{x:.6g}') for x in row] for row in own.T]}")
     yield f'rotor_inertia = "{_row(motors.rotor)} kg m^2"'
     yield f'friction = "{_row(motors.friction)} N m s/rad"'
     yield f'torque = "{_row(motors.torque)} N m"'
-    yield f'lower = "{_row(lower)} rad"'
-    yield f'upper = "{_row(upper)} rad"'
-    yield f'velocity = "{_row(speed)} rad/s"'
-    yield f'acceleration = "{_row(acceleration)} rad/s^2"'
-    yield from ("[rhi.task]", 'frame = "handle"', f"directions = {list(task)}".replace("'", '"'))
-    yield from (f'home = "{_row(home)} rad"', f"spread = {spread}")
+    yield from (f'lower = "{_row(lower)} rad"', f'upper = "{_row(upper)} rad"')
+    yield f'velocity = "{_row(motors.speed)} rad/s"'
+    yield f'acceleration = "{_row(motors.acceleration)} rad/s^2"'
+
+
+def _law(random: Random, own: Interface, rho: float) -> Iterator[str]:
+    motors, mean = own.motors, float(np.mean(own.motors.torque))
+    cap = min(0.7 * mean, PULL * float(motors.torque.min()))
     yield from ("[rhi.null_space]", f'resolution = "{random.choice(("projection", "hqp"))}"')
-    yield from (
-        f'step = "{2 * mean:.4g} N m"',
-        f'damping = "{0.05 * float(motors.inertia.min()):.4g} N m s/rad"',
-    )
-    yield from (
-        f'cap = "{min(0.7 * mean, PULL * float(motors.torque.min())):.4g} N m"',
-        "scan = 800",
-        f'stiffness = "{2.0 * mean:.4g} N m/rad"',
-    )
-    yield from ("ratio = 0.35", 'margin = "0.15 rad"')
+    yield f'step = "{2 * mean:.4g} N m"'
+    yield f'damping = "{0.05 * float(motors.inertia.min()):.4g} N m s/rad"'
+    yield from (f'cap = "{cap:.4g} N m"', "scan = 800", f'stiffness = "{2.0 * mean:.4g} N m/rad"')
+    yield from ("ratio = 0.35", f'margin = "{MARGIN} rad"')
     yield from ("[rhi.saturation]", "steepness = 1", "leave = 0.7", "come_back = 0.95", f"rho = {rho:.4g}")
     yield from ("held = 0.85", f'moving = "{mean:.4g} N m"', 'release = "50 ms"')
-    hand = robot.placement(T @ np.array(posture), "handle")[:3, 3]
-    place = [hand["xyz".index(axis)] for axis in task[:3]]
+
+
+def _wall(random: Random, place: Sequence[float]) -> Iterator[str]:
     normal = [random.gauss(0.0, 1.0) for _ in place]
     ahead = [x + 0.02 * u / max(hypot(*normal), 1e-3) for x, u in zip(place, normal, strict=True)]
     yield from ("[rhi.bodies.wall]", 'kind = "plane"', f'point = "{_row(ahead)} m"')
     yield from (f"normal = [{', '.join(f'{u:.4f}' for u in normal)}]", 'stiffness = "1000 N/m"')
-    stiff = motors.inertia * SWING**2
-    yield from ("[rhi.hold]", f'stiffness = "{_row(stiff)} N m/rad"')
-    yield f'damping = "{_row(1.6 * motors.inertia * SWING)} N m s/rad"'
+
+
+def _simulation(random: Random, own: Interface, posture: Sequence[float]) -> Iterator[str]:
+    motors = own.motors
     yield from ("[simulation]", f"seed = {random.randint(1, 1000)}")
     yield from ("[simulation.rhi]", f'posture = "{_row(posture)} rad"')
     yield f'friction = "{_row(motors.friction)} N m s/rad"'
     yield from (f'brake_torque = "{_row(motors.brake)} N m"', 'force_noise = "0.02 N"', "substeps = 4")
+
+
+def _hand(own: Interface, place: Array, force: float) -> Iterator[str]:
     yield from ("[simulation.hand]", 'stiffness = "2000 N/m"', 'damping = "30 N s/m"')
     yield f'force = "{min(max(force, 1.0), 60.0):.3f} N"'
-    if turns:
-        yield from (
-            'rotational_stiffness = "20 N m/rad"',
-            'rotational_damping = "1 N m s/rad"',
-            'torque = "5 N m"',
-        )
+    if len(own.task) > len(PLANES["space"]):
+        yield from ('rotational_stiffness = "20 N m/rad"', 'rotational_damping = "1 N m s/rad"')
+        yield 'torque = "5 N m"'
     yield 'dead_man = [{ at = "0.3 s", pressed = true }]'
     for at in (0, 5):
-        yield from ("[[simulation.hand.path]]", f'at = "{at} s"', f'position = "{_row(hand)} m"')
+        yield from ("[[simulation.hand.path]]", f'at = "{at} s"', f'position = "{_row(place)} m"')
 
 
-def _whole(torque: float) -> float:
-    """In whole mN m, as drives have it."""
-    return round(float(torque), 3)
-
-
-def _pressing(robot: Robot, T: Array, q: Sequence[float], task: Sequence[str], torque: Array) -> Array:
+def _pressing(own: Interface, q: Sequence[float]) -> Array:
     """Eigenvalues of the force ellipsoid in a posture (n,), ascending, (m,); turns at 10 cm."""
-    frame, at = robot.frame("handle"), robot.configuration(T @ np.array(q))
-    pin.computeJointJacobians(robot.model, robot.data, at)
+    robot, frame = own.robot, own.robot.frame("handle")
+    pin.computeJointJacobians(robot.model, robot.data, robot.configuration(own.T @ np.array(q)))
     pin.updateFramePlacements(robot.model, robot.data)
-    whole = pin.getFrameJacobian(robot.model, robot.data, frame, pin.LOCAL_WORLD_ALIGNED) @ T
-    J = np.array([whole[ALL.index(axis)] * (1.0 if axis in ALL[:3] else 0.1) for axis in task])
-    A = (J / torque) @ (J / torque).T
-    found: Array = np.linalg.eigvalsh(np.linalg.pinv(A, rcond=1e-9, hermitian=True))
+    whole = pin.getFrameJacobian(robot.model, robot.data, frame, pin.LOCAL_WORLD_ALIGNED) @ own.T
+    J = np.array([whole[ALL.index(axis)] * (1.0 if axis in ALL[:3] else 0.1) for axis in own.task])
+    weighted = J / own.motors.torque
+    ellipsoid: Array = np.linalg.pinv(weighted @ weighted.T, rcond=1e-9, hermitian=True)
+    found: Array = np.asarray(np.linalg.eigvalsh(ellipsoid), float)
     return found

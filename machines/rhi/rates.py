@@ -17,7 +17,7 @@ BRAKES_S = 0.14
 csrc/guard.c. One that needs longer comes to rest behind the limit in front of which it is to."""
 
 MOST_PULL = 4.0
-"""Of the pull on the posture, over the torque of the weakest motor: what all others set going it has to brake."""
+"""Of the pull on the posture, over the torque of the weakest motor, which has to brake what it moves."""
 
 
 def check_rates(config: RhiConfig, robot: Robot) -> Found:
@@ -88,9 +88,10 @@ def _fast(config: RhiConfig, robot: Robot) -> Found:
     for i, (speed, heavy, torque) in enumerate(rows, 1):
         able = BRAKES_S * torque / (SPEED * heavy)
         if 0.0 < able < speed:
+            needed = SPEED * speed * heavy / torque
             problem = (
-                f"{speed:g} rad/s of motor {i}: in the home posture the {torque:.3g} N m beside the arm's weight"
-                f" need {SPEED * speed * heavy / torque:.2g} s to brake {heavy:.3g} kg m^2 from there"
+                f"{speed:g} rad/s of motor {i}: in the home posture the {torque:.3g} N m beside the weight"
+                f" need {needed:.2g} s to brake {heavy:.3g} kg m^2"
             )
             fix = f"allow it at most {able:.3g} rad/s, or give it more torque"
             found.append(("rhi.motors.velocity", problem, fix))

@@ -129,7 +129,7 @@ class RedundantArm:
         self.update()
 
     def load(self, wrench: Array) -> Array:
-        """Torques of a force and a torque on the hand, in any direction, as motors feel them, (n,); own buffer.
+        """Torques that a force and a torque on the hand, in any direction, put on the motors, (n,); a buffer.
 
         Args:
             wrench: in the base's axes, (6,) [N, N m].

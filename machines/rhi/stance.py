@@ -167,7 +167,7 @@ def _begin(config: RhiConfig, arm: RedundantArm, random: Random, home: Sequence[
 
 
 def _follows(arm: RedundantArm, drawn: Array, point: Array, bounds: Bounds, places: Sequence[Array]) -> bool:
-    """Whether a posture (1, n), which nothing but the hand turns, holds it at a point and goes to all places."""
+    """Whether a posture (1, n) that nothing but the hand turns is at a point and can follow to all places."""
     q = close(arm, drawn, point)
     if np.linalg.norm(arm.reach(q)[0][0] - point) > CLOSED:
         return False

@@ -100,8 +100,13 @@ def test_a_frozen_encoder_of_such_an_interface_is_found(counts: int) -> None:
     bench = Bench(with_drives(random_interface(0, 2, 1), counts_per_turn=counts, link_counts_per_turn=counts))
     bench.until(Mode.ACTIVE, limit=5000)
     (node, *_) = bench.plant.nodes.of(SimJointDrive)
-    kept = {"position": node.position, "link_position": node.link_position, "velocity": 0.0}
-    bench.after_sensing(lambda: [setattr(node, field, value) for field, value in kept.items()])
+    kept = node.position, node.link_position
+
+    def freeze() -> None:
+        node.position, node.link_position = kept
+        node.velocity = 0.0
+
+    bench.after_sensing(freeze)
     machine = bench.cycle.machine
     update, most = machine.update, machine.axes[0].command
 

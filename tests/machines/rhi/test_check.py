@@ -74,7 +74,7 @@ def turned(*changes: tuple[str, str]) -> str:
             "too few",
         ),
         ([("[[1, 0, 0, 0]", "[[0.0001, 0, 0, 0]")], "rhi.motors.transmission", "singular"),
-        ([('torque = "3 3 1 1 N m"', 'torque = "1 3 1 1 N m"')], "rhi.motors.velocity", "need 0.21 s to brake"),
+        ([('torque = "3 3 1 1 N m"', 'torque = "1 3 1 1 N m"')], "rhi.motors.velocity", "need 0.21 s"),
         ([('cap = "2 N m"', 'cap = "4.5 N m"')], "rhi.null_space.cap", "motor 3 has 1 N m to brake with"),
         (
             [('["x", "y"]', '["x", "y", "z", "rx", "ry", "rz"]'), *IN_SPACE],
