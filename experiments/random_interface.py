@@ -32,7 +32,7 @@ SLIDING, BELTED = 0.25, 0.3
 WEAK = 0.08
 """Share of the chains with weight that have a motor which is too weak for it."""
 TOO_WEAK, SLIGHT = (0.3, 1.1), 0.1
-"""Torque of such a motor over what the weight takes at most; a weight that takes less counts as none [N m]."""
+"""Torque of such a motor over what the weight takes at most; what takes less counts as none [N m]."""
 SQUARE = 0.3
 """Share of the chains with as many directions as joints, where there are not more joints than directions."""
 LENGTH, MASS = (0.1, 0.45), (0.03, 0.6)
@@ -408,6 +408,6 @@ def _pressing(own: Interface, q: Sequence[float]) -> Array:
     whole = pin.getFrameJacobian(robot.model, robot.data, frame, pin.LOCAL_WORLD_ALIGNED) @ own.T
     J = np.array([whole[ALL.index(axis)] * (1.0 if axis in ALL[:3] else 0.1) for axis in own.task])
     weighted = J / own.motors.torque
-    ellipsoid: Array = np.linalg.pinv(weighted @ weighted.T, rcond=1e-9, hermitian=True)
+    ellipsoid = np.linalg.pinv(weighted @ weighted.T, rcond=1e-9, hermitian=True)
     found: Array = np.asarray(np.linalg.eigvalsh(ellipsoid), float)
     return found
