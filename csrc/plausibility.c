@@ -62,7 +62,8 @@ int plausible_move(const plausible_motion *m, int free_to_move) {
         m->pushed[i] = pushes ? along + (along * m->pushed[i] > 0 ? m->pushed[i] : 0) : 0;
         const double yielded = m->load ? m->compliance[i] * (m->load[i] - m->loaded[i]) : 0.0;
         const double went = fmin(fabs(m->travel[i]), fabs(m->travel[i] - yielded)); /* a load only excuses */
-        const int must_move = went > m->reach[i] || m->pushed[i] >= m->limit || m->pushed[i] <= -m->limit;
+        const int32_t enough = m->patience[i];
+        const int must_move = went > m->reach[i] || m->pushed[i] >= enough || m->pushed[i] <= -enough;
         m->frozen[i] = m->still[i] >= m->limit && must_move;
         frozen += m->frozen[i];
     }

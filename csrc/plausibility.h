@@ -52,6 +52,7 @@ typedef struct {
     const double *acting SHAPE(n);      /* command less opposing torque beyond which the axis must move */
     const double *quantum SHAPE(n);     /* less is no motion */
     const double *reach SHAPE(n);       /* travel by the measured velocity that an encoder must see */
+    const int32_t *patience SHAPE(n); /* ticks of a command in one direction after which it must have moved */
     const double *load OPTIONAL(n); /* torque in the spring between what the velocity is of and the encoder */
     const double *compliance OPTIONAL(n); /* of it: with the load, both or none */
     double *anchor SHAPE(n);              /* where it stands */

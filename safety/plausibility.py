@@ -121,6 +121,7 @@ class Motion:
         reach: Sequence[float],
         dt: float,
         spring: tuple[Array, Sequence[float]] | None = None,
+        patience: Sequence[int] | None = None,
     ) -> None:
         """Bind to the arrays of others that are read where they are, (n,) each.
 
@@ -134,6 +135,7 @@ class Motion:
             reach: travel by the measured velocity that an encoder must have seen.
             dt: of a tick [s].
             spring: between what the velocity is of and the encoder: torque in it, and compliance.
+            patience: ticks of such a command after which the encoder must have seen it; None: FROZEN_TICKS.
         """
         n = position.size
         load, compliance = spring or (None, None)
@@ -149,6 +151,7 @@ class Motion:
             acting=np.array(acting, float),
             quantum=np.array(quantum, float),
             reach=np.array(reach, float),
+            patience=np.array(patience or [FROZEN_TICKS] * n, np.int32),
             load=load,
             compliance=None if compliance is None else np.array(compliance, float),
             anchor=np.full(n, np.inf),

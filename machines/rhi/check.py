@@ -20,7 +20,7 @@ from .guard import STOP
 from .machine import drive_names, redundant_arm
 from .manipulability import Shape, force_ellipsoid, velocity_ellipsoid
 from .model_check import check_model
-from .rates import check_rates
+from .rates import check_braking, check_rates
 from .reach_check import check_reach
 from .redundant import AXES, PLACE
 from .sampled_walls import check_walls, remarks_on_walls
@@ -37,17 +37,20 @@ LONGEST_TRANSITION = 60.0
 
 def check_rhi(config: RhiConfig, robot: Robot) -> Found:
     """What only the model can tell of a redundant interface's configuration: key, problem, fix."""
-    found = _lengths(config, robot) or _transmission(config) or check_directions(config)
+    found = (
+        _lengths(config, robot) or _transmission(config) or check_directions(config) or _moved(config, robot)
+    )
     if found:
         return found
     bodies, motors = check_bodies(config.rhi.bodies), _motors(config)
     found = check_no_peaks(config.devices, "the interface") + bodies + motors
     found += _task(config, robot) + _devices(config) + check_model(config, robot)
     found += check_rates(config, robot)
-    if motors or not _redundant(config, robot):
+    if motors or not robot.model.existFrame(config.rhi.task.frame):
         return found
     found += _transition(config, robot)
-    return found if bodies else found + check_reach(config, robot) + check_walls(config, robot)
+    found += [] if bodies else check_reach(config, robot) + check_walls(config, robot)
+    return found or check_braking(config, robot)
 
 
 def remarks_on_rhi(config: RhiConfig, robot: Robot) -> list[str]:
@@ -115,6 +118,20 @@ def _transmission(config: RhiConfig) -> Found:
     return []
 
 
+def _moved(config: RhiConfig, robot: Robot) -> Found:
+    """More directions than joints can move the hand in."""
+    m, n = len(config.rhi.task.directions), robot.nv
+    if m <= n:
+        return []
+    return [
+        (
+            "rhi.task.directions",
+            f"names {m}, and {n} joints move the hand in {n} at most",
+            f"name {n} or fewer, or add joints; with as many there is no posture to turn",
+        )
+    ]
+
+
 def _simulated_posture(config: RhiConfig) -> Iterator[tuple[str, Sequence[float]]]:
     if config.simulation is not None:
         yield "simulation.rhi.posture", config.simulation.rhi.posture
@@ -134,12 +151,6 @@ def _inside(config: RhiConfig, key: str, posture: Sequence[float], room: float) 
         fix = f"give more than {low + room:.4g} and less than {high - room:.4g} rad"
         found.append((key, problem, fix))
     return found
-
-
-def _redundant(config: RhiConfig, robot: Robot) -> bool:
-    """Whether an arm can be made of it; what is wrong otherwise is said where it is made."""
-    task = config.rhi.task
-    return len(task.directions) < robot.nv and bool(robot.model.existFrame(task.frame))
 
 
 def _transition(config: RhiConfig, robot: Robot) -> Found:
@@ -193,7 +204,7 @@ def _task(config: RhiConfig, robot: Robot) -> Found:
     found += _inside(config, "rhi.task.home", rhi.task.home, 0.0)
     for key, posture in _simulated_posture(config):
         found += _inside(config, key, posture, STOP * rhi.null_space.margin)
-    if _redundant(config, robot):
+    if robot.model.existFrame(rhi.task.frame):
         J = redundant_arm(config, robot).at(np.array(rhi.task.home)).J
         if np.linalg.cond(velocity_ellipsoid(J, np.array(rhi.motors.torque))) > LARGEST_CONDITION:
             found.append(("rhi.task.home", "is a singular posture", "choose another"))

@@ -100,11 +100,11 @@ class RedundantInterface:
         self._fade = exp(-dt / SUPPORT_FADE_S)
         self._limit = np.array(rhi.motors.torque)
         self._measured = self._force_torque.wrench[0]
-        # of the hand: its force, and where it turns the handle, its torque
-        self._hand = np.zeros(PLACE if arm.m <= PLACE else 2 * PLACE)
+        self._wrench = np.zeros(2 * PLACE)
+        # of it the hand's force, and where it turns the handle, its torque
+        self._hand = self._wrench[: PLACE if arm.m <= PLACE else 2 * PLACE]
         self._turned = [
-            (self._measured[k : k + PLACE], self._hand[k : k + PLACE])
-            for k in range(0, len(self._hand), PLACE)
+            (self._measured[k : k + PLACE], self._wrench[k : k + PLACE]) for k in range(0, 2 * PLACE, PLACE)
         ]
         self._measured_force = self._measured[:PLACE]
         self._demand = [0.0] * arm.m
@@ -112,15 +112,20 @@ class RedundantInterface:
         self.remarks = REMARKS
         self.state = state_layout(arm.n, arm.m, len(self.levels))
         motors, torque, hold = rhi.motors, rhi.motors.torque, rhi.hold.stiffness
-        limited = TorqueAxes(drive_names(config), motors.lower, motors.upper, motors.velocity, torque)
+        limited = TorqueAxes(
+            *(drive_names(config), motors.lower, motors.upper, motors.velocity, torque),
+            acceleration=motors.acceleration,
+        )
         self.axes, self.thresholds = limited.limits(config), limited.thresholds(config, image)
         self.play = tuple(most / k for most, k in zip(torque, hold, strict=True))
         scales = self._force_torque.scales[0]
         self._force = sensor(image, "force_torque", 0, self._measured, scales, dt)
         self._rows = [AXES.index(name) for name in rhi.task.directions]
+        self._beside = np.ones(2 * PLACE)  # which directions are none of the task's
+        self._beside[self._rows] = 0.0
         self._felt, self._scale = np.zeros(arm.m), np.ones(arm.m)
         self._scale[PLACE:] = 1.0 / arm.lever
-        self._pull = np.zeros(arm.n)  # torques that hold the hand's force
+        self._pull = np.zeros(arm.n)  # torques that hold the hand's wrench
         self._balance = np.zeros(arm.n)  # torques that hold that and the arm's own weight
         self._steady = np.zeros(arm.n)  # the former, smoothed
         self._smooth = 1.0 - exp(-dt / STEADY_S)
@@ -153,7 +158,7 @@ class RedundantInterface:
         return []
 
     def estimate(self) -> None:
-        """Measured motors, and the force of the hand in the base's axes."""
+        """Measured motors, and the wrench of the hand in the base's axes."""
         drives, arm = self._drives, self._arm
         arm.q[:], arm.qd[:] = drives.link_position, drives.velocity
         self.position, self.velocity = arm.q.tolist(), arm.qd.tolist()
@@ -166,6 +171,8 @@ class RedundantInterface:
         np.multiply(self._felt, self._scale, out=self._felt)
         np.matmul(self._felt, arm.J, out=self._pull)
         np.negative(self._pull, out=self._pull)
+        # what no direction of the task is: the motors hold it all the same, and stand still under it
+        self._pull -= arm.load(self._wrench * self._beside)
         np.add(self._pull, arm.weight, out=self._balance)
         self._steady += self._smooth * (self._pull - self._steady)
 
@@ -278,15 +285,17 @@ def contact_aware(
     rhi = config.rhi
     limit, task, saturation = np.array(rhi.motors.torque), rhi.task, rhi.saturation
     space = rhi.null_space
+    spare = arm.n > arm.m  # without, the hand's place says all of the posture, and nothing is to be turned
+    scanned = space.scan if spare else 0
     home = force_ellipsoid(arm.at(np.array(task.home)).J, limit)
     span = Span(rhi.motors.lower, rhi.motors.upper, space.margin, rhi.motors.velocity)
     settings = Settings(
         shape=Shape.of_home(home, task.spread),
         gains=Gains(
-            space.step,
+            space.step if spare else 0.0,
             space.damping,
             space.cap,
-            space.stiffness if space.scan else 0.0,
+            space.stiffness if scanned else 0.0,
             rhi.motors.friction,
             space.ratio,
             SWING / dt,
@@ -294,7 +303,7 @@ def contact_aware(
         thresholds=Reserves(saturation.leave, saturation.come_back),
         steepness=saturation.steepness,
         rho=saturation.rho,
-        held=saturation.held,
+        held=saturation.held if spare else 1.0,
         moving=saturation.moving,
         release=saturation.release,
         follow=task.follow if task.follow is not None else np.inf,
@@ -309,10 +318,10 @@ def contact_aware(
     controller = ContactAware(arm, limit, places[0][1].tolist(), settings, dt)
     if space.resolution == "hqp":
         controller.resolution = Hierarchy(controller.space)
-    if space.scan:
+    if scanned:
         goals = controller.space.free, controller.space.stiff
         try:
-            controller.places = Places(arm, places, settings.shape, limit, span, space.scan, goals, dt)
+            controller.places = Places(arm, places, settings.shape, limit, span, scanned, goals, dt)
         except ModelError as error:
             problem = f"no posture within the motors' limits was found there: {error.problem}"
             raise UnfitError(f"rhi.bodies.{next(iter(rhi.bodies))}", problem, MOVE) from error

@@ -53,7 +53,7 @@ class RedundantArm:
         """Take the constants of a robot.
 
         Args:
-            robot: a serial chain with more joints than the task has directions.
+            robot: a serial chain with at least as many joints as the task has directions.
             frame: that the hand holds.
             task: distinct names of the first three of AXES, or AXES.
             transmission: T, (n, n), invertible.
@@ -61,12 +61,12 @@ class RedundantArm:
             lever: of turns [m].
 
         Raises:
-            ModelError: no serial chain, no such frame, no redundancy, or a T of another shape or rank.
+            ModelError: no serial chain, no such frame, too few joints, or a T of another shape or rank.
         """
         self._chain = SerialChain(robot, [frame])
         self.n, self.m = self._chain.n, len(task)
         n, m = self.n, self.m
-        _require(robot, m < n, f"{n} joints for {m} directions", "a redundant interface has more joints")
+        _require(robot, m <= n, f"{n} joints for {m} directions", "give it at least as many joints")
         _require(
             robot,
             0 < m == len(set(task)) and (set(task) <= set(AXES[:PLACE]) or tuple(task) == AXES),
@@ -88,6 +88,7 @@ class RedundantArm:
         self.J, self.dJ, self.M = np.zeros((m, n)), np.zeros((n, m, n)), np.zeros((n, n))
         frame_of_hand: Frame = self._chain.frames[0]
         self.rotation = frame_of_hand.rotation
+        self._whole, self._at_joints, self._load = frame_of_hand.J, np.zeros(n), np.zeros(n)
         self.lever, self.reference = lever, np.eye(3)
         rows = [AXES.index(name) for name in task]
         self._core = ffi.new("redundant *", {"m": m, "row": rows, "lever": lever})
@@ -126,6 +127,16 @@ class RedundantArm:
         """From now on the hand is not turned in the configuration q (n,), at rest in which it leaves."""
         self.reference[:] = self.at(q).rotation
         self.update()
+
+    def load(self, wrench: Array) -> Array:
+        """Torques that a force and a torque on the hand, in any direction, put on the motors, (n,); a buffer.
+
+        Args:
+            wrench: in the base's axes, (6,) [N, N m].
+        """
+        np.matmul(wrench, self._whole, out=self._at_joints)
+        np.matmul(self._at_joints, self.transmission, out=self._load)
+        return self._load
 
     def reach(self, q: Array) -> tuple[Array, Array]:
         """Positions (count, m) and Jacobians (count, m, n) of configurations (count, n)."""

@@ -19,9 +19,10 @@ from .config import RhiBody, RhiConfig, RhiPlane, RhiTissue
 from .machine import redundant_arm
 from .manipulability import velocity_ellipsoid
 from .random_bodies import random_bodies
+from .reachable import lead
 from .redundant import AXES, PLACE, RedundantArm
 from .sampled_walls import check_walls
-from .self_motion import scan
+from .self_motion import CLOSED, Bounds, close, scan
 
 INSIDE = 0.1
 """How far inside its limits the machine begins [rad]."""
@@ -38,6 +39,10 @@ LARGEST_CONDITION = 100.0
 """Of the ellipsoid of a home posture: beyond, the desired ones are lines."""
 LARGEST_TURNING = 600.0
 """The same with turns, whose torques and forces a lever compares; few postures have less than 200."""
+SINGULAR = 1e6
+"""Of any, beyond which it is refused: ``check``."""
+NEAR = 0.3
+"""How far from home towards any posture a hand begins that only one posture holds."""
 TRIES = 1000
 WALL = Stiffness(1000.0)
 """Of a wall where the configuration renders no body [N/m]."""
@@ -107,7 +112,7 @@ def _stance(
     if arm.m > PLACE:  # which also says how the hand is turned
         home = _home(config, arm, random)
         arm.refer(np.array(home))
-    begin = _begin(config, arm, random)
+    begin = _begin(config, arm, random, home)
     point, room, posture = begin.point, begin.room, begin.posture
     bodies = draw(begin)
     rhi = msgspec.structs.replace(
@@ -132,7 +137,7 @@ def _stance(
     return Stance(varied, place + still, lower + [-x for x in most], upper + most)
 
 
-def _begin(config: RhiConfig, arm: RedundantArm, random: Random) -> Beginning:
+def _begin(config: RhiConfig, arm: RedundantArm, random: Random, home: Sequence[float] | None) -> Beginning:
     """A point whose surroundings are in reach, and a posture that holds the hand in front of it."""
     inside, moving = _bounds(config, INSIDE), min(arm.m, PLACE)
     turning = (
@@ -140,21 +145,39 @@ def _begin(config: RhiConfig, arm: RedundantArm, random: Random) -> Beginning:
     )  # what turns may need of the motors
     still = (0.0,) * (arm.m - moving)
     for _ in range(TRIES):
-        (point,), _J = arm.reach(_posture(config, random)[None])
+        drawn = _posture(config, random)[None]
+        if home is not None and arm.n == arm.m:  # nothing else turns the hand back to how home holds it
+            drawn = np.array(home) + random.uniform(0.0, NEAR) * (drawn - home)
+        (point,), _J = arm.reach(drawn)
         point[moving:] = 0.0
         room = random.uniform(*ROOM)
         corners = [point + room * np.array((*signs, *still)) for signs in product((-1.0, 1.0), repeat=moving)]
-        if not all(len(scan(arm, corner, turning, COUNT)) >= ALLOWED for corner in corners):
+        if arm.n > arm.m:
+            if not all(len(scan(arm, corner, turning, COUNT)) >= ALLOWED for corner in corners):
+                continue
+        elif not _follows(arm, drawn, point, turning, corners):
             continue
         normal = _direction(random, moving)
         place = point.copy()
         place[:moving] -= FRONT * np.array(normal) / np.linalg.norm(normal)
-        postures = scan(arm, place, inside, COUNT, random.getrandbits(32))
+        if arm.n > arm.m:
+            postures = scan(arm, place, inside, COUNT, random.getrandbits(32))
+        else:
+            good, led = lead(arm, close(arm, drawn, point), point, inside, place - point)
+            postures = led[good]
         if len(postures):
             posture = postures[random.randrange(len(postures))]
             hand, tip = arm.at(posture).position[:moving], _foremost(config, arm, np.array(normal))
             return Beginning(point[:moving] + tip, room, np.array(normal), posture, (hand + tip).tolist())
     raise ValueError(f"no wall in reach in {TRIES} tries: widen rhi.motors.lower and upper")
+
+
+def _follows(arm: RedundantArm, drawn: Array, point: Array, bounds: Bounds, places: Sequence[Array]) -> bool:
+    """Whether a posture (1, n) that nothing but the hand turns is at a point and can follow to all places."""
+    q = close(arm, drawn, point)
+    if np.linalg.norm(arm.reach(q)[0][0] - point) > CLOSED:
+        return False
+    return all(bool(lead(arm, q, point, bounds, place - point)[0][0]) for place in places)
 
 
 def _direction(random: Random, m: int) -> list[float]:
@@ -177,15 +200,21 @@ def _foremost(config: RhiConfig, arm: RedundantArm, into: Array) -> Array:
 def _home(config: RhiConfig, arm: RedundantArm, random: Random) -> tuple[float, ...]:
     limit = np.array(config.rhi.motors.torque)
     most = LARGEST_CONDITION if arm.m <= PLACE else LARGEST_TURNING
+    best, least = None, SINGULAR  # motors that are very unlike give lines in every posture
     for _ in range(TRIES):
-        q = _posture(config, random)
-        if np.linalg.cond(velocity_ellipsoid(arm.at(q).J, limit)) < most:
+        q = _posture(config, random, INSIDE if arm.m <= PLACE or arm.n > arm.m else INSIDE + 2.0 * TURN)
+        condition = np.linalg.cond(velocity_ellipsoid(arm.at(q).J, limit))
+        if condition < most:
             return tuple(q.tolist())
-    raise ValueError(f"{TRIES} postures are next to singular: widen rhi.motors.lower and upper")
+        if condition < least:
+            best, least = q, condition
+    if best is None:
+        raise ValueError(f"{TRIES} postures are next to singular: widen rhi.motors.lower and upper")
+    return tuple(best.tolist())
 
 
-def _posture(config: RhiConfig, random: Random) -> Array:
-    return np.array([random.uniform(*ends) for ends in zip(*_bounds(config, INSIDE), strict=True)])
+def _posture(config: RhiConfig, random: Random, inside: float = INSIDE) -> Array:
+    return np.array([random.uniform(*ends) for ends in zip(*_bounds(config, inside), strict=True)])
 
 
 def _bounds(config: RhiConfig, inside: float) -> tuple[list[float], list[float]]:

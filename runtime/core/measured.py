@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from math import inf
+from math import ceil, inf
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ...devices.device import Quantity
 from ...devices.image import ProcessImage
 from ...safety import Axes, Course, Motion, Thresholds, Values
+from ...safety.plausibility import FROZEN_TICKS
 
 Array = NDArray[np.float64]
 
@@ -31,6 +33,8 @@ ACTING = 0.1
 (row 9)."""
 REACH = 0.1
 """Way by the measured velocity, in ticks at top speed, that an encoder must have seen (row 9)."""
+GRAINS = 2.0
+"""Increments of an encoder that its axis may go unseen, or seems to go: it rounds at both ends of a way."""
 FROZEN_S = 20e-3
 """A sensor whose values stand still for so long, to the last bit, while the machine moves is frozen (row
 12)."""
@@ -52,6 +56,7 @@ def axes(
     command: tuple[Array, Sequence[float], Array | None],
     dt: float,
     spring: tuple[str, Array, Sequence[float]] | None = None,
+    acceleration: Sequence[float] | None = None,
 ) -> Axes:
     """The checks of a group of drives, n axes.
 
@@ -63,32 +68,51 @@ def axes(
         command: what the drives are told, its largest magnitudes, and what balances it, if measured; (n,).
         dt: of a tick [s].
         spring: the encoder behind it, torque in it (n,), and compliance (n,).
+        acceleration: that the largest commands give, or more, (n,); None: far more than an increment of any
+            encoder within FROZEN_TICKS.
     """
     fresh, devices, velocity = image.fresh, image.network.groups[group], image[f"{group}.velocity"]
     way = dt * np.array(speed)
     told, most, opposing = command
     acting, quantum = ACTING * np.array(most), QUANTUM * way
-    believed, nowhere = JUMP_MARGIN * way, np.full(len(way), inf)
+    nowhere = np.full(len(way), inf)
     fastest = [RUNAWAY_MARGIN * v for v in speed]
     rate = Values(velocity, devices, fresh, fastest, (way / TOP_SPEED_S).tolist())
     window = max(WINDOW_TICKS, round(WINDOW_S / dt))
     values, motions, courses = [rate], [], []
     for name, slack in encoders.items():
-        position = image[f"{group}.{name}"]
+        position, unseen = image[f"{group}.{name}"], GRAINS * grains(image, group, name)
+        believed = np.maximum(JUMP_MARGIN * way, unseen)
         place = Values(position, devices, fresh, nowhere.tolist(), believed.tolist(), rate, dt)
         values.append(place)
         # behind a spring an encoder goes its own way; the other encoder and the torque sensor judge that
-        tolerance = np.where(np.array(slack) > 0.0, inf, CONTRADICTED * window * way)
+        tolerance = np.where(np.array(slack) > 0.0, inf, np.maximum(CONTRADICTED * window * way, unseen))
         courses.append(Course(place, rate, tolerance.tolist(), window, dt))
-        reach = REACH * way + slack
+        reach = np.maximum(REACH * way, unseen) + slack
         motions.append(
             Motion(
                 *(position, velocity, told, opposing),
                 *(acting.tolist(), quantum.tolist(), reach.tolist(), dt),
                 spring[1:] if spring and spring[0] == name else None,
+                _patience(unseen, acceleration, dt),
             )
         )
     return Axes(values, motions, courses)
+
+
+def grains(image: ProcessImage, group: str, name: str) -> Array:
+    """Least change that each device of a group can tell of a quantity, (n,)."""
+    devices = [image.network.devices[i] for i in image.network.groups[group]]
+    fields = [field for device in devices for field in device.inputs().values() if field.field == name]
+    return np.array([abs(field.scale) for field in fields if isinstance(field, Quantity)])
+
+
+def _patience(unseen: Array, acceleration: Sequence[float] | None, dt: float) -> list[int] | None:
+    """Ticks in which a command of ACTING moves an axis there and back within what its encoder may not see."""
+    if acceleration is None:
+        return None
+    times = 2.0 * np.sqrt(2.0 * unseen / (ACTING * np.array(acceleration)))
+    return [max(FROZEN_TICKS, ceil(t / dt)) for t in times.tolist()]
 
 
 def alive(sensor: Values, velocity: Sequence[float], limits: Thresholds) -> bool:

@@ -58,6 +58,7 @@ class TorqueAxes:
         rotor: inertias before the springs, as the joints see them; None where nothing yields.
         doubt: share by which the stiffness may be another.
         peaks: what each may give for a time; None where that is no more, or nowhere.
+        acceleration: that its torque gives each, or more; None: see ``axes``.
     """
 
     names: Sequence[str]
@@ -70,6 +71,7 @@ class TorqueAxes:
     rotor: Sequence[float] | None = None
     doubt: float = 0.0
     peaks: Sequence[Peak | None] | None = None
+    acceleration: Sequence[float] | None = None
 
     def margins(self, config: Config) -> Sequence[float]:
         """One a motor."""
@@ -156,6 +158,7 @@ class TorqueAxes:
             (drives.target_torque, self.torque, drives.load_torque if balance is None else balance),
             dt,
             ("link_position", drives.load_torque, compliance) if elastic else None,
+            self.acceleration,
         )
         # where nothing yields: beyond this the gate would judge positions that are none
         apart = [

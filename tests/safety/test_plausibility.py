@@ -425,3 +425,14 @@ def test_a_sensor_that_jumps_or_is_silent_is_not_current_and_keeps_its_last_valu
     machine.fresh[3] = False
     machine.tick()
     assert not machine.sensor.current
+
+
+def test_a_coarse_encoder_has_longer_to_see_what_a_torque_does() -> None:
+    both = [np.zeros(2) for _ in range(3)]
+    both[2][:] = 30.0
+    motion = Motion(*both, None, [26.0] * 2, [1e-6] * 2, [1e-3] * 2, DT, patience=[FROZEN_TICKS, 55])
+    found = []
+    for _ in range(60):
+        motion.fine(True)
+        found.append(motion.frozen.tolist())
+    assert [frozen.index(True) for frozen in zip(*found, strict=True)] == [FROZEN_TICKS, 55]

@@ -30,6 +30,9 @@ def panda() -> str:
     return read_text("panda.urdf")
 
 
+IN_SPACE = ('point = "0.5 0.1 m"', 'point = "0.5 0.1 0 m"'), ("normal = [0, 1]", "normal = [0, 1, 0]")
+
+
 def findings(*changes: tuple[str, str], model: str | None = None, machine: str = "rhi") -> dict[str, str]:
     """Key and problem of everything that is wrong with a changed configuration or model."""
     text, urdf = changed(*changes, machine=machine), model or read_text("rhi.urdf")
@@ -76,6 +79,14 @@ def turned(*changes: tuple[str, str]) -> str:
             "too few",
         ),
         ([("[[1, 0, 0, 0]", "[[0.0001, 0, 0, 0]")], "rhi.motors.transmission", "singular"),
+        ([('torque = "3 3 1 1 N m"', 'torque = "1 3 1 1 N m"')], "rhi.motors.velocity", "need 0.21 s"),
+        ([('cap = "2 N m"', 'cap = "4.5 N m"')], "rhi.null_space.cap", "motor 3 has 1 N m to brake with"),
+        (
+            [('["x", "y"]', '["x", "y", "z", "rx", "ry", "rz"]'), *IN_SPACE],
+            "rhi.task.directions",
+            "names 6, and 4 joints move the hand in 4 at most",
+        ),
+        ([('["x", "y"]', '["x", "y", "z"]'), *IN_SPACE], "rhi.task.home", "is a singular posture"),
         ([("normal = [0, 1]", "normal = [0, 1e-5]")], "rhi.bodies.wall.normal", "no length"),
         (
             [("counts_per_turn = 65536", "counts_per_turn = 64")],

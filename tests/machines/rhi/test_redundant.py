@@ -4,7 +4,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from hapticd.machines.rhi import planar
-from hapticd.machines.rhi.redundant import RedundantArm
+from hapticd.machines.rhi.redundant import AXES, RedundantArm
 from hapticd.models import ModelError, Robot
 
 from ...control.test_serial import random_arm
@@ -84,7 +84,7 @@ def test_a_sweep_is_the_same_as_one_at_a_time() -> None:
 @pytest.mark.parametrize(
     ("task", "T", "rotor", "message"),
     [
-        (("x", "y", "z"), np.eye(3), np.zeros(3), "more joints"),
+        (AXES, np.eye(3), np.zeros(3), "at least as many joints"),
         (("x", "x"), np.eye(3), np.zeros(3), "once each"),
         (("x", "w"), np.eye(3), np.zeros(3), "once each"),
         (("x",), np.ones((3, 3)), np.zeros(3), "independent rows"),
