@@ -48,7 +48,7 @@ def check_rhi(config: RhiConfig, robot: Robot) -> Found:
     found += check_rates(config, robot)
     if motors or not robot.model.existFrame(config.rhi.task.frame):
         return found
-    found += _transition(config, robot)
+    found += _home(config, robot) or _transition(config, robot)
     found += [] if bodies else check_reach(config, robot) + check_walls(config, robot)
     return found or check_braking(config, robot)
 
@@ -204,11 +204,16 @@ def _task(config: RhiConfig, robot: Robot) -> Found:
     found += _inside(config, "rhi.task.home", rhi.task.home, 0.0)
     for key, posture in _simulated_posture(config):
         found += _inside(config, key, posture, STOP * rhi.null_space.margin)
-    if robot.model.existFrame(rhi.task.frame):
-        J = redundant_arm(config, robot).at(np.array(rhi.task.home)).J
-        if np.linalg.cond(velocity_ellipsoid(J, np.array(rhi.motors.torque))) > LARGEST_CONDITION:
-            found.append(("rhi.task.home", "is a singular posture", "choose another"))
     return found
+
+
+def _home(config: RhiConfig, robot: Robot) -> Found:
+    """A posture whose ellipsoid has no extent in some direction."""
+    task = config.rhi.task
+    J = redundant_arm(config, robot).at(np.array(task.home)).J
+    if np.linalg.cond(velocity_ellipsoid(J, np.array(config.rhi.motors.torque))) > LARGEST_CONDITION:
+        return [("rhi.task.home", "is a singular posture", "choose another")]
+    return []
 
 
 def _devices(config: RhiConfig) -> Found:
