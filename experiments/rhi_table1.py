@@ -21,22 +21,6 @@ SIDE = (2000.0, 20.0)
 """A guide keeps the hand on the line along u [N/m, N s/m]; the model (22) has one direction."""
 
 
-def zero_phase(signal: Array, cut_off: float, rate: float, order: int = 5) -> Array:
-    """Butterworth low-pass of an order, applied forwards and backwards, to a signal (k,).
-
-    The magnitude 1 / (1 + (f / f_c)^(2 order)) of both passes together is applied to the spectrum of the
-    signal, continued at both ends by its point reflection.
-    """
-    pad = len(signal) - 1
-    head, tail = 2 * signal[0] - signal[pad:0:-1], 2 * signal[-1] - signal[-2 : -pad - 2 : -1]
-    long = np.concatenate([head, signal, tail])
-    trend = np.linspace(long[0], long[-1], len(long))
-    f = np.fft.rfftfreq(len(long), 1.0 / rate)
-    spectrum = np.fft.rfft(long - trend) / (1.0 + (f / cut_off) ** (2 * order))
-    smooth: Array = (np.fft.irfft(spectrum, len(long)) + trend)[pad : pad + len(signal)]
-    return smooth
-
-
 def identify(device: Device, stiff: bool) -> Apparent:
     """Inertia and friction along u."""
     away = (START - POINT) * device.u
