@@ -15,6 +15,8 @@ from setuptools import Extension
 
 HERE = Path(__file__).resolve().parent
 FLAGS = ["-std=c11", "-ffp-contract=off", "-fvisibility=hidden"]
+FAST_AND_SMALL = ("-O3", "-g0")
+"""Of what is distributed alone: what debuggers read is larger than the solver."""
 COMMENT = re.compile(r"/\*.*?\*/", re.DOTALL)
 STRUCT = re.compile(r"typedef struct(?:\s+\w+)?\s*\{([^}]*)\}\s*(\w+)\s*;")
 ARRAY = re.compile(r"\*\s*(\w+)\s+(?:HQP_)?(SHAPE|OPTIONAL|STRIDED)\(([^)]*)\)")
@@ -25,7 +27,7 @@ def module(
     name: str,
     headers: list[str],
     sources: list[str],
-    optimise: str = "-O2",
+    flags: Sequence[str] = ("-O2",),
     shared: Sequence[str] = (),
 ) -> FFI:
     """An extension module with everything that the headers declare, and ``arrays``, see below.
@@ -51,7 +53,7 @@ def module(
         include_dirs=["csrc"],
         depends=[f"csrc/{path.name}" for path in sorted(HERE.glob("*.h"))],
         define_macros=[("_GNU_SOURCE", None)],
-        extra_compile_args=[*FLAGS, optimise],
+        extra_compile_args=[*FLAGS, *flags],
     )
     return ffi
 
@@ -88,7 +90,7 @@ control = partial(
     "hapticd.control._kernels",
     ["serial_model.h", *(f"{part}.h" for part in CONTROL)],
     [f"{part}.c" for part in CONTROL],
-    "-O3",
+    ("-O3",),
 )
 QP = [path.name for path in sorted(HERE.glob("hqp_qp*.c"))]
 hqp = partial(
@@ -96,7 +98,7 @@ hqp = partial(
     "hapticd.hqp._hqp",
     ["hqp.h"],
     [path.name for path in sorted(HERE.glob("hqp*.c")) if path.name not in QP],
-    "-O3",
+    FAST_AND_SMALL,
 )
 
 
@@ -110,7 +112,7 @@ def qp() -> Extension:
         include_dirs=["csrc", numpy.get_include()],
         depends=[f"csrc/{path.name}" for path in sorted(HERE.glob("hqp*.h"))],
         define_macros=[("_GNU_SOURCE", None), ("Py_LIMITED_API", "0x030b0000")],
-        extra_compile_args=[*FLAGS, "-O3", "-fno-math-errno"],  # or each root asks whether to set it
+        extra_compile_args=[*FLAGS, *FAST_AND_SMALL, "-fno-math-errno"],  # or each root asks whether to set it
         py_limited_api=True,
     )
 
@@ -133,7 +135,7 @@ plant = partial(
     "hapticd.sim._plant",
     ["serial_model.h", *(f"{part}.h" for part in (*MECHANICS, *SENSING)), "peer.h", "gateway.h"],
     ["rotation.c", "spd.c", *(f"{part}.c" for part in (*MECHANICS, *SENSING, *PEERS))],
-    optimise="-O3",
+    flags=("-O3",),
     shared=DEVICES,
 )
-bench = partial(module, "hapticd.bench._floor", ["floor.h"], ["floor.c"], "-O3")
+bench = partial(module, "hapticd.bench._floor", ["floor.h"], ["floor.c"], ("-O3",))

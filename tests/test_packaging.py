@@ -71,6 +71,8 @@ import hapticd.hqp.certificate, hapticd.hqp.generate, hapticd.hqp.multipliers
     )
     modules = [str(tmp_path / f"site/hapticd/hqp/{name}.abi3.so") for name in ("_hqp", "_qp")]
     assert done.stdout.split() == [*modules, "0.5"], done.stderr
+    folders = [tmp_path / name for name in ("hqp", "binding")]  # bytecode among it
+    assert sum(path.stat().st_size for folder in folders for path in folder.rglob("*")) < 2**20
 
 
 def test_a_linked_tree_follows_the_checkout_and_staging_again_leaves_it_whole(tmp_path: Path) -> None:
