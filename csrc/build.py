@@ -112,7 +112,11 @@ def qp() -> Extension:
         include_dirs=["csrc", numpy.get_include()],
         depends=[f"csrc/{path.name}" for path in sorted(HERE.glob("hqp*.h"))],
         define_macros=[("_GNU_SOURCE", None), ("Py_LIMITED_API", "0x030b0000")],
-        extra_compile_args=[*FLAGS, *FAST_AND_SMALL, "-fno-math-errno"],  # or each root asks whether to set it
+        extra_compile_args=[
+            *FLAGS,
+            *FAST_AND_SMALL,
+            "-fno-math-errno",
+        ],  # or each root asks whether to set it
         py_limited_api=True,
     )
 

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
+from functools import lru_cache
 
-import numpy as np
-import pinocchio as pin
-
-from ...models import Array
 from .config import Rhi, RhiAssist, RhiBody, RhiBox, RhiPlane, RhiResist, RhiSolid, RhiSphere, RhiTissue
 from .environment import Body, Environment, Rendered
 from .fields import Assist, Resist
+from .placed import axes, surface_of
 from .redundant import PLACE, RedundantArm
-from .shapes import Box, Plane, Shape, Sphere
+from .shapes import Box, Plane, Sampled, Shape, Sphere
 from .solid import solid
 from .tissue import Spot, Tissue
 from .tool import Tool
@@ -57,25 +55,17 @@ def shape(body: RhiPlane | RhiSphere | RhiBox | RhiSolid) -> Shape:
         return Sphere(body.point, body.radius)
     if isinstance(body, RhiBox):
         return Box(body.point, body.size, axes(len(body.size), body.turn or ()), body.edge)
-    return solid(np.array(body.vertices), body.triangles or (), body.cell)
+    return _solid(body)
+
+
+@lru_cache(maxsize=16)
+def _solid(body: RhiSolid) -> Sampled:
+    """Its depths, which take a second or more to sample and are asked for by each check."""
+    surface = surface_of(body)
+    return solid(surface.places, surface.triangles, body.cell, surface.called)
 
 
 def _tissue(body: RhiTissue) -> Tissue:
     layers = [(layer.thickness, layer.stiffness) for layer in body.layers or ()]
     spots = [Spot(spot.point, spot.radius, spot.factor) for spot in body.spots or ()]
     return Tissue(body.stiffness, body.damping, layers, spots)
-
-
-def turns(m: int) -> int:
-    """How many angles turn a body in m directions."""
-    return m * (m - 1) // 2
-
-
-def axes(m: int, turn: Sequence[float]) -> Array:
-    """Directions of a box's sides as columns (m, m), turned by an angle, or by roll, pitch and yaw."""
-    if m == 3 and turn:
-        return np.asarray(pin.rpy.rpyToMatrix(np.array(turn)))
-    if m == 2 and turn:
-        c, s = np.cos(turn[0]), np.sin(turn[0])
-        return np.array([[c, -s], [s, c]])
-    return np.eye(m)

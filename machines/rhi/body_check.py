@@ -7,10 +7,11 @@ from math import dist, hypot
 
 import numpy as np
 
-from .bodies import shape, turns
+from .bodies import shape
 from .config import RhiAssist, RhiBody, RhiBox, RhiPlane, RhiResist, RhiSolid, RhiTissue
+from .placed import surface_of, turns
 from .shapes import Shape
-from .solid import SolidError
+from .surface import SolidError
 
 Found = list[tuple[str, str, str]]
 SHORTEST = 1e-3
@@ -36,7 +37,11 @@ def body_lengths(bodies: Mapping[str, RhiBody], m: int) -> Iterator[tuple[str, i
             if body.turn is not None:
                 yield f"{at}.turn", len(body.turn), turns(m)
         if isinstance(body, RhiSolid):
-            for k, vertex in enumerate(body.vertices):
+            if body.point is not None:
+                yield f"{at}.point", len(body.point), m
+            if body.turn is not None:
+                yield f"{at}.turn", len(body.turn), turns(m)
+            for k, vertex in enumerate(body.vertices or ()):
                 yield f"{at}.vertices[{k}]", len(vertex), m
         if isinstance(body, RhiTissue):
             for k, spot in enumerate(body.spots or ()):
@@ -58,12 +63,14 @@ def _check(at: str, body: RhiBody) -> Found:
     if isinstance(body, RhiBox) and body.edge > EDGE_SHARE * min(body.size):
         problem = f"{body.edge:g} m is more than an eighth of the least side of {min(body.size):g} m"
         return [(f"{at}.edge", problem, "give less, or a larger box")]
-    if isinstance(body, RhiSolid) and len(body.vertices[0]) not in (2, 3):
+    if isinstance(body, RhiSolid) and body.vertices and len(body.vertices[0]) not in (2, 3):
         return [(f"{at}.vertices", "stand in one direction", "let the task have two or three")]
     try:
         built = shape(body)
     except SolidError as error:
-        return [(at, str(error), "mend vertices and triangles, or give a larger cell")]
+        if isinstance(body, RhiSolid) and body.mesh is not None:
+            return [(f"{at}.mesh", f'"{body.mesh}" {error.problem}', error.fix)]
+        return [(at, error.problem, error.fix)]
     return _layers(at, body, built) + _spots(at, body, built)
 
 
@@ -91,5 +98,5 @@ def away(body: RhiTissue, built: Shape, point: Sequence[float]) -> float:
     """How far a place is from a body, at least [m]; a solid's grid knows nothing of what is far away."""
     if not isinstance(body, RhiSolid):
         return max(0.0, -built.depth(point)[0])
-    corners = np.array(body.vertices)
+    corners = surface_of(body).places
     return dist(point, np.clip(point, corners.min(axis=0), corners.max(axis=0)).tolist())

@@ -24,6 +24,7 @@ from .rates import check_braking, check_rates
 from .reach_check import check_reach
 from .redundant import AXES, PLACE
 from .sampled_walls import check_walls, remarks_on_walls
+from .solid_check import check_solids
 
 Found = list[tuple[str, str, str]]
 LARGEST_CONDITION = 1e6
@@ -38,7 +39,11 @@ LONGEST_TRANSITION = 60.0
 def check_rhi(config: RhiConfig, robot: Robot) -> Found:
     """What only the model can tell of a redundant interface's configuration: key, problem, fix."""
     found = (
-        _lengths(config, robot) or _transmission(config) or check_directions(config) or _moved(config, robot)
+        check_solids(config.rhi.bodies, min(PLACE, len(config.rhi.task.directions)))
+        or _lengths(config, robot)
+        or _transmission(config)
+        or check_directions(config)
+        or _moved(config, robot)
     )
     if found:
         return found

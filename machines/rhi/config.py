@@ -156,12 +156,27 @@ class RhiBox(RhiTissue, frozen=True, kw_only=True, tag_field="kind", tag="box"):
     edge: Thickness = Thickness(2e-3)
 
 
-class RhiSolid(RhiTissue, frozen=True, kw_only=True, tag_field="kind", tag="solid"):
-    """What a closed outline or closed triangles enclose."""
+MeshScale = Annotated[float, Meta(ge=1e-3, le=1e3, description="of a mesh: a thousandth; a thousand times")]
 
-    vertices: Annotated[tuple[Lengths, ...], Meta(min_length=3, max_length=4096)]
+
+class RhiMesh(Strict, frozen=True):
+    """What a file of a mesh says, by whoever loads the configuration."""
+
+    obj: str
+
+
+class RhiSolid(RhiTissue, frozen=True, kw_only=True, tag_field="kind", tag="solid"):
+    """What a closed outline or closed triangles enclose: written down here, or in a file beside it."""
+
+    vertices: Annotated[tuple[Lengths, ...], Meta(min_length=3, max_length=4096)] | None = None
     triangles: Annotated[tuple[Corners, ...], Meta(max_length=8192)] | None = None
+    mesh: Annotated[str, Meta(min_length=1, max_length=100)] | None = None
+    unit: Literal["m", "cm", "mm"] | None = None
+    scale: MeshScale = 1.0
+    point: Lengths | None = None
+    turn: Angles | None = None
     cell: Thickness = Thickness(4e-3)
+    kept: RhiMesh | None = None
 
 
 class RhiAssist(Strict, frozen=True, kw_only=True, tag_field="kind", tag="assist"):

@@ -11,7 +11,7 @@ import numpy as np
 
 from ...configs.quantities import Angles, Damping, Lengths, Sizes, Stiffness, Thickness
 from ...models import Array
-from .bodies import environment, turns
+from .bodies import environment
 from .body_check import check_bodies
 from .config import (
     RhiBody,
@@ -22,6 +22,7 @@ from .config import (
     RhiSphere,
     RhiSpot,
 )
+from .placed import turns
 
 MOST = 3
 """Bodies at once."""

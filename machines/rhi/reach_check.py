@@ -7,7 +7,7 @@ import numpy as np
 from ...models import Array, Robot
 from .bodies import shape
 from .body_check import away
-from .config import RhiAssist, RhiBody, RhiConfig, RhiPlane, RhiResist
+from .config import RhiAssist, RhiBody, RhiConfig, RhiPlane, RhiResist, RhiSolid
 from .machine import redundant_arm
 from .redundant import PLACE
 
@@ -32,10 +32,17 @@ def check_reach(config: RhiConfig, robot: Robot) -> Found:
         if k == 0 and isinstance(body, RhiPlane) and config.rhi.null_space.scan:
             far = float(np.linalg.norm(hands - body.point, axis=1).min())
         if far > near:
-            key = f"rhi.bodies.{name}.{'point' if hasattr(body, 'point') else 'vertices'}"
+            key = f"rhi.bodies.{name}.{_placed_by(body)}"
             problem = f"is {far:.2g} m away from everything that the hand can reach"
             found.append((key, problem, "move it, or widen rhi.motors.lower and upper"))
     return found
+
+
+def _placed_by(body: RhiBody) -> str:
+    """The key that says where a body is."""
+    if body.point is not None:
+        return "point"
+    return "vertices" if isinstance(body, RhiSolid) and body.mesh is None else "mesh"
 
 
 def _distance(body: RhiBody, hands: Array) -> float:

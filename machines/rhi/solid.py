@@ -2,53 +2,76 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import coal
 import numpy as np
 from numpy.typing import NDArray
 
 from ...models import Array
+from .enclosed import enclosed
 from .shapes import Sampled
+from .surface import SolidError, Triangles, numbered, require_closed
 
 MARGIN = 3
 """Nodes of the grid around the body, on each side."""
+THINNEST = 1e-9
+"""Height of a triangle that counts [m]."""
 MOST_NODES = 300_000
 """Of a grid: a second or two of work, and no more memory than a picture has."""
 
 
-class SolidError(ValueError):
-    """No body has this surface; the message says why."""
-
-
-def solid(vertices: Array, triangles: Sequence[Sequence[int]], cell: float) -> Sampled:
+def solid(
+    vertices: Array,
+    triangles: Sequence[Sequence[int]] | Triangles,
+    cell: float,
+    called: Callable[[int], str] = numbered,
+) -> Sampled:
     """The depth in a solid.
 
     Args:
         vertices: (k, m) [m]; with m = 2 the corners of an outline in their order.
         triangles: with m = 3 of vertices, from 0; each edge belongs to two of them.
         cell: distance of the nodes at which depths are computed [m].
+        called: tells people which vertex one is.
 
     Raises:
-        SolidError: the surface is not closed, encloses nothing, or would need too many nodes.
+        SolidError: the surface is not closed, passes through itself, encloses nothing, or would need too many
+            nodes.
     """
     places = np.asarray(vertices, float)
     low, high = places.min(axis=0), places.max(axis=0)
-    counts = np.ceil((high - low) / cell).astype(int) + 1 + 2 * MARGIN
-    if np.prod(counts.astype(float)) > MOST_NODES:
-        raise SolidError(f"needs {np.prod(counts.astype(float)):.0f} nodes; the most are {MOST_NODES}")
+    size = " x ".join(f"{x:.3g}" for x in high - low)
+    wanted = np.ceil((high - low) / cell) + 1 + 2 * MARGIN
+    if not np.prod(wanted) <= MOST_NODES:
+        problem = f"needs {np.prod(wanted):.0f} nodes; the most are {MOST_NODES}: it is {size} m in size"
+        raise SolidError(problem, f"give a larger cell than {cell:g} m, or another size")
+    counts = wanted.astype(int)
     origin = low - MARGIN * cell
     axes = [o + cell * np.arange(n) for o, n in zip(origin, counts, strict=True)]
     nodes = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(counts))
     if len(counts) == 2:
-        away, turns = _to_outline(nodes, places), _turns(nodes, places)
+        away, inside = _to_outline(nodes, places), np.abs(_turns(nodes, places)) > 0.5
     else:
-        faces = _closed(np.asarray(triangles, int).reshape(-1, 3), len(places))
-        away, turns = _to_triangles(nodes, places, faces), _solid_turns(nodes, places[faces])
-    inside = np.abs(turns) > 0.5
+        faces = np.asarray(triangles, int).reshape(-1, 3)
+        require_closed(faces, len(places), called)
+        turns = enclosed(axes, places, faces).ravel()
+        inside = turns != 0
+        away = _to_triangles(nodes, places, faces) if inside.any() else np.empty(0)
+        _require_apart(nodes, away, turns, cell)
     if not inside.any():
-        raise SolidError("encloses nothing that is thicker than a cell")
+        problem = f"encloses nothing that is thicker than a cell: it is {size} m in size"
+        raise SolidError(problem, f"give a smaller cell than {cell:g} m, or a larger body")
     return Sampled(origin.tolist(), cell, np.where(inside, away, -away).reshape(counts))
+
+
+def _require_apart(nodes: Array, away: Array, turns: NDArray[np.int64], cell: float) -> None:
+    """No two parts of a surface are in each other: depths would count from walls that are inside."""
+    twice = np.flatnonzero(np.abs(turns) > 1)
+    if len(twice) and away[twice].max() > cell:
+        deepest = twice[int(away[twice].argmax())]
+        where = " ".join(f"{x:.3g}" for x in nodes[deepest])
+        raise SolidError(f"has parts that are in each other, at {where} m", 'unite them ("boolean union")')
 
 
 def _to_outline(nodes: Array, corners: Array) -> Array:
@@ -71,22 +94,20 @@ def _turns(nodes: Array, corners: Array) -> Array:
     return turns
 
 
-def _closed(faces: NDArray[np.int64], count: int) -> NDArray[np.int64]:
-    """The triangles, if they enclose something."""
-    if not len(faces) or faces.min() < 0 or faces.max() >= count:
-        raise SolidError(f"needs triangles of vertices from 0 to {count - 1}")
-    edges = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]).tolist()
-    if len(set(map(tuple, edges))) < len(edges) or {(b, a) for a, b in edges} != set(map(tuple, edges)):
-        raise SolidError("is not closed, or its triangles do not all turn the same way")
-    return faces
+def _to_triangles(nodes: Array, vertices: Array, faces: Triangles) -> Array:
+    """Distance of nodes (k, 3) to the surface, (k,).
 
-
-def _to_triangles(nodes: Array, vertices: Array, faces: NDArray[np.int64]) -> Array:
-    """Distance of nodes (k, 3) to the surface, (k,)."""
+    To triangles without a height coal finds any distances; all of such a one is on its longest side, which
+    is another's, too.
+    """
+    corners = vertices[faces]
+    sides = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
+    twice = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    corners = corners[twice > THINNEST * sides]
     surface = coal.BVHModelOBBRSS()
-    surface.beginModel(len(faces), 3 * len(faces))
-    for corners in vertices[faces]:
-        surface.addTriangle(*corners)
+    surface.beginModel(len(corners), 3 * len(corners))
+    for triangle in corners:
+        surface.addTriangle(*triangle)
     surface.endModel()
     probe, still = coal.Sphere(0.0), coal.Transform3s()
     request, result, at = coal.DistanceRequest(), coal.DistanceResult(), coal.Transform3s()
@@ -96,17 +117,3 @@ def _to_triangles(nodes: Array, vertices: Array, faces: NDArray[np.int64]) -> Ar
         result.clear()
         away[k] = abs(coal.distance(surface, still, probe, at, request, result))
     return away
-
-
-def _solid_turns(nodes: Array, corners: Array) -> Array:
-    """Solid angle of closed triangles (t, 3, 3) round each node over the whole, (k,)."""
-    total = np.zeros(len(nodes))
-    for triangle in corners:
-        a, b, c = (corner - nodes for corner in triangle)
-        la, lb, lc = (np.linalg.norm(v, axis=1) for v in (a, b, c))
-        volume = np.sum(a * np.cross(b, c), axis=1)
-        against = la * lb * lc + lc * np.sum(a * b, axis=1) + la * np.sum(b * c, axis=1)
-        against += lb * np.sum(a * c, axis=1)
-        total += 2.0 * np.arctan2(volume, against)
-    turns: Array = total / (4.0 * np.pi)
-    return turns

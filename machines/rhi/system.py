@@ -8,6 +8,7 @@ from .config import RhiConfig
 from .figures import RhiFigures
 from .limits import RhiLimits
 from .machine import RedundantInterface
+from .mesh_files import mesh_files
 from .pushed import rhi_pushed
 from .scene import RhiScene
 from .simulation import rhi_plant
@@ -25,4 +26,5 @@ RHI = System(
     remarks=remarks_on_rhi,
     variations={"bodies": rhi_bodies},
     pushed=rhi_pushed,
+    beside=mesh_files,
 )

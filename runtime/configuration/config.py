@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import shlex
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from importlib import resources
 from pathlib import Path
@@ -23,15 +24,18 @@ from ...models.xml_tree import MAX_BYTES as MAX_MODEL_BYTES
 from ..core.sections import Config
 from ..errors import ConfigError, Finding
 from ..invocation import program
+from .beside import Beside, with_files
+from .files import decoded, exists, leaves, read_text
 from .known import AND, BETWEEN, CONFIGS, TWINS, built_in, machine_folders, twins
 from .schema import advice, bounds_advice, known_fields, name_type, steps, value_type
 from .system import ScriptError, find_system, system_names
 from .toml_lines import key_lines, line_of
-from .toml_reader import MAX_BYTES, read
-from .twin_file import exchanged, joined, led, tree_of, with_model
+from .toml_reader import MAX_BYTES, MAX_WHOLE, read
+from .twin_file import exchanged, joined, led, models, tree_of
 
 LONGEST_NAME = 24
 """Characters of a twin's name."""
+NO_CONFIGURATION, NO_MODEL = "this is not a configuration", "this is not a model"
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,9 +66,9 @@ def load(name: str) -> Loaded:
         ConfigError: with file and line of everything that is wrong with it.
     """
     machine, between, twin = name.partition(BETWEEN)
-    if not between or _exists(Path(name)):
+    if not between or exists(Path(name)):
         return _load(name)
-    first, *others = [twin] if _exists(Path(twin)) else twin.split(AND)
+    first, *others = [twin] if exists(Path(twin)) else twin.split(AND)
     found = with_twin(_load(machine), first, *_twin_text(Path(first), first))
     if others:
         found = _named(found, first)
@@ -75,18 +79,17 @@ def load(name: str) -> Loaded:
 
 def _load(name: str) -> Loaded:
     path = Path(name)
-    if path.suffix == ".toml" or _exists(path):
-        text = _read(path, name, MAX_BYTES)
+    if path.suffix == ".toml" or exists(path):
+        text = read_text(path, name, MAX_BYTES, NO_CONFIGURATION)
         folder: Any = path.parent
         source = str(path)
     else:
         folder = _folder(name)
         entry = folder / f"{name}.toml"
-        text = _read(entry, name, MAX_BYTES)
+        text = read_text(entry, name, MAX_BYTES, NO_CONFIGURATION)
         source = f"{name}.toml"
     config = parse(text, source)
-    whole = _keep(text, source, config, folder)
-    whole = _calibrated(whole, source, config, folder)
+    whole = _whole(text, source, config, folder)
     config = config if whole is text else parse(whole, source)
     return Loaded(name, config, whole, source, *_read_model(config, text, source, folder))
 
@@ -113,7 +116,7 @@ def with_twin(machine: Loaded, twin: str, text: str, folder: Any) -> Loaded:
     robot = Robot.from_urdf(machine.model_text, machine.model_source)
     try:
         whole = exchanged(machine.text, text, tag, own_hand)
-        whole = _keep(whole, source, parse(whole, source), folder)
+        whole = _with_models(whole, source, parse(whole, source), folder)
         config = parse(whole, source)
         _require_fit(config, whole, source, robot)
     except ConfigError as error:
@@ -163,7 +166,7 @@ def with_another(machine: Loaded, twin: str, text: str, folder: Any) -> Loaded:
         raise ConfigError(twin, [Finding(0, "", problem, "name each once; rename one of the files")])
     try:
         whole = joined(machine.text, text, tag, name)
-        whole = _keep(whole, source, parse(whole, source), folder)
+        whole = _with_models(whole, source, parse(whole, source), folder)
         config = parse(whole, source)
         _require_fit(config, whole, source, Robot.from_urdf(machine.model_text, machine.model_source))
     except ConfigError as error:
@@ -185,12 +188,12 @@ def _require_fit(config: Config, text: str, source: str, robot: Robot) -> None:
 
 def _twin_text(path: Path, twin: str) -> tuple[str, Any]:
     """Text of a twin's file, or of a built-in one, and the folder that it is in."""
-    if path.suffix == ".toml" or (twin and _exists(path)):
-        return _read(path, twin, MAX_BYTES), path.parent
+    if path.suffix == ".toml" or (twin and exists(path)):
+        return read_text(path, twin, MAX_BYTES, NO_CONFIGURATION), path.parent
     folder = resources.files(CONFIGS) / TWINS
-    if not _exists(folder / f"{twin}.toml"):
+    if not exists(folder / f"{twin}.toml"):
         raise ConfigError(twin, [Finding(0, "", "no such file or built-in twin", _nearest(twin, twins()))])
-    return _read(folder / f"{twin}.toml", twin, MAX_BYTES), folder
+    return read_text(folder / f"{twin}.toml", twin, MAX_BYTES, NO_CONFIGURATION), folder
 
 
 def _in_its_file(error: ConfigError, place: str, twin: str, text: str) -> ConfigError:
@@ -206,40 +209,35 @@ def _tag(config: Config) -> str:
     return str(type(config).__struct_config__.tag)
 
 
-def _keep(text: str, source: str, config: Config, folder: Any) -> str:
-    """The text with the model of its twin, from beside it or from the built-in ones."""
-
-    def model(name: str) -> str:
-        if name.startswith("/") or ".." in name.split("/"):
-            raise ConfigError(
-                source, [Finding(0, "", f'"{name}" leaves the folder', "put it beside the file")]
-            )
-        entry = folder / name if _exists(folder / name) else resources.files(CONFIGS) / name
-        if not _exists(entry):
-            problem = f'no model "{name}" of the twin beside it'
-            raise ConfigError(source, [Finding(0, "", problem, "check the name")])
-        return _read(entry, name, MAX_MODEL_BYTES)
-
-    return with_model(text, source, _tag(config), model)
+def _with_models(text: str, source: str, config: Config, folder: Any) -> str:
+    """The text with the models of its twins."""
+    return with_files(text, source, models(text, source, _tag(config)), folder)
 
 
-def _calibrated(text: str, source: str, config: Config, folder: Any) -> str:
-    """The text with the calibrations of its force-torque sensors, from files beside it."""
+def _whole(text: str, source: str, config: Config, folder: Any) -> str:
+    """The text with all that it needs of files beside it, but the robot's model."""
+    text = _with_models(text, source, config, folder)
+    own = find_system(_tag(config)).beside
+    return with_files(text, source, [*_calibrations(config), *(own(config) if own else ())], folder)
+
+
+def _calibrations(config: Config) -> Iterator[Beside]:
+    """Files of the calibrations of its force-torque sensors."""
     for name, device in config.devices.items():
-        if not isinstance(device, ForceTorque) or device.calibration is None or device.kept is not None:
-            continue
-        key, file = f"devices.{name}.calibration", device.calibration
-        line = line_of(key, key_lines(text))
-        if file.startswith("/") or ".." in file.split("/"):
-            fix = "put it beside the configuration"
-            raise ConfigError(source, [Finding(line, key, f'"{file}" leaves the folder', fix)])
-        if not _exists(folder / file):
-            fix = "check the name, or write it: hapticd calibrate ft"
-            raise ConfigError(source, [Finding(line, key, f'no file "{file}" beside it', fix)])
-        found = _read(folder / file, file, MAX_BYTES)
+        if isinstance(device, ForceTorque) and device.calibration is not None and device.kept is None:
+            yield _calibration(name, device.calibration)
+
+
+def _calibration(device: str, file: str) -> Beside:
+    what = "calibration"
+
+    def keep(content: bytes) -> str:
+        found = decoded(content, file, f"this is no {what}")
         calibration(found, file)  # what is wrong in it is said with its own lines
-        text = f"{text.rstrip()}\n\n[devices.{name}.kept]\n{found}"
-    return text
+        return found
+
+    absent = "check the name, or write it: hapticd calibrate ft"
+    return Beside(("devices", device), "calibration", file, MAX_BYTES, what, keep, absent)
 
 
 def calibration(text: str, source: str) -> Calibration:
@@ -257,7 +255,7 @@ def read_model(name: str) -> str:
     Raises:
         ConfigError: it cannot be read, or is too large.
     """
-    return _read(Path(name), name, MAX_MODEL_BYTES)
+    return read_text(Path(name), name, MAX_MODEL_BYTES, NO_MODEL)
 
 
 def parse(text: str, source: str) -> Config:
@@ -270,7 +268,7 @@ def parse(text: str, source: str) -> Config:
         alone = f"; alone it is checked by: {program()} check {shlex.quote(source)}"
         fix = f"give the TOML file that names it{alone if source.endswith('.urdf') else ''}"
         raise ConfigError(source, [Finding(1, "", "is XML, as models are", fix)])
-    return of_tree(read(text, source), text, source)
+    return of_tree(read(text, source, MAX_WHOLE), text, source)
 
 
 def of_tree(tree: dict[str, Any], text: str, source: str) -> Config:
@@ -337,7 +335,7 @@ def _folder(name: str) -> Any:
     """Where a configuration of that name comes with a machine."""
     for folder in machine_folders():
         files = resources.files(folder)
-        if _exists(files / f"{name}.toml"):
+        if exists(files / f"{name}.toml"):
             return files
     problem = "no such file or built-in configuration"
     raise ConfigError(name, [Finding(0, "", problem, _nearest(name, built_in()))])
@@ -349,43 +347,15 @@ def _nearest(name: str, known: list[str]) -> str:
     return f"{guess}built in: {', '.join(known)}"
 
 
-def _exists(entry: Any) -> bool:
-    """Whether something of that name is there; no name is too long or too odd to ask."""
-    try:
-        return bool(entry.is_file() or entry.is_dir() or (isinstance(entry, Path) and entry.exists()))
-    except (OSError, ValueError):
-        return False
-
-
-def _read(entry: Any, name: str, most: int) -> str:
-    """Text of a file, or of a resource, of a known size."""
-    what = "this is not a configuration" if most == MAX_BYTES else "this is not a model"
-    if _exists(entry) and not entry.is_file():  # a pipe would be waited for
-        raise ConfigError(name, [Finding(0, "", "is not a regular file", what)])
-    try:
-        with entry.open("rb") as file:
-            content: bytes = file.read(most + 1)
-    except (OSError, ValueError) as error:
-        reason = error.strerror if isinstance(error, OSError) else str(error)
-        raise ConfigError(name, [Finding(0, "", f"cannot be read: {reason}", "check the path")]) from error
-    if len(content) > most:
-        raise ConfigError(name, [Finding(0, "", f"larger than {most} bytes", what)])
-    try:
-        return content.decode("utf-8")
-    except UnicodeDecodeError as error:
-        line = content[: error.start].count(b"\n") + 1
-        raise ConfigError(name, [Finding(line, "", "is not UTF-8 text", what)]) from error
-
-
 def _read_model(config: Config, text: str, source: str, folder: Any) -> tuple[str, str]:
     line = key_lines(text).get("model", 0)
-    if config.model.startswith("/") or ".." in config.model.split("/"):
+    if leaves(config.model):
         raise ConfigError(
             source,
             [Finding(line, "model", f'"{config.model}" leaves the folder', "put the URDF beside the file")],
         )
     entry = folder / config.model
-    if not _exists(entry):
+    if not exists(entry):
         raise ConfigError(
             source, [Finding(line, "model", f'no file "{config.model}" beside it', "check the name")]
         )
@@ -393,7 +363,7 @@ def _read_model(config: Config, text: str, source: str, folder: Any) -> tuple[st
         what = "a folder" if entry.is_dir() else "no regular file"
         fix = "name the URDF file, beside the configuration"
         raise ConfigError(source, [Finding(line, "model", f'"{config.model}" is {what}', fix)])
-    return _read(entry, config.model, MAX_MODEL_BYTES), config.model
+    return read_text(entry, config.model, MAX_MODEL_BYTES, NO_MODEL), config.model
 
 
 def _read_quantity(kind: type, value: Any) -> Any:

@@ -18,6 +18,7 @@ from ..core.machine import Machine, MachineFigures, MachineLimits
 from ..core.scene import MachineScene
 from ..core.sections import Config
 from ..core.stages import Mark
+from .beside import Beside
 
 
 class Plant(Protocol):
@@ -205,6 +206,7 @@ class System(Generic[C]):
         rig: for a machine whose joints can be led, how: its sensors are calibrated, its motors identified.
         variations: other random beginnings than ``stance``, by name.
         pushed: states in which its handle is pushed; without it that is the machine as it is configured.
+        beside: files that its sections name and whose content they do not hold yet.
     """
 
     config: type[C]
@@ -220,6 +222,7 @@ class System(Generic[C]):
     rig: Callable[[C, Robot], Rig[C]] | None = None
     variations: Mapping[str, Callable[[C, Robot, Random], Stance[C]]] = field(default_factory=dict)
     pushed: Callable[[C], Sequence[Pushed[C]]] | None = None
+    beside: Callable[[C], Sequence[Beside]] | None = None
 
 
 def system_names() -> list[str]:

@@ -12,6 +12,9 @@ from ..errors import ConfigError, Finding
 from .toml_lines import key_lines, line_of
 
 MAX_BYTES = 256 << 10
+"""Of what a person writes."""
+MAX_WHOLE = 1_000_000
+"""Of a configuration with all that a recording keeps in it; a recording's own records have at most 1 MiB."""
 MAX_LINE = 1000
 """Characters; the parser's effort grows with the square of a key's length."""
 MAX_DEPTH = 10
@@ -21,14 +24,14 @@ MAX_INTEGER = 2**53
 _LONG_KEY = re.compile(rf"""(?<![\w"'-])(?:[\w"'-]+\s*\.\s*){{{MAX_DEPTH}}}""")
 
 
-def read(text: str, source: str) -> dict[str, Any]:
+def read(text: str, source: str, most: int = MAX_BYTES) -> dict[str, Any]:
     """The tree of a TOML text: tables, arrays, texts, booleans, numbers (nan and inf, too) and dates.
 
     Raises:
-        ConfigError: for what is no TOML, too large, too deep, or holds a denormal number or an integer beyond
-            MAX_INTEGER.
+        ConfigError: for what is no TOML, has more than ``most`` characters, is too deep, or holds a denormal
+            number or an integer beyond MAX_INTEGER.
     """
-    _require_size(text, source)
+    _require_size(text, source, most)
     try:
         tree = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
@@ -44,9 +47,9 @@ def read(text: str, source: str) -> dict[str, Any]:
     return tree
 
 
-def _require_size(text: str, source: str) -> None:
-    if len(text) > MAX_BYTES:
-        raise _refusal(source, 0, "", f"larger than {MAX_BYTES} bytes", "this is not a configuration")
+def _require_size(text: str, source: str, most: int) -> None:
+    if len(text) > most:
+        raise _refusal(source, 0, "", f"larger than {most} bytes", "this is not a configuration")
     if text.startswith("\ufeff"):
         raise _refusal(source, 1, "", "begins with a byte order mark", "save it as plain UTF-8")
     for number, line in enumerate(text.split("\n"), 1):

@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
+from importlib import resources
 from typing import Any
 
 from ...configs.words import nearest
+from ...models.xml_tree import MAX_BYTES as MAX_MODEL_BYTES
 from ..errors import ConfigError, Finding
-from .toml_reader import read
+from .beside import Beside, UnfitFileError
+from .files import decoded
+from .known import CONFIGS
+from .toml_reader import MAX_WHOLE, read
 
 TABLES = ("twin", "hand", "touches")
 """What a twin's file may hold."""
@@ -79,32 +84,38 @@ def led(text: str, path: str) -> str:
     return f"{kept.rstrip()}\n\n{path}"
 
 
-def with_model(text: str, source: str, system: str, load: Callable[[str], str]) -> str:
-    """A text that holds the models of its twins, where they name one and it does not hold it yet.
+def models(text: str, source: str, system: str) -> list[Beside]:
+    """The models of a configuration's twins, where they name one and the text does not hold it yet.
+
+    They lie beside it or are built in.
 
     Args:
         text: of a configuration.
         source: its file, for errors.
         system: its kind of machine.
-        load: gives the text of a model by its name.
-
-    Raises:
-        ConfigError: a model that no text in TOML can hold.
     """
-    tree: Any = read(text, source)
+    tree: Any = read(text, source, MAX_WHOLE)
     table = tree.get(system) if isinstance(tree.get(system), dict) else {}
     others: Any = table.get("twins") if isinstance(table.get("twins"), dict) else {}
-    places = {f"{system}.twin": table.get("twin")}
-    places |= {f"{system}.twins.{name}": twin for name, twin in others.items()}
-    for place, twin in places.items():
-        if not (isinstance(twin, dict) and isinstance(twin.get("urdf"), str)) or "kept" in twin:
-            continue
-        model = load(twin["urdf"])
+    places: dict[tuple[str, ...], Any] = {(system, "twin"): table.get("twin")}
+    places |= {(system, "twins", name): twin for name, twin in others.items()}
+    return [
+        _model(place, twin["urdf"])
+        for place, twin in places.items()
+        if isinstance(twin, dict) and isinstance(twin.get("urdf"), str) and "kept" not in twin
+    ]
+
+
+def _model(place: tuple[str, ...], name: str) -> Beside:
+    what = "model"
+
+    def keep(content: bytes) -> str:
+        model = decoded(content, name, f"this is no {what}")
         if "'''" in model:
-            problem, fix = "the model contains '''", "write it with other quotes"
-            raise ConfigError(source, [Finding(1, f"{place}.urdf", problem, fix)])
-        text = f"{text.rstrip()}\n\n[{place}.kept]\nurdf = '''\n{model.rstrip()}\n'''\n"
-    return text
+            raise UnfitFileError("contains '''", "write it with other quotes")
+        return f"urdf = '''\n{model.rstrip()}\n'''\n"
+
+    return Beside(place, "urdf", name, MAX_MODEL_BYTES, what, keep, folder=resources.files(CONFIGS))
 
 
 def _without(text: str, *tables: str) -> str:

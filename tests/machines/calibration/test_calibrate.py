@@ -121,7 +121,11 @@ def test_a_daemon_with_the_file_starts_where_the_bias_would_have_refused(
     [
         ([("serial = 0\n", "")], "devices.force_torque.serial", "is missing, but"),
         ([("serial = 0", "serial = 7")], "devices.force_torque.serial", "is of 0"),
-        ([('"tool.toml"', '"other.toml"')], "devices.force_torque.calibration", 'no file "other.toml"'),
+        (
+            [('"tool.toml"', '"other.toml"')],
+            "devices.force_torque.calibration",
+            'no calibration "other.toml"',
+        ),
         ([('"tool.toml"', '"../tool.toml"')], "devices.force_torque.calibration", "leaves the folder"),
         ([("[arm.posture]", f"{HANDLE}[arm.posture]")], "arm.handle", "a second time"),
         ([('calibration = "tool.toml"', "")], "arm.handle", "is missing"),

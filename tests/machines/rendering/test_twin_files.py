@@ -253,6 +253,21 @@ def test_a_handle_that_no_joint_moves_is_no_end(tmp_path: Path) -> None:
         build(config.load(written(tmp_path, text.replace('end = "handle"', 'end = "universe"'))))
 
 
+def test_a_model_that_no_recording_could_keep_is_refused_with_its_line(tmp_path: Path) -> None:
+    text = read_text("twins/panda.toml").replace('"panda.urdf"', '"own.urdf"')
+    name, line = written(tmp_path, text), text[: text.index("urdf = ")].count("\n") + 1
+    good = read_text("panda.urdf")
+    for model, told in (
+        (good + "<!-- ''' -->", "own.urdf\" contains '''"),
+        (good + f"<!-- {'x' * 1000} -->", 'own.urdf" cannot be kept: a line of 1009 characters'),
+    ):
+        (tmp_path / "own.urdf").write_text(model)
+        with pytest.raises(ConfigError) as error:
+            config.load(name)
+        (found,) = error.value.findings
+        assert told in found.problem and (found.key, found.line) == ("twin.urdf", line)
+
+
 @pytest.mark.parametrize(("stiffness", "damping", "said"), [(20e3, 20, 0), (300e3, 20, 1), (300e3, 2e3, 0)])
 def test_a_spring_that_swings_faster_than_a_machine_follows_is_said(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], stiffness: float, damping: float, said: int

@@ -8,7 +8,8 @@ from hapticd.machines.rhi.environment import Body, Environment
 from hapticd.machines.rhi.fields import Assist, Resist
 from hapticd.machines.rhi.passivity import SPARE, Tank
 from hapticd.machines.rhi.shapes import Box, Plane, Sampled, Shape, Sphere
-from hapticd.machines.rhi.solid import SolidError, solid
+from hapticd.machines.rhi.solid import solid
+from hapticd.machines.rhi.surface import SolidError
 from hapticd.machines.rhi.tissue import ENTRY, Spot, Tissue
 
 LAYERS = ((2e-3, 300.0), (5e-3, 1500.0))
@@ -125,8 +126,8 @@ def test_a_mesh_of_a_ball_has_the_depth_of_the_ball() -> None:
 @pytest.mark.parametrize(
     ("vertices", "triangles", "cell", "problem"),
     [
-        (CUBE, FACES[:-1], 0.01, "not closed"),
-        (CUBE, [*FACES[:-1], (1, 3, 7)], 0.01, "not closed"),
+        (CUBE, FACES[:-1], 0.01, "not closed at 3 edges, the first from vertex 1 to vertex 3, where one"),
+        (CUBE, [*FACES[:-1], (1, 3, 7)], 0.01, "turn differently at 3 edges, the first from vertex 1 to"),
         (CUBE, [(0, 1, 9)], 0.01, "from 0 to 7"),
         (CUBE, FACES, 1e-4, "nodes; the most are"),
         (np.array([(0.0, 0.0), (0.1, 0.0), (0.2, 0.0)]), (), 0.01, "encloses nothing"),
