@@ -21,6 +21,8 @@ WORST_CONDITION = 50.0
 """Of the regressor, its columns scaled to one length: beyond, inertia and friction pass for each other."""
 EXPLAINED = 0.8
 """Part of the force, root mean square, that the model has to explain."""
+ASIDE = 0.005
+"""Acceleration across the line that counts, as a share of that along it, root mean square."""
 TINY = 1e-300
 """A column of zeros stays one."""
 TRUSTED = 0.1
@@ -29,9 +31,15 @@ TRUSTED = 0.1
 
 @dataclass(frozen=True, slots=True)
 class Push:
-    """Ticks in a row, (k,) each: the handle's coordinate along the line [m], the force on it [N]."""
+    """Ticks in a row.
+
+    Attributes:
+        along: the handle's coordinate along the line (k,) [m]; across: two others (k, 2) [m].
+        force: on it, along the line (k,) [N].
+    """
 
     along: Array
+    across: Array
     force: Array
 
 
@@ -63,6 +71,7 @@ def apparent(pushes: Sequence[Push], point: float, rate: float, window: float = 
 
     That is (22) of ContactAware with the force that a change M' of the inertia along the line takes, which
     would pass for friction; and, where there are pushes both ways, with an offset o of sensor or motors.
+    Where the handle yields across the line, what that takes along it by inertia and friction is fitted, too.
     All terms pass the same filter.
 
     Args:
@@ -75,7 +84,7 @@ def apparent(pushes: Sequence[Push], point: float, rate: float, window: float = 
         UnexcitedError: the pushes do not tell; says what they lack.
     """
     parts = [_terms(push, point, rate)[:, np.abs(push.along - point) < window] for push in pushes]
-    a, v, changes, f = np.concatenate(parts, axis=1)
+    a, v, changes, f, *across = np.concatenate(parts, axis=1)
     if len(f) < LEAST_SAMPLES:
         raise UnexcitedError(
             f"{len(f)} samples within {1e3 * window:g} mm of the point; it takes {LEAST_SAMPLES}"
@@ -83,12 +92,17 @@ def apparent(pushes: Sequence[Push], point: float, rate: float, window: float = 
     columns = [a, v, changes]
     if v.min() < 0.0 < v.max():
         columns.append(np.ones(len(f)))
+    pairs = zip(across[::2], across[1::2], strict=True)
+    least = ASIDE * np.linalg.norm(a)
+    yields = [each for pair in pairs if np.linalg.norm(pair[0]) > least for each in pair]
+    columns += yields
     A = np.column_stack(columns)
     condition = float(np.linalg.cond(A / np.maximum(np.linalg.norm(A, axis=0), TINY)))
     if not condition < WORST_CONDITION:
+        alike = "its acceleration and speed" + (", and what it does across the line," if yields else "")
         raise UnexcitedError(
-            f"acceleration and speed are alike in all samples, condition number {condition:.0f} above"
-            f" {WORST_CONDITION:g}: inertia passes for friction"
+            f"{alike} are alike in all samples, condition number {condition:.0f} above {WORST_CONDITION:g}:"
+            " inertia cannot be told from what else takes force"
         )
     found = least_squares(columns, f)
     values, errors = found.values.tolist(), found.errors.tolist()
@@ -108,8 +122,14 @@ def apparent(pushes: Sequence[Push], point: float, rate: float, window: float = 
 
 
 def _terms(push: Push, point: float, rate: float) -> Array:
-    """Acceleration, speed, what a change of the inertia multiplies, and force, (4, k)."""
-    v = np.gradient(push.along, 1.0 / rate)
-    a = np.gradient(v, 1.0 / rate)
-    terms = a, v, a * (push.along - point) + 0.5 * v * v, push.force
+    """Acceleration, speed, what a change of the inertia multiplies, force; both across, twice, (8, k)."""
+    v, a = _rates(push.along, rate)
+    terms = [a, v, a * (push.along - point) + 0.5 * v * v, push.force]
+    for coordinate in push.across.T:
+        terms += reversed(_rates(coordinate, rate))
     return np.array([zero_phase(term, CUT_OFF, rate, mirrored=True) for term in terms])
+
+
+def _rates(coordinate: Array, rate: float) -> tuple[Array, Array]:
+    v = np.gradient(coordinate, 1.0 / rate)
+    return v, np.gradient(v, 1.0 / rate)

@@ -16,10 +16,11 @@ import numpy as np
 from ..models import Array, Robot
 from ..runtime.command_line.arguments import meant
 from ..runtime.configuration.config import Loaded
-from ..runtime.configuration.session import build
+from ..runtime.configuration.session import build, require_sound
 from ..runtime.configuration.system import Stance, System, find_system
 from ..runtime.core.modes import RENDERING, Command, Mode
-from ..runtime.errors import HapticdError
+from ..runtime.core.sections import Config
+from ..runtime.errors import ConfigError, HapticdError
 from ..runtime.live.lockstep import Lockstep, unswept
 from ..safety import Reaction
 from ..sim.plant import SimPlant
@@ -38,6 +39,8 @@ AS_CONFIGURED = Doubt()
 STOP_S = 1.0
 """A stop comes to rest within so long."""
 ENDS = ("lower", "upper")
+DRAWS = 20
+"""Surroundings that a seed draws at most until one passes the machine's checks."""
 BLOCK = 256
 """Ticks that are compared with the limits at once."""
 
@@ -132,13 +135,27 @@ def session(
     robot = Robot.from_urdf(loaded.model_text, loaded.model_source)
     if vary:
         system = replace(system, stance=_variation(system, vary))
-    try:
-        led = stranger(config, system, robot, seed, seconds, temper)
-    except ValueError as error:
-        raise HandsError(f"seed {seed}: {error}") from error
-    varied = replace(loaded, config=doubt.vary(led, seed))
+
+    def drawn(draw: int) -> Config:
+        try:
+            led = stranger(config, system, robot, seed, seconds, temper, draw)
+        except ValueError as error:
+            raise HandsError(f"seed {seed}: {error}") from error
+        return doubt.vary(led, seed)
+
     with unswept():
-        return _session(Lockstep(build(varied)), seed, seconds, watch)
+        return _session(_admitted(loaded, seed, drawn), seed, seconds, watch)
+
+
+def _admitted(loaded: Loaded, seed: int, drawn: Callable[[int], Config]) -> Lockstep:
+    """The machine with the first of the drawn surroundings that its checks admit."""
+    for draw in range(DRAWS):
+        try:
+            return Lockstep(build(replace(loaded, config=drawn(draw))))
+        except ConfigError as error:
+            require_sound(loaded)  # or no draw mends it
+            refused = error
+    raise HandsError(f"seed {seed}: check refused {DRAWS} random surroundings, the last for: {refused}")
 
 
 def _variation(system: System[Any], name: str) -> Callable[..., Stance[Any]]:

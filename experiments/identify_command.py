@@ -91,7 +91,7 @@ def add_identify(commands: Commands) -> None:
         type=coordinate,
         nargs=3,
         metavar=("X", "Y", "Z"),
-        help="point of the base frame that is passed [m]; default: where the simulated hand begins",
+        help="point that is passed, in the base frame [m]; default: where the handle is at the start",
     )
     command.add_argument(
         "--wrong-model", action="store_true", help="a machine of another model than its controller's"

@@ -66,11 +66,6 @@ class Line:
     along: Array
 
     @property
-    def back(self) -> Line:
-        """The other way."""
-        return Line(self.at, -self.along)
-
-    @property
     def axes(self) -> Array:
         """The direction, and two across it, (3, 3), a row each."""
         across = np.cross(self.along, np.eye(3)[np.argmin(np.abs(self.along))])
@@ -183,11 +178,9 @@ class Pusher:
         forces = np.linspace(least, min(SPREAD * least, self._strongest), TRIALS)
         pushes = []
         for k, force in enumerate(forces.tolist()):
-            self._go_back(line)
-            pushes.append(self._push(line, force, LONGEST_S))
-            self._go_back(line.back)
-            back = self._push(line.back, force, LONGEST_S)
-            pushes.append(Push(-back.along, -back.force))
+            for way in (1.0, -1.0):
+                self._go_back(line, way)
+                pushes.append(self._push(line, way * force, LONGEST_S))
             progress((k + 1) / TRIALS)
         return pushes
 
@@ -213,7 +206,7 @@ class Pusher:
         """The smallest one that moves the handle past the point in time."""
         farthest = 0.0
         for force in self._tried:
-            self._go_back(line)
+            self._go_back(line, 1.0)
             end = float(self._push(line, force, PASSED_S).along[-1])
             farthest = max(farthest, end + AWAY)
             if end > BEYOND:
@@ -225,19 +218,20 @@ class Pusher:
 
     def _push(self, line: Line, force: float, seconds: float) -> Push:
         """From rest, until the handle is past the point or time is over."""
-        along, seen = [], []
+        places, seen = [], []
         for _ in range(round(seconds * self.rate)):
             guide = self._lean + self._guide(line.at)
             self._press(guide - (guide @ line.along) * line.along + force * line.along)
-            along.append(float((self.position - line.at) @ line.along))
+            places.append(line.axes @ (self.position - line.at))
             seen.append(float(self.force @ line.along))
-            if along[-1] > BEYOND:
+            if np.sign(force) * places[-1][0] > BEYOND:
                 break
-        return Push(np.array(along), np.array(seen))
+        rows = np.array(places)
+        return Push(rows[:, 0], rows[:, 1:], np.array(seen))
 
-    def _go_back(self, line: Line) -> None:
-        """To the beginning of a line, and to rest there."""
-        begin, first = line.at - AWAY * line.along, self._aim.copy()
+    def _go_back(self, line: Line, way: float) -> None:
+        """To where a push one way or the other begins, and to rest there."""
+        begin, first = line.at - way * AWAY * line.along, self._aim.copy()
         ticks = max(1, round(float(np.linalg.norm(begin - first)) / RETURN * self.rate))
         for k in range(ticks):
             self._aim[:] = first + (k + 1) / ticks * (begin - first)

@@ -43,13 +43,19 @@ BLOCK_S = 30.0
 
 
 def stranger(
-    config: Config, system: System[Any], robot: Robot, seed: int, seconds: float, temper: Temper
+    config: Config,
+    system: System[Any],
+    robot: Robot,
+    seed: int,
+    seconds: float,
+    temper: Temper,
+    draw: int = 0,
 ) -> Config:
     """A configuration with a random hand, posture and whatever else the machine varies.
 
-    The same seed gives the same hand in sessions of up to 25 s.
+    The same seed gives the same hand in sessions of up to 25 s; ``draw`` is another of its hands.
     """
-    random = Random(seed)
+    random = Random(f"{seed}, drawn again {draw}") if draw else Random(seed)
     stance = system.stance(config, robot, random) if system.stance else _as_configured(config)
     simulation = stance.config.simulation
     assert simulation is not None

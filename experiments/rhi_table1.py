@@ -51,7 +51,7 @@ def _push(device: Device, start: Array, stiff: bool, force: float) -> Push:
             guide = -(SIDE[0] * aside + SIDE[1] * (plant.velocity[:2] @ side)) * side
             push = [*(force * u + guide), 0.0]
             plant.step(controller.torque, [False] * arm.n, push, 1.0 / RATE / SUBSTEPS)
-    return Push(np.array(track), np.full(len(track), force))
+    return Push(np.array(track), np.zeros((len(track), 2)), np.full(len(track), force))
 
 
 def direct_inertia(device: Device, stiff: bool) -> float:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 from ..configs.printable import printable
 
@@ -17,6 +18,16 @@ class HapticdError(Exception):
 
     code = "runtime"
     exit_status = 1
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """From a process of its own it comes back whole, whatever it was made of."""
+        return _again, (type(self), self.args, self.__dict__)
+
+
+def _again(kind: type[HapticdError], args: tuple[Any, ...], known: dict[str, Any]) -> HapticdError:
+    error = kind.__new__(kind, *args)
+    error.__dict__.update(known)
+    return error
 
 
 @dataclass(frozen=True, slots=True)

@@ -94,7 +94,7 @@ class Sitting:
             problem = "was begun with another text of the study"
             raise StudyError(f"{self._at.name}: {problem}; take the old file, or another participant")
         if lines and (lines[0].get("consent") == SIMULATED) != self._simulated:
-            before, now = ("a person", "simulated")[:: -1 if self._simulated else 1]
+            before, now = ("by a person", "simulated")[:: -1 if self._simulated else 1]
             raise StudyError(f"{self._at.name}: was begun {now}, not {before}; take another participant")
         for line in lines[1:]:
             trial = self.course.next()

@@ -32,8 +32,9 @@ class PushedInterface(RedundantInterface):
 
 
 def rhi_pushed(config: RhiConfig) -> list[Pushed[RhiConfig]]:
-    """In the posture for free motion, and in the one for contact."""
-    directions = config.rhi.task.directions[:PLACE]
+    """In the posture for free motion, and in the one for contact; without redundancy they are one."""
+    task, several = config.rhi.task, len(config.rhi.motors.torque) > len(config.rhi.task.directions)
+    states = POSTURES.items() if several else [("as it stands", POSTURES["free"])]
     return [
-        Pushed(name, partial(PushedInterface, phase=phase), directions) for name, phase in POSTURES.items()
+        Pushed(name, partial(PushedInterface, phase=phase), task.directions[:PLACE]) for name, phase in states
     ]

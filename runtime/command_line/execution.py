@@ -48,7 +48,10 @@ def _unheard() -> int:
 
 def _fail(options: argparse.Namespace, code: str, message: str, status: int) -> int:
     if options.json:
-        print(msgspec.json.encode({"error": code, "message": message}).decode())
+        try:
+            print(msgspec.json.encode({"error": code, "message": message}).decode(), flush=True)
+        except OSError:
+            _unheard()
     text = "\n".join(map(printable, message.splitlines()))  # it may quote a file of anybody's
     print(f"hapticd: error [{code}]: {text}", file=sys.stderr)
     return status

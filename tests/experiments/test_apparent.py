@@ -32,7 +32,7 @@ def push(force: float, noise: np.random.Generator, offset: float = OFFSET, sprin
             x += v / RATE / FINER
     k = len(along)
     seen = force + offset + 0.02 * noise.standard_normal(k)
-    return Push(np.round(np.array(along) / 1e-6) * 1e-6, seen)
+    return Push(np.round(np.array(along) / 1e-6) * 1e-6, np.zeros((k, 2)), seen)
 
 
 def identify(forces: Array, offset: float = OFFSET, spring: float = 0.0) -> Apparent:
@@ -49,6 +49,42 @@ def test_pushes_both_ways_tell_inertia_its_change_and_friction_beside_an_offset(
         assert abs(estimate.value - truth) < 4.0 * estimate.error
 
 
+def coupled(aside: float, rubs: Array, stiffness: float) -> list[Push]:
+    """Two axes whose inertias and frictions are coupled; the guide across is soft."""
+    mass, pushes = np.array([[1.8, -aside], [-aside, 3.0 * aside]]), []
+    for force in np.concatenate([4.0 * FORCES, -4.0 * FORCES]).tolist():
+        way, q, v = np.sign(force), np.array([-0.05 * np.sign(force), 0.0]), np.zeros(2)
+        places = []
+        while q[0] * way < 0.02 and len(places) < 3000:
+            places.append(q.copy())
+            for _ in range(FINER):
+                pull = np.array([force, -stiffness * q[1] - 60.0 * v[1]])
+                v = v + np.linalg.solve(mass, pull - rubs @ v) / RATE / FINER
+                q = q + v / RATE / FINER
+        rows = np.array(places)
+        across = np.column_stack([rows[:, 1], np.zeros(len(rows))])
+        pushes.append(Push(rows[:, 0], across, np.full(len(rows), force)))
+    return pushes
+
+
+RUBS = np.array([[2.5, -1.0], [-1.0, 4.0]])
+
+
+def test_a_handle_that_yields_across_the_line_is_not_taken_for_a_lighter_one() -> None:
+    pushes = coupled(0.7, RUBS, 1500.0)
+    found = apparent(pushes, 0.0, RATE)
+    assert found.inertia.value == pytest.approx(1.8, rel=0.03)
+    assert found.friction.value == pytest.approx(2.5, rel=0.08)
+    straight = [Push(each.along, 0.0 * each.across, each.force) for each in pushes]
+    blind = apparent(straight, 0.0, RATE)
+    assert abs(blind.inertia.value - 1.8) > 3.0 * abs(found.inertia.value - 1.8)
+
+
+def test_a_handle_that_yields_as_it_moves_is_refused() -> None:
+    with pytest.raises(UnexcitedError, match="what it does across the line"):
+        apparent(coupled(2.4, RUBS, 400.0), 0.0, RATE)
+
+
 def test_pushes_one_way_tell_them_where_nothing_is_offset() -> None:
     found = identify(FORCES, offset=0.0)
     assert found.inertia.value == pytest.approx(INERTIA, rel=0.05)
@@ -62,7 +98,9 @@ def test_a_handle_that_a_spring_pushes_is_refused() -> None:
 
 def test_pushes_that_end_before_the_point_are_refused() -> None:
     noise = np.random.default_rng(1)
-    short = [Push(each.along[:5], each.force[:5]) for each in (push(1.0, noise), push(2.0, noise))]
+    short = [
+        Push(each.along[:5], each.across[:5], each.force[:5]) for each in (push(1.0, noise), push(2.0, noise))
+    ]
     with pytest.raises(UnexcitedError, match="0 samples within 10 mm of the point"):
         apparent(short, 0.0, RATE)
 
@@ -71,7 +109,8 @@ def test_a_steady_speed_tells_no_inertia() -> None:
     along = np.arange(-0.05, 0.02, 1e-4)
     force = FRICTION * 0.1 + 0.02 * np.random.default_rng(2).standard_normal(len(along))
     with pytest.raises(UnexcitedError, match=r"condition number|too uncertain"):
-        apparent([Push(along, force), Push(-along, -force)], 0.0, RATE)
+        across = np.zeros((len(along), 2))
+        apparent([Push(along, across, force), Push(-along, across, -force)], 0.0, RATE)
 
 
 @pytest.mark.parametrize("mirrored", [False, True])

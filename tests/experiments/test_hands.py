@@ -1,5 +1,6 @@
 """Random hands on the simulated machines: few and short here, `hapticd hands` asks many."""
 
+import pickle
 import shlex
 from dataclasses import replace
 from itertools import pairwise
@@ -10,6 +11,7 @@ from typing import Any
 import msgspec
 import numpy as np
 import pytest
+from hapticd.experiments import hands
 from hapticd.experiments.hands import BLOCK, NOT_STARTED, Kept, Session, Tally, Work, session, sessions
 from hapticd.experiments.own_plant import TYPICAL, Doubt, believed
 from hapticd.experiments.random_hand import stranger
@@ -23,6 +25,7 @@ from hapticd.runtime.configuration.session import build
 from hapticd.runtime.configuration.system import System, find_system
 from hapticd.runtime.core.modes import Mode
 from hapticd.runtime.core.sections import Config
+from hapticd.runtime.errors import ConfigError, Finding
 from hapticd.runtime.live.lockstep import Lockstep
 
 MACHINES = ("giant", "rhi")
@@ -351,3 +354,32 @@ def test_the_worst_again_is_as_doubtful(capsys: pytest.CaptureFixture[str]) -> N
     main(words)
     again = shlex.split(msgspec.json.decode(capsys.readouterr().out)["worst"])
     assert again[-2:] == ["--wrong-model", "--errors"]
+
+
+def test_surroundings_that_check_refuses_are_drawn_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A seed whose first draw is fine keeps it; what no draw mends is told with the file's own line."""
+    loaded = load("rhi")
+    refusals = iter(["first"])
+    made = hands.build
+
+    def picky(varied: Loaded) -> Any:
+        if next(refusals, ""):
+            raise ConfigError(varied.source, [Finding(7, "rhi.bodies", "are not to its taste", "")])
+        return made(varied)
+
+    monkeypatch.setattr(hands, "build", picky)
+    again = session(loaded, 3, 1.0, TEMPER)
+    assert again.stop == "" and not next(refusals, "")
+    plain = session(loaded, 3, 1.0, TEMPER)
+    assert again.excess != plain.excess
+    monkeypatch.setattr(hands, "DRAWS", 2)
+    refusals = iter(["first", "second"])
+    with pytest.raises(hands.HandsError, match="check refused 2 random surroundings, the last for: rhi"):
+        session(loaded, 3, 1.0, TEMPER)
+
+
+def test_an_error_comes_back_from_a_process_of_its_own_whole() -> None:
+    error = ConfigError("mine.toml", [Finding(3, "loop.rate", "is odd", "make it even")])
+    again = pickle.loads(pickle.dumps(error))
+    assert str(again) == str(error) and again.findings == error.findings
+    assert again.exit_status == 2

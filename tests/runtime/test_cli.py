@@ -156,6 +156,7 @@ def test_closed_streams_full_disks_and_readers_that_leave_end_without_a_tracebac
         1,
         "hapticd: error [file]: standard output, or a file that was being written: No space left on device\n",
     )
+    assert run("> /dev/full", "run", "nope", "--json")[0] == 2
     assert run("| true", "check", "giant")[1] == ""
     assert run(">&- <&-", "check", "giant") == (0, "")
     assert run("2>&-", "check", "nope") == (2, "")
