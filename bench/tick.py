@@ -33,8 +33,14 @@ PLANT_STEP_HZ = 3000.0
 
 
 def at_rate(loaded: Loaded, rate: float, folder: Path) -> Path:
-    """A copy of a configuration with another rate; the plant's steps stay about as long as they were."""
+    """A copy of a configuration with another rate; the plant's steps stay about as long as they were.
+
+    A slower machine takes longer to come up, and so does the hand to press the dead-man switch.
+    """
+    slower = max(1.0, loaded.config.loop.rate / rate)
     text = re.sub(r'(?m)^rate = ".*?"', f'rate = "{rate:g} Hz"', loaded.text, count=1)
+    press = r'(?m)^(dead_man = \[\{ at = ")([\d.]+) s"'
+    text = re.sub(press, lambda found: f'{found[1]}{slower * float(found[2]):g} s"', text)
     text = re.sub(r"(?m)^substeps = \d+", f"substeps = {max(1, round(PLANT_STEP_HZ / rate))}", text)
     path = folder / f"{Path(loaded.source).stem}-{rate:g}.toml"
     path.write_text(text, encoding="utf-8")

@@ -48,15 +48,19 @@ from hapticd.experiments import (
     rhi_table1,
     rhi_taps,
 )
+from hapticd.experiments.apparent import Apparent
 from hapticd.experiments.command import NAMES
 from hapticd.experiments.felt import Felt, lines
 from hapticd.experiments.hands import Session
+from hapticd.experiments.least_squares import Estimate
 from hapticd.experiments.outcome import Outcome, write_plot
 from hapticd.experiments.peg_trial import Trial
 
 from .figures import faults
 
 pytest.importorskip("matplotlib")
+
+TOLD = Apparent(*[Estimate(value, 0.1) for value in (1.0, 2.0, 0.0)], 0.0, 1.0, np.zeros((4, 1)))
 
 
 @pytest.fixture
@@ -164,7 +168,7 @@ def little_work(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(giant_table3, "SAMPLES", 20_000)
     for module in (giant_table1, giant_forces):
         monkeypatch.setattr(module, "POSTURES", 20)
-    monkeypatch.setattr(rhi_table1, "identify", lambda device, stiff: (1.0, 2.0))
+    monkeypatch.setattr(rhi_table1, "identify", lambda device, stiff: TOLD)
     monkeypatch.setattr(bimanual_fig6, "SPEEDS", ())
     monkeypatch.setattr(bimanual_fig6, "SECONDS", 3.0)
     monkeypatch.setattr(bimanual_fig7, "SECONDS", 1.0)

@@ -126,4 +126,4 @@ def test_the_figure_is_the_mean_of_the_sessions_that_have_one() -> None:
         tally.add(Session(2, "", "", 0, 9.0, covered=share))
     assert tally.covered == pytest.approx(0.7)
     assert as_json(tally, "").endswith(',"covered":0.7}')
-    assert any("70.0 % (least 50.0 %)" in line for line in table(tally, ""))
+    assert any("70.0 % (least 50.0 %)" in line for line in table(tally))
