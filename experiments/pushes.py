@@ -200,7 +200,7 @@ class Pusher:
     @property
     def _tried(self) -> list[float]:
         forces = [LEAST_FORCE * 2.0**k for k in range(DOUBLINGS)]
-        return [force for force in forces if force <= self._strongest]
+        return [force for force in forces if force <= self._strongest] or [self._strongest]
 
     def _least_force(self, line: Line) -> float:
         """The smallest one that moves the handle past the point in time."""

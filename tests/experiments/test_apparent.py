@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
+import msgspec
 import numpy as np
 import pytest
+from hapticd.experiments import identify_handle
 from hapticd.experiments.apparent import Apparent, Push, UnexcitedError, apparent
+from hapticd.experiments.own_plant import Doubt
 from hapticd.experiments.palpation import Device
 from hapticd.experiments.rhi_table1 import PAPER, direct_inertia
 from hapticd.experiments.zero_phase import zero_phase
 from hapticd.models import Array
 from hapticd.runtime.command_line.cli import main
+from hapticd.runtime.configuration.config import load
 
 RATE, FINER = 1000.0, 20
 INERTIA, CHANGE, FRICTION, OFFSET = 0.12, 0.8, 0.6, 0.15
@@ -174,3 +179,12 @@ def test_what_does_not_fit_is_said_before_anything_is_pushed(
         status = ended.code
     assert status == 2
     assert said in " ".join(capsys.readouterr().err.split())
+
+
+def test_a_hand_that_is_too_weak_is_told_of() -> None:
+    loaded = load("rhi")
+    hand = msgspec.structs.replace(loaded.config.simulation.hand, force=0.02)  # type: ignore[union-attr]
+    simulation = msgspec.structs.replace(loaded.config.simulation, hand=hand)  # type: ignore[type-var]
+    weak = replace(loaded, config=msgspec.structs.replace(loaded.config, simulation=simulation))
+    told = identify_handle.push(weak, ["y"], None, Doubt(), 1)
+    assert all(each.seen is None and each.refused for each in told)
