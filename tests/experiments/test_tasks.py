@@ -219,7 +219,7 @@ def test_a_simulated_participant_is_labelled_and_rates_nothing(tmp_path: Path) -
     assert msgspec.json.decode(journal.splitlines()[0])["consent"] == "simulated"
     again: list[str] = []
     assert sit(tmp_path, 0, again, SimulatedHand()).done == 6 and not again  # it was complete
-    with pytest.raises(StudyError, match="begun simulated, not a person"):
+    with pytest.raises(StudyError, match="begun simulated, not by a person"):
         sit(tmp_path, 6, [])
 
 
