@@ -23,7 +23,6 @@ from ..runtime.recording.log import open_log
 from . import identify_handle
 from .excited_joints import Excited, excite, links_of
 from .identification import Identified, identify
-from .identify_handle import push
 from .least_squares import Estimate
 from .link_parameters import LinkFit
 from .own_plant import Doubt
@@ -110,7 +109,7 @@ def _handle(options: argparse.Namespace, loaded: Loaded) -> int:
         raise IdentifyError("--out: what a hand feels of a handle is no part of a configuration; see --json")
     doubt = Doubt(options.wrong_model, options.errors)
     with _bar(options) as progress:
-        told = push(loaded, options.along or [], options.at, doubt, options.seed, progress)
+        told = identify_handle.push(loaded, options.along or [], options.at, doubt, options.seed, progress)
     if options.json:
         print(identify_handle.as_json(told))
     else:

@@ -103,8 +103,8 @@ def _elastic(config: Config) -> list[tuple[str, float, float, float]]:
         if springs:
             return springs
     raise IdentifyError(
-        "no joint of this machine has a spring: there is no stiffness to identify; give its configuration"
-        " instead of a recording, and its simulated handle is pushed"
+        "no joint of this machine has a spring: there is no stiffness to identify; with its configuration and"
+        " --handle its simulated handle is pushed instead"
     )
 
 
