@@ -43,7 +43,8 @@ def with_values(loaded: Loaded, values: dict[str, float]) -> Loaded:
     for key, value in values.items():
         at, match = _found(loaded, key)
         quote, unit = match["quote"], match["unit"]
-        lines[at] = f"{match['key']}{quote}{value!r}{unit}{quote}{match['rest']}"
+        number = int(value) if value.is_integer() else value  # a count is not written 3.0
+        lines[at] = f"{match['key']}{quote}{number}{unit}{quote}{match['rest']}"
     text = "\n".join(lines) + "\n"
     return replace(loaded, text=text, config=parse(text, loaded.source))
 

@@ -320,6 +320,8 @@ def test_a_parameter_is_set_in_its_unit_in_values_and_text() -> None:
     assert changed.config.rhi.task.spread == 4.0  # type: ignore[attr-defined]
     differing = [b for a, b in zip(rhi.text.splitlines(), changed.text.splitlines(), strict=True) if a != b]
     assert len(differing) == 2 and 'stiffness = "850.5 N/m"' in differing[1]
+    counted = with_values(rhi, {"rhi.null_space.scan": 500.0})
+    assert counted.config.rhi.null_space.scan == 500  # type: ignore[attr-defined]
     giant = with_values(load("giant"), {"giant.twin.mass": 7.0})
     assert giant.config.giant.twin.mass == 7.0  # type: ignore[attr-defined]
     with pytest.raises(ConfigError, match="out of range"):
@@ -338,12 +340,13 @@ WRONG: list[tuple[str, tuple[str, str], int, str]] = [
         5,
         f"rhi.toml:{LINES['rhi.motors.torque']}: 'rhi.motors.torque' is",
     ),
+    (SHORT, ('"greater"', '"detect"'), 7, 'reference: is for task = "greater" and "forced"'),
     (SHORT, ("reference = 1000", ""), 1, "reference: is missing"),
-    (SHORT, ("reference = 1000", "reference = -5"), 7, f"reference: -5: the {LIMITS.format('-5.0')}"),
+    (SHORT, ("reference = 1000", "reference = -5"), 7, f"reference: -5: the {LIMITS.format('-5')}"),
     (SHORT, ('"greater"', '"smaller"'), 6, "task: Invalid enum value"),
     (SHORT, ("[800, 1200]", "[800, 800]"), 11, "method: its levels, 800 to 800, leave no range"),
     (SHORT, ("[800, 1200]", "[nan, 1200]"), 11, "method.levels[0]: Expected `float`"),
-    (SHORT, ("[800, 1200]", "[-900, 800, 1200]"), 11, f"method.levels: -900: the {LIMITS.format('-900.0')}"),
+    (SHORT, ("[800, 1200]", "[-900, 800, 1200]"), 11, f"method.levels: -900: the {LIMITS.format('-900')}"),
     (SHORT, ("repeats", "repeat"), 11, "method.repeat: Object contains unknown field"),
     (SHORT, ("question", "wording"), 9, "wording: Object contains unknown field"),
     (
@@ -354,8 +357,8 @@ WRONG: list[tuple[str, tuple[str, str], int, str]] = [
     ),
     (SHORT, ("seconds = 4", "seconds = 0.001"), 8, "give more than 3.3"),
     (SHORT, ("seconds = 4", "seconds = 3.3"), 8, "the hand presses at 0.3 s and its force fades in for 3 s"),
-    (STAIRCASE, ("lower = 600", "lower = -600"), 11, f"method.lower: -600: the {LIMITS.format('-600.0')}"),
-    (QUEST, ("upper = 1300", "upper = 1e8"), 11, f"method.upper: 1e+08: the {LIMITS.format('100000000.0')}"),
+    (STAIRCASE, ("lower = 600", "lower = -600"), 11, f"method.lower: -600: the {LIMITS.format('-600')}"),
+    (QUEST, ("upper = 1300", "upper = 1e8"), 11, f"method.upper: 1e+08: the {LIMITS.format('100000000')}"),
 ]
 
 
