@@ -34,7 +34,7 @@ a study, stiffness.toml:
   parameter = "rhi.bodies.wall.stiffness"       # a line of its configuration
   task = "greater"      # which of two is greater; or "forced": level added to the reference; "detect": one
   reference = 1000      # in the unit of that line
-  seconds = 8           # of each session
+  seconds = 14          # of each session; the hand of this machine touches the wall at 8.5 s
   question = "Which wall was stiffer, the first or the second?"
   consent = "I take part of my own free will and may stop at any time."
   method = {{ kind = "constant", levels = [700, 850, 1000, 1150, 1300], repeats = 10 }}
@@ -175,9 +175,11 @@ def _sit(design: Design, text: str, machines: Machines, unit: str, options: argp
     seed = zlib.crc32(f"{design.name} {options.participant}".encode())
     course = design.course(seed, unit, options.observer)
     say = partial(tell, stream=sys.stderr)
+    machine = machines("")
+    texts = {"study": text, "machine": machine.text + machine.model_text}
     with held():
         simulated = options.observer is not None
-        sitting = Sitting(design, text, options.out, options.participant, course, simulated)
+        sitting = Sitting(design, texts, options.out, options.participant, course, simulated)
         try:
             ask = None if options.observer else Keys(sys.stdin.fileno()).ask
             if not sitting.consent(ask or _nobody, say):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import textwrap
 import zlib
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from datetime import UTC, datetime
 from pathlib import Path
 from time import monotonic
@@ -42,7 +42,7 @@ class Sitting:
     def __init__(
         self,
         design: Design,
-        text: str,
+        texts: Mapping[str, str],
         folder: Path,
         participant: str,
         course: Course,
@@ -52,17 +52,18 @@ class Sitting:
 
         Args:
             design: the study.
-            text: of its file.
+            texts: of the study and of its machine, by what they are.
             folder: for the data.
             participant: label, letters and digits.
             course: of the participant.
             simulated: whether it is none of a person.
 
         Raises:
-            StudyError: the participant has begun another study of this name, or as a person what is to be
-                simulated, or the folder cannot be written.
+            StudyError: the participant has begun with other texts, or as a person what is to be simulated,
+                or the folder cannot be written.
         """
         self._design, self.course, self._simulated = design, course, simulated
+        self._participant = participant
         self._at = folder / bids.stem(participant, design.name)
         self._columns = {"trial": SHOWN["trial"], **course.columns, **SHOWN}
         try:
@@ -70,7 +71,7 @@ class Sitting:
         except OSError as error:
             raise StudyError(f"cannot write {error.filename or folder}: {error.strerror}") from error
         self._journal = Journal(self._at.with_name(f"{self._at.name}_journal.jsonl"))
-        self._head = {"study": f"{zlib.crc32(text.encode()):08x}", "participant": participant}
+        self._head = {what: f"{zlib.crc32(text.encode()):08x}" for what, text in texts.items()}
         self._rows: list[dict[str, Any]] = []
         try:
             self._take_up()
@@ -90,9 +91,10 @@ class Sitting:
 
     def _take_up(self) -> None:
         lines = self._journal.lines
-        if lines and {key: lines[0].get(key) for key in self._head} != self._head:
-            problem = "was begun with another text of the study"
-            raise StudyError(f"{self._at.name}: {problem}; take the old file, or another participant")
+        for what, code in self._head.items():
+            if lines and lines[0].get(what) != code:
+                problem = f"was begun with another text of the {what}"
+                raise StudyError(f"{self._at.name}: {problem}; take the old file, or another participant")
         if lines and (lines[0].get("consent") == SIMULATED) != self._simulated:
             before, now = ("by a person", "simulated")[:: -1 if self._simulated else 1]
             raise StudyError(f"{self._at.name}: was begun {now}, not {before}; take another participant")
@@ -116,7 +118,8 @@ class Sitting:
             if ask(("y", "n"), lambda key: say("y or n, please")) == "n":
                 return False
         at = datetime.now(UTC).isoformat(timespec="seconds")
-        self._journal.add({**self._head, "consent": SIMULATED if self._simulated else "confirmed", "at": at})
+        consent = SIMULATED if self._simulated else "confirmed"
+        self._journal.add({**self._head, "participant": self._participant, "consent": consent, "at": at})
         return True
 
     def run(self, render: Render, ask: Ask | None, say: Callable[[str], None]) -> None:

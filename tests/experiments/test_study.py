@@ -162,7 +162,7 @@ class Person:
 def sit(path: Path, out: Path, keys: str, rendered: list[float], said: list[str]) -> Sitting:
     """Until the keys are spent."""
     text, design = read_design(path)
-    sitting = Sitting(design, text, out, "01", design.course(7, "N/m"))
+    sitting = Sitting(design, {"study": text}, out, "01", design.course(7, "N/m"))
 
     def render(stimulus: Stimulus, log_file: Path) -> None:
         assert isinstance(stimulus, Shown)
@@ -216,7 +216,7 @@ def test_a_crash_in_the_middle_of_an_answer_leaves_all_before_it(tmp_path: Path,
     data = journal.read_bytes()
     journal.write_bytes(data[:-cut])
     text, design = read_design(path)
-    again = Sitting(design, text, out, "01", design.course(7))
+    again = Sitting(design, {"study": text}, out, "01", design.course(7))
     assert again.done == 2
     again.close()
     assert data.startswith(journal.read_bytes())
@@ -253,16 +253,16 @@ def test_data_that_do_not_fit_are_not_gone_on_with(
     journal.write_text(edit(journal.read_text()))
     text, design = read_design(path)
     with pytest.raises(StudyError, match=problem):
-        Sitting(design, text, out, "01", design.course(7))
+        Sitting(design, {"study": text}, out, "01", design.course(7))
 
 
 def test_two_sessions_do_not_write_one_journal(tmp_path: Path) -> None:
     text, design = read_design(written(tmp_path))
-    first = Sitting(design, text, tmp_path, "01", design.course(1))
+    first = Sitting(design, {"study": text}, tmp_path, "01", design.course(1))
     with pytest.raises(StudyError, match="being written by another session"):
-        Sitting(design, text, tmp_path, "01", design.course(1))
+        Sitting(design, {"study": text}, tmp_path, "01", design.course(1))
     first.close()
-    Sitting(design, text, tmp_path, "01", design.course(1)).close()
+    Sitting(design, {"study": text}, tmp_path, "01", design.course(1)).close()
 
 
 # keys ---------------------------------------------------------------------------------------------------
@@ -467,3 +467,9 @@ def test_the_command_renders_each_stimulus_and_replays_to_the_same_bits(
     times = [path.stat().st_mtime_ns for path in logs]
     assert main([*words, "--observer", "threshold=1000,scale=20"]) == 0
     assert [path.stat().st_mtime_ns for path in logs] == times
+    # with another machine in the same file it does not go on
+    machine = path.with_name("mine.toml")
+    machine.write_text(machine.read_text() + "# another\n")
+    capsys.readouterr()
+    assert main([*words, "--observer", "threshold=1000,scale=20"]) == 2
+    assert "was begun with another text of the machine" in capsys.readouterr().err

@@ -153,7 +153,7 @@ def sit(
 ) -> Sitting:
     """So many trials, of which safety stops some; nothing is simulated."""
     course = DESIGN.course(7, "", observer)
-    sitting = Sitting(DESIGN, TEXT, out, "01", course, observer is not None)
+    sitting = Sitting(DESIGN, {"study": TEXT}, out, "01", course, observer is not None)
     said: list[str] = []
 
     def render(stimulus: Stimulus, log: Path) -> None:
