@@ -135,7 +135,9 @@ class ThresholdDesign(Strict, frozen=True, kw_only=True, tag_field="protocol", t
         if self.task != "detect" and self.reference is None:
             return f'reference: is missing; task = "{self.task}" compares with one'
         if self.task == "detect" and self.reference is not None:
-            return 'reference: is for task = "greater" and "forced"; "detect" shows one stimulus; leave it out'
+            return (
+                'reference: is for task = "greater" and "forced"; "detect" shows one stimulus; leave it out'
+            )
         if self.task != "detect" and self.guess:
             return f'guess: is for task = "detect"; "{self.task}" has its own; leave it out'
         return ""

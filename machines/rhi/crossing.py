@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ...models import Array, ModelError
 from .guard import Span
-from .reachable import Parts, Targets, directions, lead
+from .reachable import AHEAD, Parts, Targets, Way, directions, lead
 from .redundant import RedundantArm
 from .self_motion import Bounds
 
@@ -24,8 +24,6 @@ SCANNED = 2000
 """Configurations scanned at each."""
 NEAR = 0.3
 """Distance from which on a posture says nothing of another's part [rad]."""
-AHEAD = 0.6
-"""How far the next posture is on the way to a part [rad]."""
 PERIOD, SURE, SURER = 32, 3, 16
 """Ticks between two looks, and how many of them in a row must lead to a better part, or to a worse one: a way
 that the scan has missed divides a part, too."""
@@ -86,17 +84,12 @@ class Crossings:
 
         None where there is no way at the place of the hand.
         """
-        postures, left = look.parts.postures, look.left[self.part]
-        away = np.linalg.norm(postures - q, axis=1)
-        nearest = np.argmin(away)
-        if np.isinf(left[nearest]):
+        left, ahead = look.ways[self.part].go_on(q)
+        if np.isinf(left):
             return None
         targets: Array = self._best[self.part]
-        self._crossing = bool(left[nearest] > AHEAD)
-        if not self._crossing:
-            return targets
-        on = np.flatnonzero(away <= max(AHEAD, away[nearest]))
-        return np.broadcast_to(postures[on[np.argmin(left[on])]], targets.shape)
+        self._crossing = left > AHEAD
+        return np.broadcast_to(ahead, targets.shape) if self._crossing else targets
 
     def _better(self, look: _Look, q: Array) -> int:
         """The part with the longest reach that has a way from here; without any, the one of before."""
@@ -117,7 +110,7 @@ class _Look:
     Attributes:
         x: (m,) [m]; parts: there.
         arriving: part of this place to which the target of each part of the first one comes, (targets,).
-        left: length of the way from each posture of this place to these, (postures,) [rad] each.
+        ways: to these.
     """
 
     def __init__(self, arm: RedundantArm, x: Array, way: Array, bounds: Bounds, targets: Array) -> None:
@@ -131,4 +124,4 @@ class _Look:
         good, at = lead(arm, targets, x, bounds, way)
         found = [self.parts.of(q, NEAR) if ok else MISSED for ok, q in zip(good, at, strict=True)]
         self.arriving: NDArray[np.int64] = np.array(found)
-        self.left = [self.parts.distances(q) for q in at]
+        self.ways = [Way(self.parts, q) for q in at]

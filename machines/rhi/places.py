@@ -11,11 +11,12 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from ...models import Array, ModelError
-from .crossing import Crossings, dead_ends
+from .atlas import Atlas
+from .crossing import PERIOD, Crossings, dead_ends
 from .environment import Environment
 from .guard import Span
 from .manipulability import Shape
-from .reachable import Targets
+from .reachable import AHEAD, Targets, Way
 from .redundant import RedundantArm
 from .self_motion import Ellipsoid
 from .tool import Tool
@@ -28,6 +29,8 @@ FASTEST = 5.0
 """And the most that they move with [rad/s]."""
 ARRIVED = 1e-6
 """Distance to the targets that is none [rad]."""
+AWAY, BACK = 0.15, 0.12
+"""Distance from all places from which on their targets say nothing, and at which they do again [m]."""
 NEARER = 0.8
 """Share of the distance to its place at which another must be nearer: the hand may tremble between two."""
 
@@ -110,6 +113,10 @@ class Places:
         self._points, self._goals, self._blend = np.array(points), goals, min(1.0, dt / GLIDE_S)
         self._step = FASTEST * dt
         self._at, self._wanted = 0, self._favourite()
+        self._ways = [[Way(t.parts, best[0]) for best in t.best] for t in self.targets]
+        self._way: Way | None = None  # that the posture is to take to its targets
+        self._part = self._ticks = 0
+        self._atlas, self._roams = Atlas(arm, span), False
         for goal, wanted in zip(self._goals, self._wanted, strict=True):
             goal[:] = wanted
         self._gliding = False
@@ -125,24 +132,48 @@ class Places:
 
     def reset(self, x: Array, q: Array) -> None:
         """Targets for a hand at x (m,) in the part of the posture q (n,)."""
-        self._at = int(np.argmin(self._distance(x))) if len(self._points) > 1 else 0
-        self._wanted = self.targets[self._at].reachable(q)
-        if self._crossings:
-            self._crossings.reset(self.targets[self._at].parts.of(q))
+        self._ticks, self._roams = 0, False
+        self._aim(x, q)
         for goal, wanted in zip(self._goals, self._wanted, strict=True):
             goal[:] = wanted
         self._gliding = False
 
+    def _aim(self, x: Array, q: Array) -> None:
+        """At the targets of the place next to x (m,), along the way from q (n,)."""
+        self._at = int(np.argmin(self._distance(x)))
+        self._part = self.targets[self._at].parts.of(q)
+        self._way = self._ways[self._at][self._part]
+        self._go_on(q)
+        if self._crossings:
+            self._crossings.reset(self._part)
+
+    def _go_on(self, q: Array) -> None:
+        """Aim at the next posture on the way from q (n,), or at the targets, whichever comes first."""
+        targets = self.targets[self._at].best[self._part]
+        left, ahead = self._way.go_on(q) if self._way else (0.0, q)
+        if AHEAD < left < np.inf:
+            self._wanted = np.broadcast_to(ahead, targets.shape)
+        else:
+            self._way, self._wanted = None, targets
+
     def follow(self, x: Array, q: Array) -> None:
         """Let the targets go on towards those next to a hand at x (m,), in the part of the posture q (n,)."""
-        if len(self._points) > 1:
+        self._ticks += 1
+        if self._ticks % PERIOD == 0:
+            self._roam(x, q)
+        if self._roams:
+            pass
+        elif len(self._points) > 1:
             far = self._distance(x)
             nearest = int(far.argmin())
             if nearest != self._at and far[nearest] < NEARER * far[self._at]:
-                self._at, self._gliding = nearest, True
+                self._at, self._gliding, self._way = nearest, True, None
                 self._wanted = self.targets[nearest].reachable(q)
         elif self._crossings and (towards := self._crossings.follow(x, q)) is not None:
-            self._wanted, self._gliding = towards, True
+            self._wanted, self._gliding, self._way = towards, True, None
+        if self._way and self._ticks % PERIOD == 0:
+            self._gliding = True
+            self._go_on(q)
         if self._gliding:
             left = 0.0
             for goal, wanted in zip(self._goals, self._wanted, strict=True):
@@ -150,6 +181,17 @@ class Places:
                 goal += np.clip(self._blend * way, -self._step, self._step)
                 left = max(left, float(np.abs(way).max()))
             self._gliding = left > ARRIVED
+
+    def _roam(self, x: Array, q: Array) -> None:
+        """Far from all places keep a posture that can follow; back there, turn to their targets."""
+        far = self._distance(x).min()
+        if far > AWAY or (self._roams and far > BACK):
+            if (ahead := self._atlas.ahead(x, q)) is not None:
+                self._wanted, self._way = np.broadcast_to(ahead, self._wanted.shape), None
+                self._roams = self._gliding = True
+        elif self._roams:
+            self._roams, self._gliding = False, True
+            self._aim(x, q)
 
     def _distance(self, x: Array) -> Array:
         distance: Array = np.linalg.norm(self._points - x, axis=1)

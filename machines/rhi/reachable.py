@@ -41,6 +41,8 @@ SPARE = 2
 the way, and to only follow asks for too much."""
 TRACED = 600
 """Postures of a part that are tried for that."""
+AHEAD = 0.6
+"""How far the next posture is on a way [rad]."""
 
 
 class Parts:
@@ -88,6 +90,28 @@ class Parts:
             np.minimum.at(far, b, far[a] + length)
             if np.array_equal(far, before):
                 return far
+
+
+class Way:
+    """Ways inside the limits to a posture, from all others of a place that are connected with it.
+
+    A straight pull ends in a corner of the limits where they lie between a posture and its target.
+    """
+
+    def __init__(self, parts: Parts, end: Array) -> None:
+        """Of these parts, to the posture next to ``end`` (n,) [rad]."""
+        self._postures, self._left = parts.postures, parts.distances(end)
+
+    def go_on(self, q: Array) -> tuple[float, Array]:
+        """How much of a shortest way is left from the posture next to q (n,) [rad], and the next on it, (n,).
+
+        Infinite, and any posture, where none leads there.
+        """
+        away = np.linalg.norm(self._postures - q, axis=1)
+        nearest = np.argmin(away)
+        on = np.flatnonzero(away <= max(AHEAD, away[nearest]))
+        ahead: Array = self._postures[on[np.argmin(self._left[on])]]
+        return float(self._left[nearest]), ahead
 
 
 class Targets:
