@@ -52,6 +52,8 @@ RETURN, REST_S, CALM, CALM_S, RESTLESS_S = 0.1, 0.3, 5e-3, 0.2, 5.0
 when it is given up [s]."""
 ASTRAY = 3e-3
 """Distance to the line's beginning at rest at which a push may begin [m]."""
+LOST = 0.1
+"""Distance to where the hand leads it at which the handle is not on the way any more [m]."""
 STARTS_S = 10.0
 """The machine is up by then, or never."""
 POSTURE_S = 2.0
@@ -236,6 +238,12 @@ class Pusher:
         for k in range(ticks):
             self._aim[:] = first + (k + 1) / ticks * (begin - first)
             self._tick()
+            if np.linalg.norm(self.position - self._aim) > LOST:
+                left, here = np.linalg.norm(self.position - begin), self.position.round(3).tolist()
+                raise UnexcitedError(
+                    f"the handle cannot be led to where the line begins: {1e3 * left:.0f} mm before it, at"
+                    f" {' '.join(map(str, here))} m, it stays behind; choose a place in reach"
+                )
         self._rest()
         away = float(np.linalg.norm(self.position - begin))
         if away > ASTRAY:

@@ -151,7 +151,7 @@ def test_a_place_that_the_handle_does_not_reach_is_refused_with_its_state(
 ) -> None:
     assert main(["identify", "rhi", "--along", "y", "--at", "0.95", "0", "0"]) == 1
     written = " ".join(capsys.readouterr().out.split())
-    assert written.count("not identified: the handle stays") == 2
+    assert written.count("not identified: the handle cannot be led to where the line begins: ") == 2
     assert "stiff, along y through 0.95 0 0 m" in written
 
 
