@@ -145,6 +145,8 @@ def run(options: argparse.Namespace) -> int:
     if not (options.runs or options.participant):
         raise StudyError("whose answers are they? give --participant, or rehearse with --runs")
     machines = _machines(design, options.study)
+    if sys.stderr.isatty():
+        print("asks the machine for all that may be shown ...", file=sys.stderr, flush=True)
     if options.runs:
         return _rehearse(design, written, machines, options)
     if refusal := design.refusal(options.observer, options.live):

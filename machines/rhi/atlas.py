@@ -37,6 +37,10 @@ SWEEPS = 8
 """Places further that are looked at."""
 ROOM = 0.5
 """What counts room to follow as far as the next place; a direction to go on in counts 1 and more."""
+MOST_ROOM = 1.0
+"""More room counts as this [m]."""
+STILL = 1e-9
+"""A motor that turns less than this as the hand goes 1 m does not follow it [rad/m]."""
 
 
 class Atlas:
@@ -136,9 +140,9 @@ class _Page:
 def _room_to_follow(arm: RedundantArm, q: Array, span: Span) -> Array:
     """How far the hand can go from postures (k, n) before a motor that only follows is at a limit, (k,) [m].
 
-    Whatever its way; to first order.
+    Whatever its way, to first order; at most MOST_ROOM.
     """
     lower, upper = span.inside(0.0)
-    followed = np.linalg.norm(np.linalg.pinv(arm.reach(q)[1]), axis=2)
+    followed = np.maximum(np.linalg.norm(np.linalg.pinv(arm.reach(q)[1]), axis=2), STILL)
     room: Array = np.min(np.minimum(q - lower, upper - q) / followed, axis=1)
-    return room
+    return np.minimum(room, MOST_ROOM)

@@ -148,30 +148,23 @@ class Places:
             self._crossings.reset(self._part)
 
     def _go_on(self, q: Array) -> None:
-        """Aim at the next posture on the way from q (n,), or at the targets, whichever comes first."""
+        """In free motion aim at the next posture on the way from q (n,), or at the target if that is near."""
         targets = self.targets[self._at].best[self._part]
         left, ahead = self._way.go_on(q) if self._way else (0.0, q)
         if AHEAD < left < np.inf:
-            self._wanted = np.broadcast_to(ahead, targets.shape)
+            self._wanted = np.stack([ahead, *targets[1:]])
         else:
             self._way, self._wanted = None, targets
 
     def follow(self, x: Array, q: Array) -> None:
         """Let the targets go on towards those next to a hand at x (m,), in the part of the posture q (n,)."""
         self._ticks += 1
-        if self._ticks % PERIOD == 0:
+        looks = self._ticks % PERIOD == 0
+        if looks:
             self._roam(x, q)
-        if self._roams:
-            pass
-        elif len(self._points) > 1:
-            far = self._distance(x)
-            nearest = int(far.argmin())
-            if nearest != self._at and far[nearest] < NEARER * far[self._at]:
-                self._at, self._gliding, self._way = nearest, True, None
-                self._wanted = self.targets[nearest].reachable(q)
-        elif self._crossings and (towards := self._crossings.follow(x, q)) is not None:
-            self._wanted, self._gliding, self._way = towards, True, None
-        if self._way and self._ticks % PERIOD == 0:
+        if not self._roams:
+            self._change(x, q)
+        if looks and self._way:
             self._gliding = True
             self._go_on(q)
         if self._gliding:
@@ -181,6 +174,17 @@ class Places:
                 goal += np.clip(self._blend * way, -self._step, self._step)
                 left = max(left, float(np.abs(way).max()))
             self._gliding = left > ARRIVED
+
+    def _change(self, x: Array, q: Array) -> None:
+        """To the next place, or to another part of the only one."""
+        if len(self._points) > 1:
+            far = self._distance(x)
+            nearest = int(far.argmin())
+            if nearest != self._at and far[nearest] < NEARER * far[self._at]:
+                self._at, self._gliding, self._way = nearest, True, None
+                self._wanted = self.targets[nearest].reachable(q)
+        elif self._crossings and (towards := self._crossings.follow(x, q)) is not None:
+            self._wanted, self._gliding, self._way = towards, True, None
 
     def _roam(self, x: Array, q: Array) -> None:
         """Far from all places keep a posture that can follow; back there, turn to their targets."""
