@@ -1,5 +1,6 @@
 """Postures that can go on following the hand, all over its reach, and ways to them that keep the limits."""
 
+from copy import copy
 from dataclasses import replace
 
 import numpy as np
@@ -79,8 +80,9 @@ def kept_inside(atlas: Atlas, arm: RedundantArm, q: Array, way: Array) -> bool:
 
 def test_postures_that_turn_as_it_says_follow_random_hands_farther_than_those_that_only_follow() -> None:
     arm, rng = four_dof(), np.random.default_rng(7)
-    atlas, nothing = Atlas(arm, SPAN), Atlas(arm, SPAN)
-    nothing._pages.clear()
+    atlas = Atlas(arm, SPAN)
+    nothing = copy(atlas)
+    nothing._pages = {}
     lower, upper = SPAN.inside(0.3)
     turning = following = 0
     for _ in range(60):
