@@ -120,10 +120,10 @@ def test_a_hand_that_drags_a_motor_over_its_limit_meets_the_brakes_in_front_of_i
     assert bench.mode is Mode.ACTIVE
     arm, hand, motors = bench.plant.arm, bench.plant.hand, bench.lockstep.session.config.rhi.motors
     begin = arm.position.copy()
-    way = np.array([-0.1, 0.4, begin[2]]) - begin
+    way = np.array([-0.3, 0.45, begin[2]]) - begin
     hand.take()
     room = np.inf
-    for k in range(bench.ticks(2.0)):
+    for k in range(bench.ticks(2.6)):
         hand.lead((begin + way * min(1.0, 0.4 * (k + 1) * bench.dt / np.linalg.norm(way))).tolist())
         bench.run(1)
         room = min(room, np.min(arm.q - motors.lower), np.min(motors.upper - arm.q))
