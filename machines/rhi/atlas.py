@@ -98,7 +98,6 @@ class _Page:
         self._room = ROOM / GRID * _room_to_follow(arm, self.parts.postures, span)
         self._on: list[tuple[_Page, NDArray[np.bool_], NDArray[np.int64]]] = []
         self._ways: list[Way] = []
-        self._ends: list[Array] = []
 
     def look(self, arm: RedundantArm, span: Span, around: Sequence[_Page]) -> None:
         """Whether each posture can follow to the places around, and to which part."""
@@ -129,8 +128,7 @@ class _Page:
         scores = self._scores()
         for part in range(len(self.value)):
             own = np.flatnonzero(self.parts.part == part)
-            self._ends.append(self.parts.postures[own[np.argmax(scores[own])]])
-            self._ways.append(Way(self.parts, self._ends[-1]))
+            self._ways.append(Way(self.parts, self.parts.postures[own[np.argmax(scores[own])]]))
 
     def ahead(self, q: Array) -> Array:
         """The next posture (n,) on the way from q (n,) to the best of its part."""

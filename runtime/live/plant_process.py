@@ -254,7 +254,7 @@ def _outlive(server: PlantServer) -> None:
     if server.unsafe:
         state = "every simulated drive is safe" if safe else "NOT every simulated drive is safe"
         span = round(1e3 * server.unsafe)
-        print(f"plant: the daemon is gone; {state} after its {span} ms", file=sys.stderr)
+        print(f"plant: daemon gone; {state} after {span} ms of plant time", file=sys.stderr)
 
 
 if __name__ == "__main__":

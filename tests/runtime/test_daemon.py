@@ -225,7 +225,7 @@ def test_after_the_daemon_is_killed_every_drive_is_safe_by_itself_and_the_log_op
     live.process.wait()
     wait_until_gone(plant)
     wait_until_gone(recorder)
-    found = re.search(r"every simulated drive is safe after its (\d+) ms", live.errors)
+    found = re.search(r"every simulated drive is safe after (\d+) ms of plant time", live.errors)
     assert found, live.errors
     assert 1 <= int(found[1]) <= 20
     assert "its log is complete" in live.errors
@@ -440,7 +440,7 @@ def test_an_unexpected_error_on_the_loop_ends_the_session_and_every_drive_is_saf
     done = disturbed(tmp_path, "raise ZeroDivisionError('on purpose')")
     assert done.returncode == 1
     assert "ZeroDivisionError: on purpose" in done.stderr
-    found = re.search(r"every simulated drive is safe after its (\d+) ms", done.stderr)
+    found = re.search(r"every simulated drive is safe after (\d+) ms of plant time", done.stderr)
     assert found and int(found[1]) <= 20
     assert open_log(str(tmp_path / "session.mcap")).events()
 
