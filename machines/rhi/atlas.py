@@ -7,6 +7,7 @@ may end 10 cm further: so parts are told by those that they lead to.
 
 from __future__ import annotations
 
+from collections import OrderedDict
 from collections.abc import Sequence
 from itertools import product
 
@@ -39,6 +40,8 @@ ROOM = 0.5
 """What counts room to follow as far as the next place; a direction to go on in counts 1 and more."""
 MOST_ROOM = 1.0
 """More room counts as this [m]."""
+KEPT = 8
+"""Of atlases, those asked for last."""
 STILL = 1e-9
 """A motor that turns less than this as the hand goes 1 m does not follow it [rad/m]."""
 
@@ -54,9 +57,7 @@ class Atlas:
         self._pages: dict[tuple[int, ...], _Page] = {}
         if arm.m > PLACE or not 0 < arm.n - arm.m <= SPARE:
             return
-        low, high = (np.clip(end, -np.pi, np.pi) for end in span.inside(span.margin))
-        hands, _ = arm.reach(np.random.default_rng(0).uniform(low, high, (TRIED, arm.n)))
-        cells = {_cell(hand) for hand in hands}
+        cells = {_cell(hand) for hand in _tried(arm, span)}
         for cell in sorted(cells) if len(cells) <= MOST else ():
             try:
                 self._pages[cell] = _Page(arm, GRID * np.array(cell), span)
@@ -77,6 +78,29 @@ class Atlas:
         """The next posture (n,) on the way from q (n,) with the hand at x (m,); None outside of the atlas."""
         page = self._pages.get(_cell(x))
         return page.ahead(q) if page else None
+
+
+_drawn: OrderedDict[tuple[object, ...], Atlas] = OrderedDict()
+
+
+def atlas_of(arm: RedundantArm, span: Span) -> Atlas:
+    """The atlas of an arm: drawn once for all arms of a process that reach the same within the same limits.
+
+    A second or two go into one, and a study or an experiment has many sessions of one interface.
+    """
+    same = (arm.n, tuple(span.lower), tuple(span.upper), span.margin, _tried(arm, span).tobytes())
+    found = _drawn.pop(same, None) or Atlas(arm, span)
+    _drawn[same] = found
+    if len(_drawn) > KEPT:
+        _drawn.popitem(last=False)
+    return found
+
+
+def _tried(arm: RedundantArm, span: Span) -> Array:
+    """Where random postures within the limits hold the hand, (TRIED, m) [m]."""
+    low, high = (np.clip(end, -np.pi, np.pi) for end in span.inside(span.margin))
+    hands, _ = arm.reach(np.random.default_rng(0).uniform(low, high, (TRIED, arm.n)))
+    return hands
 
 
 def _cell(x: Array) -> tuple[int, ...]:

@@ -11,7 +11,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from ...models import Array, ModelError
-from .atlas import Atlas
+from .atlas import atlas_of
 from .crossing import PERIOD, Crossings, dead_ends
 from .environment import Environment
 from .guard import Span
@@ -116,7 +116,7 @@ class Places:
         self._ways = [[Way(t.parts, best[0]) for best in t.best] for t in self.targets]
         self._way: Way | None = None  # that the posture is to take to its targets
         self._part = self._ticks = 0
-        self._atlas, self._roams = Atlas(arm, span), False
+        self._atlas, self._roams = atlas_of(arm, span), False
         for goal, wanted in zip(self._goals, self._wanted, strict=True):
             goal[:] = wanted
         self._gliding = False

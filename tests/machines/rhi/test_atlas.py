@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 from hapticd.configs import read_text
 from hapticd.experiments import hands
-from hapticd.machines.rhi.atlas import Atlas, _room_to_follow
+from hapticd.machines.rhi.atlas import KEPT, Atlas, _drawn, _room_to_follow, atlas_of
+from hapticd.machines.rhi.guard import Span
 from hapticd.machines.rhi.reachable import AHEAD, Parts, Way
 from hapticd.machines.rhi.redundant import RedundantArm
 from hapticd.machines.rhi.self_motion import close, scan
@@ -93,6 +94,20 @@ def test_postures_that_turn_as_it_says_follow_random_hands_farther_than_those_th
         turning += kept_inside(atlas, arm, q, way)
         following += kept_inside(nothing, arm, q, way)
     assert turning > following + 10
+
+
+def test_an_atlas_is_drawn_once_for_what_reaches_the_same_within_the_same_limits() -> None:
+    arm = four_dof()
+    first = atlas_of(arm, SPAN)
+    assert atlas_of(four_dof(), replace(SPAN, fastest=(1.0,) * 4)) is first
+    closer, tighter = replace(SPAN, margin=1.1 * SPAN.margin), replace(SPAN, upper=(1.5, *SPAN.upper[1:]))
+    others = {id(atlas_of(arm, span)) for span in (closer, tighter)}
+    assert len({id(atlas_of(elbow_arm(), Span((-3.0,) * 3, (3.0,) * 3, 0.1))), id(first)} | others) == 4
+    x, q = np.array([0.4, 0.1]), np.array([0.5, 0.4, 0.3, 0.2])
+    assert first.ahead(x, q).tolist() == Atlas(arm, SPAN).ahead(x, q).tolist()
+    for upper in np.linspace(0.5, 1.0, KEPT):  # hardly any reach
+        atlas_of(elbow_arm(), Span((-upper,) * 3, (upper,) * 3, 0.1))
+    assert len(_drawn) == KEPT and atlas_of(four_dof(), SPAN) is not first
 
 
 LED = """
