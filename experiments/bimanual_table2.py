@@ -4,16 +4,15 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict
 from itertools import repeat
-from multiprocessing import get_context
 from typing import Any
 
 import numpy as np
 
 from .outcome import Outcome, Progress, Row
 from .peg_trial import Mode, Trial, peg_trial
+from .workers import pool_of
 
 TITLE = "bimanual task with three ways to lead (Table II), in simulation"
 TRIALS, FULL = 10, 100
@@ -41,7 +40,7 @@ def study(progress: Progress) -> Outcome:
 def trials(count: int, progress: Progress) -> dict[Mode, list[Trial]]:
     """So many of each mode, the same seeds in each."""
     seen: dict[Mode, list[Trial]] = {}
-    with ProcessPoolExecutor(WORKERS, get_context("forkserver")) as pool:
+    with pool_of(WORKERS) as pool:
         for mode in Mode:
             seen[mode] = []
             each = pool.map if WORKERS > 1 else map

@@ -5,11 +5,10 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Iterator, Sequence
-from concurrent.futures import Future, ProcessPoolExecutor
+from concurrent.futures import Future
 from dataclasses import dataclass
 from importlib import import_module
 from importlib.util import find_spec
-from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +17,7 @@ import msgspec
 from ..runtime.command_line.arguments import meant
 from ..runtime.invocation import install
 from .outcome import ExperimentError, Outcome, Progress, Row, write_plot, write_rows
+from .workers import pool_of
 
 NAMES = (
     "rhi_concept",
@@ -171,7 +171,7 @@ def _shared(names: Sequence[str], folder: Path | None, full: bool) -> Iterator[D
             text = f"{count} of {len(names)}: {done.name}, {done.processor_s:.0f} s of a processor"
             print(text, file=sys.stderr, flush=True)
 
-    with ProcessPoolExecutor(WORKERS, get_context("forkserver")) as pool:
+    with pool_of(WORKERS) as pool:
         futures = [pool.submit(perform, name, folder, full, _quiet) for name in names if name not in ALONE]
         for future in futures:
             future.add_done_callback(tell)

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from functools import partial
 from math import inf
-from multiprocessing import get_context
 from typing import Any
 
 import numpy as np
@@ -15,6 +13,7 @@ import numpy as np
 from ..runtime.configuration.config import load
 from .collisions import AWAY, TOWARDS, Verdict, judge
 from .outcome import Outcome, Progress, Row
+from .workers import pool_of
 
 TITLE = "random motions towards collisions, and past them"
 MACHINES = ("giant", "panda")
@@ -46,7 +45,7 @@ def study(progress: Progress) -> Outcome:
 def _enough(name: str, progress: Progress) -> Iterator[Verdict]:
     kinds: Counter[str] = Counter()
     seed, step = FIRST, 50 * WORKERS
-    with ProcessPoolExecutor(WORKERS, get_context("forkserver")) as pool:
+    with pool_of(WORKERS) as pool:
         while min(_of(kinds, TOWARDS), _of(kinds, AWAY)) < MANY:
             for verdict in pool.map(partial(judge, load(name)), range(seed, seed + step)):
                 kinds[verdict.kind] += 1

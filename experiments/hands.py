@@ -4,11 +4,9 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, field, replace
 from functools import partial
 from math import isfinite
-from multiprocessing import get_context
 from typing import Any
 
 import numpy as np
@@ -29,6 +27,7 @@ from .own_plant import Doubt
 from .random_hand import stranger
 from .random_twin import with_random_chain
 from .temper import Temper
+from .workers import pool_of
 
 NOT_STARTED = "not_started"
 """Cause of a session in which the machine refused to start."""
@@ -103,7 +102,7 @@ def sessions(
     if workers == 1:
         yield from map(one, seeds)
         return
-    with ProcessPoolExecutor(workers, get_context("forkserver")) as pool:
+    with pool_of(workers) as pool:
         yield from pool.map(one, seeds)
 
 

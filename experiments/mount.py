@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import argparse
 import sys
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from importlib.util import find_spec
-from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +16,7 @@ from ..runtime.errors import HapticdError
 from ..runtime.invocation import install
 from .mounting import INITIAL, Mounting, Progress, base, reached, search
 from .seated_operator import COUNT, SHOULDER, HandPoses, hand_poses
+from .workers import pool_of
 
 PAPER = {"initial": (1795, 1164, 60.6), "optimised": (2848, 111, 96.3)}
 """Reached, missed and share [%] in Table I of Bimanual."""
@@ -88,7 +87,7 @@ def mounted(count: int, seed: int, workers: int, progress: Any) -> Mount:
     if workers == 1:
         best = search(own, seed, None, progress)
     else:
-        with ProcessPoolExecutor(workers, get_context("forkserver")) as pool:
+        with pool_of(workers) as pool:
             best = search(own, seed, pool, progress)
     shares = (float(reached(each, held).mean()) for each in (INITIAL, best))
     return Mount(own, held, best, reached(INITIAL, own), reached(best, own), *shares)

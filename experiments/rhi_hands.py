@@ -8,10 +8,8 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from functools import partial
-from multiprocessing import get_context
 from typing import Any
 
 import numpy as np
@@ -25,6 +23,7 @@ from ..runtime.live.lockstep import Lockstep
 from .hands import Session, session
 from .outcome import Outcome, Progress, Row
 from .temper import Temper
+from .workers import pool_of
 
 TITLE = "random walls, homes and hands"
 TEMPER = Temper(30.0, 10.0, 0.5)
@@ -120,7 +119,7 @@ def sessions(count: int, progress: Progress) -> list[Handled]:
     """Of so many seeds, in their order."""
     one, seeds = partial(handled, config.load("rhi")), range(FIRST, FIRST + count)
     found: list[Handled] = []
-    with ProcessPoolExecutor(WORKERS, get_context("forkserver")) as pool:
+    with pool_of(WORKERS) as pool:
         for each in pool.map(one, seeds) if WORKERS > 1 else map(one, seeds):
             found.append(each)
             progress(f"session {len(found)} of {count}")

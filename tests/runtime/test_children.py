@@ -47,14 +47,26 @@ time.sleep(60)
 """
 
 
-def test_a_tied_child_dies_with_a_parent_that_is_killed() -> None:
+POOLED = """
+import time
+from hapticd.experiments.workers import pool_of
+if __name__ == "__main__":
+    with pool_of(2) as pool:
+        pool.submit(time.sleep, 0.0).result()
+        print("started", flush=True)
+        time.sleep(60)
+"""
+
+
+@pytest.mark.parametrize("program", [TIED, POOLED], ids=["tied", "worker"])
+def test_a_child_dies_with_a_parent_that_is_killed(program: str) -> None:
     mark = f"tied-{os.getpid()}-{time.monotonic_ns()}"
     environment = {**os.environ, ENVIRONMENT: mark}
     with subprocess.Popen(
-        [sys.executable, "-c", TIED], stdout=subprocess.PIPE, env=environment, text=True
+        [sys.executable, "-c", program], stdout=subprocess.PIPE, env=environment, text=True
     ) as parent:
         assert parent.stdout and parent.stdout.readline() == "started\n"
-        assert [command for command in family(mark) if command.startswith("sleep ")]
+        assert len(family(mark)) > 1
         parent.kill()
     deadline = time.monotonic() + 10.0
     while family(mark) and time.monotonic() < deadline:
