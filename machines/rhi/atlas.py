@@ -7,7 +7,6 @@ may end 10 cm further: so parts are told by those that they lead to.
 
 from __future__ import annotations
 
-from collections import OrderedDict
 from collections.abc import Sequence
 from itertools import product
 
@@ -40,8 +39,8 @@ ROOM = 0.5
 """What counts room to follow as far as the next place; a direction to go on in counts 1 and more."""
 MOST_ROOM = 1.0
 """More room counts as this [m]."""
-KEPT = 8
-"""Of atlases, those asked for last."""
+ATLASES = 8
+"""How many a process keeps: those asked for last."""
 STILL = 1e-9
 """A motor that turns less than this as the hand goes 1 m does not follow it [rad/m]."""
 
@@ -80,7 +79,7 @@ class Atlas:
         return page.ahead(q) if page else None
 
 
-_drawn: OrderedDict[tuple[object, ...], Atlas] = OrderedDict()
+_drawn: dict[tuple[object, ...], Atlas] = {}
 
 
 def atlas_of(arm: RedundantArm, span: Span) -> Atlas:
@@ -89,10 +88,9 @@ def atlas_of(arm: RedundantArm, span: Span) -> Atlas:
     A second or two go into one, and a study or an experiment has many sessions of one interface.
     """
     same = (arm.n, tuple(span.lower), tuple(span.upper), span.margin, _tried(arm, span).tobytes())
-    found = _drawn.pop(same, None) or Atlas(arm, span)
-    _drawn[same] = found
-    if len(_drawn) > KEPT:
-        _drawn.popitem(last=False)
+    _drawn[same] = found = _drawn.pop(same, None) or Atlas(arm, span)
+    if len(_drawn) > ATLASES:
+        del _drawn[next(iter(_drawn))]
     return found
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from hapticd.configs import read_text
 from hapticd.experiments import hands
-from hapticd.machines.rhi.atlas import KEPT, Atlas, _drawn, _room_to_follow, atlas_of
+from hapticd.machines.rhi.atlas import ATLASES, Atlas, _drawn, _room_to_follow, atlas_of
 from hapticd.machines.rhi.guard import Span
 from hapticd.machines.rhi.reachable import AHEAD, Parts, Way
 from hapticd.machines.rhi.redundant import RedundantArm
@@ -105,9 +105,9 @@ def test_an_atlas_is_drawn_once_for_what_reaches_the_same_within_the_same_limits
     assert len({id(atlas_of(elbow_arm(), Span((-3.0,) * 3, (3.0,) * 3, 0.1))), id(first)} | others) == 4
     x, q = np.array([0.4, 0.1]), np.array([0.5, 0.4, 0.3, 0.2])
     assert first.ahead(x, q).tolist() == Atlas(arm, SPAN).ahead(x, q).tolist()
-    for upper in np.linspace(0.5, 1.0, KEPT):  # hardly any reach
+    for upper in np.linspace(0.5, 1.0, ATLASES):  # hardly any reach
         atlas_of(elbow_arm(), Span((-upper,) * 3, (upper,) * 3, 0.1))
-    assert len(_drawn) == KEPT and atlas_of(four_dof(), SPAN) is not first
+    assert len(_drawn) == ATLASES and atlas_of(four_dof(), SPAN) is not first
 
 
 LED = """
