@@ -15,7 +15,14 @@ static const double FARTHEST = 1e75;                    /* a start from which no
 static const double CLOSED = 1e-9;                      /* lb > ub by less than this part of them: a point */
 static const double COARSER = 1000.0, COARSEST = 1e-3;  /* times the rank that was asked for */
 enum { ATTEMPTS = 3 };                                  /* walks of the levels that are not proven */
-enum { GLANCE = 16 };                                   /* iterations to see whether joins are needed */
+enum { STRONG = 10, WEAK = 15 }; /* -log2 of the root of a weight, where levels are joined on the way */
+static const double HARD = 1e6;  /* times 1 + slack: a multiplier for which others should give way */
+enum { USUAL = 16, LEAST_USUAL = 128 }; /* times n, and at least: iterations that nearly all do with */
+enum { GLANCE = 16 };                   /* iterations to see whether joins are needed */
+
+static int usual(int n) {
+    return USUAL * n > LEAST_USUAL ? USUAL * n : LEAST_USUAL;
+}
 
 hqp_settings hqp_default_settings(void) {
     return (hqp_settings){.feasibility = 1e-13, .rank = 1e-9, .rounding = 5e-15, .max_iterations = 0};
@@ -173,7 +180,8 @@ hqp_solver *hqp_create(const hqp_dims *dims, const hqp_settings *settings) {
     if (!dims_fit(dims) || !settings_fit(settings)) return NULL;
     hqp_solver shape = {
         .n = dims->n, .levels = dims->levels, .ld = hqp_ceil4(dims->n), .settings = *settings};
-    if (shape.settings.max_iterations == 0) shape.settings.max_iterations = shape.n <= 8 ? 128 : 16 * shape.n;
+    const int usually = usual(shape.n);
+    if (shape.settings.max_iterations == 0) shape.settings.max_iterations = usually + usually / 2;
     for (int p = 0, before = 0; p < dims->levels; p++) {
         const int rows = dims->equalities[p] + dims->inequalities[p];
         if (before + rows > shape.widest) shape.widest = before + rows; /* two levels may be joined */
@@ -318,9 +326,9 @@ static int load_weights(hqp_solver *s, int level, const double *weights) {
     return 1;
 }
 
-/* The coefficients of a row times the root of its weight. */
+/* The coefficients of a row times the root of its weight; those that are not usable without it stay so. */
 static const double *weighted(hqp_solver *s, int id, const double *from) {
-    for (int c = 0; c < s->n; c++) s->step[c] = s->scale[id] * from[c];
+    for (int c = 0; c < s->n; c++) s->step[c] = fabs(from[c]) <= LARGEST ? s->scale[id] * from[c] : NAN;
     return s->step;
 }
 
@@ -417,9 +425,12 @@ static int is_proven(hqp_solver *s) {
  * many solves with a factorisation that was kept, one more sweep with the same sets puts it right.
  */
 static enum outcome sweep(hqp_solver *s, int first, int repair) {
+    s->is_rough = 0;
+    s->hardest = 0.0;
     hqp_rewind(s, first);
     if (!hqp_sweep(s, first, repair)) return LOST;
-    if (is_proven(s)) return PROVEN;
+    const int proven = is_proven(s);
+    if (proven && !s->is_lax) return PROVEN; /* small weights cost digits */
     if (s->is_doubtful) return SETTLED;
     memcpy(s->kept, s->x, (size_t)s->ld * sizeof(double));
     hqp_rewind(s, 0);
@@ -427,8 +438,8 @@ static enum outcome sweep(hqp_solver *s, int first, int repair) {
     const int settled = hqp_sweep(s, 0, 0);
     s->polishing = 0;
     if (settled && is_proven(s)) return PROVEN;
-    if (!settled) memcpy(s->x, s->kept, (size_t)s->ld * sizeof(double));
-    return SETTLED;
+    if (proven || !settled) memcpy(s->x, s->kept, (size_t)s->ld * sizeof(double));
+    return proven ? PROVEN : SETTLED;
 }
 
 /* The first method: sweep, at first with fixings taken ahead of their turn. */
@@ -516,6 +527,71 @@ static hqp_status try_both(hqp_solver *s, int first) {
     return outcome == PROVEN && is_confirmed(s) ? HQP_SOLVED : try_walk(s, outcome, first);
 }
 
+/* Whether the last level would gain a lot, were others to give way by next to nothing. */
+static int is_hard(const hqp_solver *s) {
+    double squares = 0.0;
+    for (int i = s->first_row[s->levels - 1]; i < s->total; i++) squares += s->lacking[i] * s->lacking[i];
+    return s->hardest > HARD * (1.0 + sqrt(squares));
+}
+
+/*
+ * Look for x with the last two levels that have a slack as one, which needs no large multipliers, and prove
+ * it without. The better of this and of what was found before stands.
+ */
+static hqp_status try_softened(hqp_solver *s, hqp_status status) {
+    const int leans = s->leans;
+    const double least = s->least;
+    for (int k = WEAK; k >= STRONG; k -= WEAK - STRONG) {
+        if (status == HQP_SOLVED) hqp_keep(s);
+        const int level = hqp_soften(s, k);
+        if (level < 0) return status;
+        s->warm = 1;
+        try_both(s, 0);
+        hqp_harden(s);
+        const int proven = is_proven_by_descent(s, s->levels);
+        hqp_find_values(s);
+        if (proven && (status != HQP_SOLVED || !hqp_is_kept_better(s))) {
+            if (s->leans >= level) s->leans = -1;
+            return HQP_SOLVED;
+        }
+        if (status == HQP_SOLVED) {
+            hqp_bring_back(s);
+            s->levels_done = s->levels;
+            s->leans = leans;
+            s->least = least;
+        }
+        if (s->is_late) return status;
+    }
+    return status;
+}
+
+/* Both methods, with two thirds of the iterations or as many as are usual; where they find nothing that is
+ * proven well, the other way; and where they were cut short by that, on with the rest. */
+static hqp_status try_first(hqp_solver *s, int first) {
+    const int most = s->settings.max_iterations, part = most - most / 3;
+    const int enough = part > usual(s->n) ? part : usual(s->n);
+    s->settings.max_iterations = enough < most ? enough : most;
+    const hqp_status status = try_both(s, first);
+    s->settings.max_iterations = most;
+    if (status == HQP_SOLVED ? !s->is_rough && !is_hard(s) : s->is_late || s->iterations >= most)
+        return status;
+    const hqp_status softened = try_softened(s, status);
+    const int is_cut = softened == HQP_ITERATION_CAP && s->iterations < most && !s->is_late;
+    return is_cut ? try_both(s, 0) : softened;
+}
+
+/* Whether x, however it was found, is proven with no levels joined. */
+static int is_proven_apart(hqp_solver *s) {
+    if (s->is_late) return 0;
+    hqp_part(s);
+    memset(s->joined, 0, (size_t)s->levels);
+    s->is_lax = 1;
+    const int proven = is_proven_by_descent(s, s->levels);
+    s->is_lax = 0;
+    hqp_find_values(s);
+    return proven;
+}
+
 /* x is proven with joins that an earlier solve needed. Whether it is found without them now, and no worse. */
 static int needs_no_joins(hqp_solver *s) {
     signed char joined[MAX_LEVELS];
@@ -530,6 +606,7 @@ static int needs_no_joins(hqp_solver *s) {
     }
     hqp_take_back(s, joined);
     s->leans = leans;
+    s->levels_done = s->levels;
     return 0;
 }
 
@@ -539,28 +616,34 @@ static int needs_no_joins(hqp_solver *s) {
  * proven.
  */
 static hqp_status try_joined(hqp_solver *s, int first) {
-    int kept = 0;
+    int kept = 0, heavier = 1; /* heavier: a join may be given more weight, once */
     for (int more = 1;; more = 0) {
         s->leans = -1;
         memset(s->then, 0, (size_t)s->levels * sizeof(double));
-        const hqp_status status = try_both(s, first);
+        const hqp_status status = more ? try_first(s, first) : try_both(s, first);
         const int failed = s->levels_done;
         first = 0;
         s->warm = 1;
+        if (s->is_late && !kept) return status;
         if (status == HQP_SOLVED && more && needs_no_joins(s)) return status;
-        if (status == HQP_SOLVED && hqp_weigh(s, more)) continue;
+        if (status == HQP_SOLVED && hqp_weigh(s, heavier)) {
+            heavier = 0;
+            continue;
+        }
         if (kept) return hqp_choose(s, status);
         if (status == HQP_SOLVED) {
             if (!hqp_may_gain(s)) return status;
             if (s->strict[s->leans] == UNPROVEN) {
-                s->levels_done = s->leans + 1;
+                const int level = s->leans;
+                if (is_proven_apart(s)) return HQP_SOLVED;
+                s->levels_done = level + 1;
                 return HQP_NOT_PROVEN;
             }
             if (!hqp_try_join(s)) return status;
             kept = 1;
         } else if (status == HQP_ITERATION_CAP ||
                    !(hqp_join_next(s, failed - 1) || hqp_join_next(s, failed) || hqp_part_last(s))) {
-            return status;
+            return is_proven_apart(s) ? HQP_SOLVED : status;
         }
     }
 }

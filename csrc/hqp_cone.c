@@ -12,7 +12,8 @@
 #include <string.h>
 
 enum { STEPS = 4 };                    /* times n + 1: rows held or released by a projection at most */
-static const double DIRECTION = 1e-10; /* what a direction of length 1 may break a row by */
+static const double DIRECTION = 1e-10; /* times its length: what a direction may break a row by */
+static const double LARGE = 1e6;       /* a multiplier, times the norm of its row, that costs digits */
 
 static void exchange(double **a, double **b) {
     double *const kept = *a;
@@ -55,25 +56,43 @@ static double left_over(hqp_solver *s) {
 
 /*
  * In the cone: project s->trial, of length 1, to s->x, as far as something worth mentioning is left. Returns
- * the length of that; infinite where rounding or the bound on steps does not let it be known.
+ * the least that any rows on the way leave of it: what is left in the end is not more, but for rounding.
  */
 static double project(hqp_solver *s, int level, double none) {
     const double feasibility = s->settings.feasibility;
     const int limit = s->iteration_limit, iterations = s->iterations;
     double left = 1.0;
-    int broken = 0;
+    int broken;
     s->iteration_limit = iterations + STEPS * (s->n + 1);
-    s->settings.feasibility = DIRECTION;
     hqp_hold(s, level);
     if (s->held.count) left = left_over(s);
-    while (left > none && (broken = hqp_most_broken(s, level)) >= 0) {
+    while (left > none) {
+        s->settings.feasibility = DIRECTION * left;
+        broken = hqp_most_broken(s, level);
+        if (broken < 0) break;
         if (hqp_out_of_iterations(s) || hqp_hold_broken(s, level, broken) != HQP_DONE) break;
-        left = left_over(s);
+        left = fmin(left, left_over(s));
     }
     s->settings.feasibility = feasibility;
     s->iteration_limit = limit;
     s->iterations = iterations;
-    return left > none && broken >= 0 ? INFINITY : left;
+    return left;
+}
+
+/* The largest multiplier, times the norm of its row, of those that hold the projection. */
+static double most_held(const hqp_solver *s) {
+    double most = 0.0;
+    for (int k = 0; k < s->held.count; k++) most = fmax(most, s->held.multiplier[k] * s->norm[s->held.id[k]]);
+    return most;
+}
+
+/* The same, from the rows that have a side; and from none, as others may do with less, where these have large
+ * multipliers. */
+static double project_well(hqp_solver *s, int level, double none) {
+    const double left = project(s, level, none);
+    if (!(left > none && most_held(s) > LARGE)) return left;
+    memset(s->side, 0, (size_t)s->row0[level]);
+    return fmin(left, project(s, level, none));
 }
 
 /* The smallest multiplier, times the norm of its row, of those that hold the projection. */
@@ -88,8 +107,7 @@ static double least_held(const hqp_solver *s, double length) {
 
 /*
  * s->descent = the way down for this level from x, whose values are known; the rows that hold the projection
- * become the working set. Returns its length, which is the distance of -g from the cone of those rows;
- * infinite where that could not be found.
+ * become the working set. Returns a length: -g is at most so far from the cone of rows at their bound.
  */
 double hqp_descent(hqp_solver *s, int level) {
     const double x_norm = s->x_norm;
@@ -115,8 +133,9 @@ double hqp_descent(hqp_solver *s, int level) {
     }
     form(s, level);
     cross(s);
-    const double left = project(s, level, s->none[level] / length);
+    const double left = project_well(s, level, s->none[level] / length);
     s->cone.least = least_held(s, length);
+    if (hqp_is_last(s, level)) s->hardest = length * most_held(s);
     cross(s);
     s->x_norm = x_norm;
     for (int i = 0; i < width; i++) s->descent[i] = length * s->cone.x[i];

@@ -382,6 +382,7 @@ static void remember(hqp_solver *s, int level) {
         s->guess_held_at[id] = (short)level;
         s->guess_held_side[id] = s->side[id];
         s->strength[id] = s->held.multiplier[k] * s->norm[id];
+        if (hqp_is_last(s, level)) s->hardest = fmax(s->hardest, s->strength[id]);
     }
 }
 

@@ -120,6 +120,9 @@ struct hqp_solver {
     signed char *slack; /* [levels] there is a slack to be proven minimal */
     int is_doubtful;    /* the last proof failed on rows that were settled by too small a multiplier */
     double lenience;    /* times what a proof by projection minds otherwise */
+    int is_rough;       /* the last proof minded no more than that only because it was one by projection */
+    int is_lax;         /* no more is asked of joined levels than of others */
+    double hardest;     /* the largest multiplier of the last level, times the norm of its row */
     double *path;       /* [levels + 1][ld] x at the start of each level of a sweep */
     double x_norm, trial_norm;
     int iterations, iteration_limit;
@@ -228,6 +231,11 @@ static inline double hqp_little(const hqp_solver *s, int level) {
     return 2e3 * s->none[level];
 }
 
+/* no rows come after those of this level */
+static inline int hqp_is_last(const hqp_solver *s, int level) {
+    return level < s->levels && s->row0[level + 1] == s->total;
+}
+
 /* a range of an earlier level that must hold and may be inside its bounds */
 static inline int hqp_is_hard(const hqp_solver *s, int id) {
     return s->kind[id] == HQP_RANGE && s->frozen_at[id] < 0;
@@ -270,6 +278,11 @@ int hqp_weigh(hqp_solver *s, int more);
 int hqp_set_apart(hqp_solver *s, signed char *joined);
 int hqp_is_worth_joins(const hqp_solver *s, const signed char *joined);
 void hqp_take_back(hqp_solver *s, const signed char *joined);
+int hqp_soften(hqp_solver *s, int k);
+void hqp_harden(hqp_solver *s);
+void hqp_keep(hqp_solver *s);
+void hqp_bring_back(hqp_solver *s);
+int hqp_is_kept_better(const hqp_solver *s);
 
 /* hqp_lq.c: the factorisation */
 void hqp_bring(hqp_solver *s, const int *ids, int count);

@@ -122,15 +122,25 @@ static int needed(hqp_solver *s, int level) {
     return k;
 }
 
-/* Join the level with the next one, whose rows are scaled by 2^-k; k > MOST: part them. */
-static void set(hqp_solver *s, int level, int k) {
-    hqp_part(s);
-    s->joined[level] = (signed char)(k > MOST ? 0 : k);
-    s->strict[level] = k > MOST ? PARTED : UNPROVEN;
-    for (int i = 0; i < s->first_row[level + 1] && k <= MOST; i++) {
+/* Join the level with the next one, whose rows are scaled by 2^-k, and what that one holds. */
+static void lower(hqp_solver *s, int level, int k) {
+    s->joined[level] = (signed char)k;
+    for (int i = 0; i < s->first_row[level + 1]; i++) {
         if (s->guess_held_at[i] == level + 1) s->guess_held_at[i] = (short)level;
     }
     hqp_join(s);
+}
+
+/* The same in the place of what was joined; k > MOST: part them. */
+static void set(hqp_solver *s, int level, int k) {
+    hqp_part(s);
+    s->strict[level] = k > MOST ? PARTED : UNPROVEN;
+    if (k <= MOST) {
+        lower(s, level, k);
+    } else {
+        s->joined[level] = 0;
+        hqp_join(s);
+    }
 }
 
 /* The same where that makes sense, each pair once in a solve. Returns whether they are joined. */
@@ -200,6 +210,19 @@ static void keep(hqp_solver *s) {
     memcpy(s->apart.held_at, s->guess_held_at, (size_t)s->total * sizeof(short));
 }
 
+void hqp_keep(hqp_solver *s) {
+    keep(s);
+    s->apart.level = -1;
+}
+
+/* Back to what was put aside. */
+void hqp_bring_back(hqp_solver *s) {
+    exchange_guesses(s);
+    memcpy(s->x, s->apart.x, (size_t)s->ld * sizeof(double));
+    hqp_find_values(s);
+    s->resumable = 0;
+}
+
 static int pulls(const hqp_solver *s) {
     return s->leans >= 0 && s->leans + 1 < s->levels &&
            ldexp(PULL * sqrt(half_square(s, s->leans + 1)), -2 * LEAST) > s->least;
@@ -261,8 +284,7 @@ hqp_status hqp_choose(hqp_solver *s, hqp_status status) {
 int hqp_set_apart(hqp_solver *s, signed char *joined) {
     if (!any_joined(s)) return 0;
     memcpy(joined, s->joined, (size_t)s->levels);
-    keep(s);
-    s->apart.level = -1;
+    hqp_keep(s);
     hqp_part(s);
     memset(s->joined, 0, (size_t)s->levels);
     return 1;
@@ -276,12 +298,37 @@ int hqp_is_worth_joins(const hqp_solver *s, const signed char *joined) {
     return 0;
 }
 
-/* Back to what was put aside. */
+/* Back to that. */
 void hqp_take_back(hqp_solver *s, const signed char *joined) {
-    exchange_guesses(s);
     memcpy(s->joined, joined, (size_t)s->levels);
-    memcpy(s->x, s->apart.x, (size_t)s->ld * sizeof(double));
     hqp_join(s);
-    hqp_find_values(s);
-    s->resumable = 0;
+    hqp_bring_back(s);
+}
+
+/* No levels are joined: join the last two of which both have a slack, to find an x that is to be proven
+ * without. Returns the first of them, or -1. */
+int hqp_soften(hqp_solver *s, int k) {
+    int level = s->levels - 2;
+    while (level >= 0 && !(hqp_has_slack(s, level) && hqp_has_slack(s, level + 1))) level--;
+    if (level < 0 || any_joined(s)) return -1;
+    lower(s, level, k);
+    s->is_lax = 1;
+    return level;
+}
+
+/* Part them again. */
+void hqp_harden(hqp_solver *s) {
+    hqp_part(s);
+    memset(s->joined, 0, (size_t)s->levels);
+    s->is_lax = 0;
+}
+
+/* Whether the first level that differs is smaller at what was put aside than at x. */
+int hqp_is_kept_better(const hqp_solver *s) {
+    for (int p = 0; p < s->levels; p++) {
+        const double now = sqrt(2.0 * half_square(s, p));
+        const double kept = sqrt(2.0 * half_square_at(s, p, s->apart.x));
+        if (fabs(now - kept) > LOSS * (1.0 + fmin(now, kept))) return kept < now;
+    }
+    return 0;
 }

@@ -26,6 +26,8 @@ static const double PART = 2e-6;
 static const double SETTLED = 1e3, SETTLED_IF_JOINED = 2.0;
 /* times what a level's multipliers leave of its gradient: the same */
 static const double CERTAIN = 1e8;
+/* times that, by projection: what may be left of the gradient of a level, and of the last one */
+static const double PROJECTED = 10.0, PROJECTED_LAST = 300.0;
 /* To confirm a proof: times what may be left of a gradient otherwise; rows at a smaller angle are one row. */
 static const double LENIENT = 200.0, ONE_ROW = 1e-7;
 /* times (1 + |bound|), plus that many times rounding of row . x: a row this close is at its bound */
@@ -54,6 +56,11 @@ static double of_the_next(const hqp_solver *s, int level) {
     return PART * largest * (ldexp(1.0, -s->joined[level]) + sqrt(squares));
 }
 
+/* More is asked of a level that is or was joined to the next one. */
+static int is_strict(const hqp_solver *s, int level) {
+    return (s->joined[level] || s->strict[level]) && !s->is_lax;
+}
+
 /* Whether a level, whose slacks are known, has one worth a proof; s->none[level]: the length of a gradient
  * that counts as none. */
 int hqp_has_slack(hqp_solver *s, int level) {
@@ -66,10 +73,9 @@ int hqp_has_slack(hqp_solver *s, int level) {
         if (s->norm[i] > largest) largest = s->norm[i];
     }
     const double slack = sqrt(squares), rounding = s->settings.rounding * (slack + largest * s->x_norm);
-    const int is_last = s->row0[level + 1] == s->total;
-    const double factor = s->joined[level] || s->strict[level] ? FINER : is_last ? LAST : 1.0;
+    const double factor = is_strict(s, level) ? FINER : hqp_is_last(s, level) ? LAST : 1.0;
     s->none[level] = largest * (factor * PROVEN * (1.0 + slack) + ROUNDINGS * rounding);
-    if (s->joined[level]) s->none[level] = fmin(s->none[level], of_the_next(s, level));
+    if (s->joined[level] && !s->is_lax) s->none[level] = fmin(s->none[level], of_the_next(s, level));
     if (!isfinite(s->none[level])) s->none[level] = 0.0;
     return !(most <= s->none[level]);
 }
@@ -138,7 +144,7 @@ static int first_doubtful(const hqp_solver *s) {
         for (int i = s->row0[p]; i < s->row0[p + 1]; i++) {
             const int at = s->frozen_at[i];
             if (at < 0 || at >= first) continue;
-            const double settled = s->joined[at] || s->strict[at] ? SETTLED_IF_JOINED : SETTLED;
+            const double settled = is_strict(s, at) ? SETTLED_IF_JOINED : SETTLED;
             const int is_clear =
                 at == p ? is_missed(s, p, i) : s->clear[i] && s->strength[i] > settled * s->none[at];
             if (!is_clear) first = at;
@@ -166,6 +172,13 @@ int hqp_prove(hqp_solver *s, int count) {
     return count;
 }
 
+/* Whether so little is left of the gradient of a level that its projection proves it minimal. */
+static int is_little(hqp_solver *s, int level, double left) {
+    const double most = is_strict(s, level) ? 1.0 : hqp_is_last(s, level) ? PROJECTED_LAST : PROJECTED;
+    s->is_rough |= !(left <= s->lenience * s->none[level]);
+    return left <= fmax(most, s->lenience) * s->none[level];
+}
+
 /* What is left of the gradient of a level at x, 0 without a slack worth a proof; s->descent is a way down
  * where there is one. */
 static double left_of(hqp_solver *s, int level) {
@@ -189,12 +202,13 @@ static void seat_held(hqp_solver *s, int level) {
 int hqp_prove_by_descent(hqp_solver *s, int count) {
     hqp_unfix(s);
     hqp_rewind(s, 0);
+    s->is_rough = 0;
     for (int p = 0; p < count; p++) {
         s->rank_at[p] = s->rank;
         seat_held(s, p);
         s->cone.least = INFINITY;
-        if (!(left_of(s, p) <= s->lenience * s->none[p])) return p;
-        if (s->leans < 0 && s->cone.least < hqp_little(s, p) && s->row0[p + 1] < s->total) {
+        if (!is_little(s, p, left_of(s, p))) return p;
+        if (s->leans < 0 && s->cone.least < hqp_little(s, p) && !hqp_is_last(s, p)) {
             s->leans = p;
             s->least = s->cone.least;
         }

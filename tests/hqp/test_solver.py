@@ -145,6 +145,15 @@ def test_bad_data_give_a_status_the_level_and_the_last_good_x(part, value, statu
     assert certificate(levels, solver.solve(levels).x).max() < 1e-9
 
 
+@pytest.mark.parametrize(
+    ("entry", "weight", "status"),
+    [(1e101, 1e-4, Status.BAD_MATRIX), (1e60, 1e100, Status.BAD_MATRIX), (1e49, 1e100, Status.SOLVED)],
+)
+def test_an_entry_is_absurd_with_its_weight_and_without(entry, weight, status):
+    level = Level(A=np.array([[entry, 1.0]]), b=np.ones(1), weights=np.array([weight]))
+    assert solve([level]).status is status
+
+
 def test_a_solution_that_overflows_is_refused():
     solution = solve([equalities([[1e-99]], [1e99]), equalities([[1e99]], [0.0])])
     assert np.isfinite(solution.x).all()
