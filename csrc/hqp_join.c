@@ -210,6 +210,7 @@ static void keep(hqp_solver *s) {
     memcpy(s->apart.held_at, s->guess_held_at, (size_t)s->total * sizeof(short));
 }
 
+/* The same, for no join of one level. */
 void hqp_keep(hqp_solver *s) {
     keep(s);
     s->apart.level = -1;
