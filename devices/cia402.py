@@ -160,10 +160,14 @@ FAULTED: Final = (State.FAULT_REACTION_ACTIVE, State.FAULT)
 
 @dataclass(slots=True)
 class _Walk:
-    """One drive on its way: the transition it is asked to make, and since how many ticks it is not there."""
+    """One drive on its way: the transition it is asked to make, and since how many ticks it is not there.
+
+    Of these, the last `unheard` ticks were without an answer.
+    """
 
     transition: Transition | None = None
     ticks: int = 0
+    unheard: int = 0
     arrived: bool = False
 
     def arrive(self) -> None:
@@ -189,7 +193,7 @@ class PowerStage:
         Args:
             image: the process image.
             groups: groups of drives, with the words statusword, error_code, controlword and mode.
-            deadline: ticks that each transition may take, and that a drive may be unheard.
+            deadline: ticks that each transition may take, and that a drive may be unheard without a break.
 
         Raises:
             NetworkError: a group that is none, or has no such words.
@@ -337,6 +341,7 @@ class PowerStage:
         if not self._image.fresh[self._indices[g][i]]:
             self._miss(where, walk)
             return False, controlword
+        walk.unheard = 0
         switching_off = self.target is State.SWITCH_ON_DISABLED
         if state in FAULTED:
             if not switching_off and (walk.arrived or not self._reset_faults):
@@ -355,10 +360,14 @@ class PowerStage:
         return False, self._advance(where, state, walk)
 
     def _miss(self, where: tuple[str, int, str, int], walk: _Walk) -> None:
-        """A drive without an answer in this tick may be anywhere, but not for long."""
+        """A drive without an answer in this tick may be anywhere, but not for long.
+
+        One that missed the very tick in which its transition should have ended is given the next to say so.
+        """
         walk.ticks += 1
-        if walk.ticks > self._deadline:
-            raise UnheardError(*where, walk.ticks)
+        walk.unheard += 1
+        if walk.unheard > self._deadline:
+            raise UnheardError(*where, walk.unheard)
 
     def _advance(self, where: tuple[str, int, str, int], state: State, walk: _Walk) -> int:
         """The controlword for a drive that is under way."""

@@ -237,7 +237,7 @@ class UnheardError(DriveError):
     """A drive that does not answer, so that nobody knows where it is; `state` is what it last reported."""
 
     def __init__(self, device: str, node: int, state: str, statusword: int, ticks: int) -> None:
-        what = f"does not answer, {ticks} ticks after it was where it should be"
+        what = f"has not answered for {ticks} ticks"
         super().__init__(device, node, f"{state}, long ago", statusword, what)
         self.ticks = ticks
 

@@ -269,7 +269,7 @@ def test_a_drive_that_stays_unheard_is_an_error_for_nobody_knows_where_it_is(
 ) -> None:
     ready.walk(target)
     silent(ready, "ppu_y")
-    with pytest.raises(UnheardError, match=r"ppu_y .* does not answer, 51 ticks after .*, long ago"):
+    with pytest.raises(UnheardError, match=r"ppu_y .* has not answered for 51 ticks.*, long ago"):
         for _ in range(60):
             ready.tick(ready.power.step, operational=True)
     assert not ready.power.ready
@@ -284,6 +284,16 @@ def test_a_drive_that_answers_now_and_then_on_its_way_gets_no_more_time(enabled:
             drive.silent = enabled.counter % 10 != 0
             enabled.tick(enabled.power.step, operational=True)
     assert enabled.counter - start < 80
+
+
+@pytest.mark.parametrize("phase", range(5))
+def test_a_drive_that_does_not_move_is_not_taken_for_a_silent_one(enabled: Rig, phase: int) -> None:
+    drive = weld(enabled, "joint2")
+    enabled.power.request(State.SWITCH_ON_DISABLED)
+    with pytest.raises(TransitionError, match="transition 9"):
+        for _ in range(100):
+            drive.silent = enabled.counter % 5 == phase
+            enabled.tick(enabled.power.step, operational=True)
 
 
 def test_a_drive_that_ignores_disable_voltage_is_an_error_as_long_as_it_does(enabled: Rig) -> None:
