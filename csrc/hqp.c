@@ -15,10 +15,13 @@ static const double FARTHEST = 1e75;                    /* a start from which no
 static const double CLOSED = 1e-9;                      /* lb > ub by less than this part of them: a point */
 static const double COARSER = 1000.0, COARSEST = 1e-3;  /* times the rank that was asked for */
 enum { ATTEMPTS = 3 };                                  /* walks of the levels that are not proven */
-enum { STRONG = 10, WEAK = 15 }; /* -log2 of the root of a weight, where levels are joined on the way */
-static const double HARD = 1e6;  /* times 1 + slack: a multiplier for which others should give way */
+static const double HARD = 1e6;    /* times 1 + slack: a multiplier for which others should give way */
+static const double MISSED = 1e-5; /* times norm of row (1 + |x|): more than a small weight leaves or takes */
+static const double ROUNDED = 2e-15;    /* times a multiplier: what its rounding may leave of a gradient */
 enum { USUAL = 16, LEAST_USUAL = 128 }; /* times n, and at least: iterations that nearly all do with */
 enum { GLANCE = 16 };                   /* iterations to see whether joins are needed */
+enum { SOFT_GLANCE = 2 };               /* times n: the same, to find x with two levels as one */
+enum { MOST_SOFTENED = 3 };             /* levels as one on the way at most */
 
 static int usual(int n) {
     return USUAL * n > LEAST_USUAL ? USUAL * n : LEAST_USUAL;
@@ -182,10 +185,12 @@ hqp_solver *hqp_create(const hqp_dims *dims, const hqp_settings *settings) {
         .n = dims->n, .levels = dims->levels, .ld = hqp_ceil4(dims->n), .settings = *settings};
     const int usually = usual(shape.n);
     if (shape.settings.max_iterations == 0) shape.settings.max_iterations = usually + usually / 2;
-    for (int p = 0, before = 0; p < dims->levels; p++) {
+    for (int p = 0, before[2] = {0, 0}; p < dims->levels; p++) {
         const int rows = dims->equalities[p] + dims->inequalities[p];
-        if (before + rows > shape.widest) shape.widest = before + rows; /* two levels may be joined */
-        before = rows;
+        const int joined = before[0] + before[1] + rows; /* of three levels, should they be joined */
+        if (joined > shape.widest) shape.widest = joined;
+        before[0] = before[1];
+        before[1] = rows;
         shape.total += rows;
     }
     shape.bundle.most = shape.total < 2 * shape.n ? shape.total : 2 * shape.n;
@@ -519,12 +524,84 @@ static int is_worth_a_sweep(const hqp_solver *s) {
     return 2 * known >= s->n;
 }
 
+/* A sweep of so many iterations at most. */
+static enum outcome glance(hqp_solver *s, int most) {
+    const int limit = s->iterations + most;
+    s->iteration_limit = limit < s->settings.max_iterations ? limit : s->settings.max_iterations;
+    return sweep(s, 0, 1);
+}
+
+/* Whether x is proven, where so much of a multiplier may be rounding. */
+static int is_proven_with(hqp_solver *s, double rounded) {
+    s->rounded = rounded;
+    const int proven = is_proven_by_descent(s, s->levels);
+    s->rounded = 0.0;
+    hqp_find_values(s);
+    return proven;
+}
+
+/* The same as it is or, where that does not go well, moved to the minimum of the face it is on, where
+ * multipliers may have any size. */
+static int is_proven_fitted(hqp_solver *s, double rounded) {
+    const int proven = is_proven_with(s, rounded);
+    if (proven && !s->is_rough) return 1;
+    const int leans = s->leans, done = s->levels_done;
+    const double least = s->least, hardest = s->hardest;
+    memcpy(s->kept, s->x, (size_t)s->ld * sizeof(double));
+    hqp_fit_face(s);
+    if (is_proven_with(s, ROUNDED)) return 1;
+    memcpy(s->x, s->kept, (size_t)s->ld * sizeof(double));
+    hqp_find_values(s);
+    s->leans = leans;
+    s->least = least;
+    s->hardest = hardest;
+    s->levels_done = done;
+    s->is_rough = 1;
+    return proven;
+}
+
+/* The same of an x that was found with this level and the next ones as one. */
+static int is_proven_softened(hqp_solver *s, int level, double rounded) {
+    const int proven = is_proven_fitted(s, rounded);
+    if (proven && s->leans >= level) s->leans = -1;
+    return proven;
+}
+
+/* The level is missed by more than a small weight leaves of it, or takes from the one before. */
+static int is_clearly_missed(const hqp_solver *s, int level) {
+    for (int i = s->first_row[level]; i < s->first_row[level + 1]; i++) {
+        if (fabs(s->lacking[i]) > MISSED * s->norm[i] * (1.0 + s->x_norm)) return 1;
+    }
+    return 0;
+}
+
+/* Whether a sweep with two levels as one finds what one without did not. */
+static int is_found_softened(hqp_solver *s) {
+    memcpy(s->x, s->start, (size_t)s->ld * sizeof(double));
+    hqp_find_values(s);
+    hqp_keep(s);
+    const int level = hqp_soften(s, 2);
+    if (level < 0) return 0;
+    const int half = (s->settings.max_iterations - s->iterations) / 2, most = SOFT_GLANCE * s->n;
+    const enum outcome outcome = glance(s, half < most ? half : most);
+    hqp_harden(s);
+    if (outcome != LOST && is_proven_softened(s, level, 0.0) && is_clearly_missed(s, level) &&
+        is_clearly_missed(s, level + 1))
+        return 1;
+    hqp_bring_back(s);
+    return 0;
+}
+
 /* Both methods, one after the other. */
 static hqp_status try_both(hqp_solver *s, int first) {
     memcpy(s->start, s->x, (size_t)s->ld * sizeof(double));
     s->resumable = s->levels_done = s->levels;
-    const enum outcome outcome = is_worth_a_sweep(s) ? try_sweeps(s, &first) : LOST;
-    return outcome == PROVEN && is_confirmed(s) ? HQP_SOLVED : try_walk(s, outcome, first);
+    s->softened = 0;
+    if (!is_worth_a_sweep(s)) return try_walk(s, LOST, first);
+    const enum outcome outcome = try_sweeps(s, &first);
+    if (outcome == PROVEN && is_confirmed(s)) return HQP_SOLVED;
+    s->softened = outcome == LOST && is_found_softened(s);
+    return s->softened ? HQP_SOLVED : try_walk(s, outcome, first);
 }
 
 /* Whether the last level would gain a lot, were others to give way by next to nothing. */
@@ -535,32 +612,27 @@ static int is_hard(const hqp_solver *s) {
 }
 
 /*
- * Look for x with the last two levels that have a slack as one, which needs no large multipliers, and prove
- * it without. The better of this and of what was found before stands.
+ * Look for x with the last two levels that have a slack as one, or the last three, which needs no large
+ * multipliers, and prove it without. The better of this and of what was found before stands.
  */
 static hqp_status try_softened(hqp_solver *s, hqp_status status) {
     const int leans = s->leans;
-    const double least = s->least;
-    for (int k = WEAK; k >= STRONG; k -= WEAK - STRONG) {
+    const double least = s->least, rounded = status == HQP_SOLVED ? 0.0 : ROUNDED;
+    for (int count = 2; count <= MOST_SOFTENED && !s->is_late; count++) {
         if (status == HQP_SOLVED) hqp_keep(s);
-        const int level = hqp_soften(s, k);
+        const int level = hqp_soften(s, count);
         if (level < 0) return status;
         s->warm = 1;
         try_both(s, 0);
         hqp_harden(s);
-        const int proven = is_proven_by_descent(s, s->levels);
-        hqp_find_values(s);
-        if (proven && (status != HQP_SOLVED || !hqp_is_kept_better(s))) {
-            if (s->leans >= level) s->leans = -1;
-            return HQP_SOLVED;
-        }
+        const int proven = is_proven_softened(s, level, rounded);
+        if (proven && (status != HQP_SOLVED || !hqp_is_kept_better(s))) return HQP_SOLVED;
         if (status == HQP_SOLVED) {
             hqp_bring_back(s);
             s->levels_done = s->levels;
             s->leans = leans;
             s->least = least;
         }
-        if (s->is_late) return status;
     }
     return status;
 }
@@ -573,7 +645,8 @@ static hqp_status try_first(hqp_solver *s, int first) {
     s->settings.max_iterations = enough < most ? enough : most;
     const hqp_status status = try_both(s, first);
     s->settings.max_iterations = most;
-    if (status == HQP_SOLVED ? !s->is_rough && !is_hard(s) : s->is_late || s->iterations >= most)
+    if (status == HQP_SOLVED ? s->softened || (!s->is_rough && !is_hard(s))
+                             : s->is_late || s->iterations >= most)
         return status;
     const hqp_status softened = try_softened(s, status);
     const int is_cut = softened == HQP_ITERATION_CAP && s->iterations < most && !s->is_late;
@@ -586,21 +659,18 @@ static int is_proven_apart(hqp_solver *s) {
     hqp_part(s);
     memset(s->joined, 0, (size_t)s->levels);
     s->is_lax = 1;
-    const int proven = is_proven_by_descent(s, s->levels);
+    const int proven = is_proven_fitted(s, 0.0);
     s->is_lax = 0;
-    hqp_find_values(s);
     return proven;
 }
 
 /* x is proven with joins that an earlier solve needed. Whether it is found without them now, and no worse. */
 static int needs_no_joins(hqp_solver *s) {
     signed char joined[MAX_LEVELS];
-    const int leans = s->leans, limit = s->iterations + GLANCE;
+    const int leans = s->leans;
     if (!hqp_set_apart(s, joined)) return 0;
     s->leans = -1;
-    s->iteration_limit = limit < s->settings.max_iterations ? limit : s->settings.max_iterations;
-    memcpy(s->start, s->x, (size_t)s->ld * sizeof(double));
-    const enum outcome outcome = sweep(s, 0, 1);
+    const enum outcome outcome = glance(s, GLANCE);
     if (outcome == PROVEN ? is_confirmed(s) : outcome == SETTLED && is_proven_by_descent(s, s->levels)) {
         if (!hqp_may_gain(s) || !hqp_is_worth_joins(s, joined)) return 1;
     }

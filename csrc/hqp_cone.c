@@ -42,7 +42,15 @@ static void form(hqp_solver *s, int level) {
     }
 }
 
-/* Length of what the held rows, with multipliers >= 0, leave of the target. */
+/* The largest multiplier, times the norm of its row, of those that hold the projection. */
+static double most_held(const hqp_solver *s) {
+    double most = 0.0;
+    for (int k = 0; k < s->held.count; k++) most = fmax(most, s->held.multiplier[k] * s->norm[s->held.id[k]]);
+    return most;
+}
+
+/* Length of what the held rows, with multipliers >= 0, leave of the target, with what their rounding may
+ * leave. */
 static double left_over(hqp_solver *s) {
     const int free = s->width - s->rank;
     double *rest = s->reduced;
@@ -51,7 +59,7 @@ static double left_over(hqp_solver *s) {
         if (!(s->held.multiplier[k] > 0.0)) continue;
         hqp_add(rest, s->held.multiplier[k], s->held.rows + k * s->ld, free);
     }
-    return sqrt(hqp_inner(rest, rest, free));
+    return sqrt(hqp_inner(rest, rest, free)) + s->rounded * most_held(s);
 }
 
 /*
@@ -77,13 +85,6 @@ static double project(hqp_solver *s, int level, double none) {
     s->iteration_limit = limit;
     s->iterations = iterations;
     return left;
-}
-
-/* The largest multiplier, times the norm of its row, of those that hold the projection. */
-static double most_held(const hqp_solver *s) {
-    double most = 0.0;
-    for (int k = 0; k < s->held.count; k++) most = fmax(most, s->held.multiplier[k] * s->norm[s->held.id[k]]);
-    return most;
 }
 
 /* The same, from the rows that have a side; and from none, as others may do with less, where these have large

@@ -12,6 +12,7 @@
 #include <string.h>
 
 enum { FEW = 16 };
+static const double LEAST = 1e-7, LEAST_JOINED = 1e-14; /* times the longest row: a column that is one */
 static const double MOSTLY =
     0.5; /* of a row's square: with that much left of it, rounding has taken little */
 
@@ -63,17 +64,54 @@ static void reduce_column(hqp_solver *s, int c, double norm) {
     }
 }
 
+static void swap_rows(double *a, double *b, int count) {
+    for (int i = 0; i < count; i++) {
+        const double kept = a[i];
+        a[i] = b[i];
+        b[i] = kept;
+    }
+}
+
+static double square_below(const hqp_solver *s, int c, int from) {
+    double sum = 0.0;
+    for (int i = from; i < s->fit_count; i++) {
+        const double a = hqp_row(s, s->fit_rows, i)[c];
+        sum += a * a;
+    }
+    return sum;
+}
+
+/* Bring the longest column of what is left to place c: with it, rows of any weight keep their own accuracy
+ * (Cox, Higham 1998). */
+static void pivot_column(hqp_solver *s, int c) {
+    int best = c;
+    double most = 0.0;
+    for (int k = c; k < freedom(s); k++) {
+        const double sum = square_below(s, k, c);
+        if (sum > most) {
+            most = sum;
+            best = k;
+        }
+    }
+    if (best == c) return;
+    for (int i = 0; i < s->fit_count; i++) {
+        double *row = hqp_row(s, s->fit_rows, i);
+        const double kept = row[c];
+        row[c] = row[best];
+        row[best] = kept;
+    }
+    swap_rows(hqp_row(s, s->direction, c), hqp_row(s, s->direction, best), (int)s->ld);
+}
+
 /* Householder QR of fit_rows, rhs to Q^T rhs. Returns 0 where its columns are not clearly independent. */
-static int triangularise(hqp_solver *s) {
+static int triangularise(hqp_solver *s, int is_joined) {
+    const double least = is_joined ? LEAST_JOINED : LEAST;
     double largest = 0.0;
     for (int i = 0; i < s->fit_count; i++) largest = fmax(largest, s->norm[s->fit[i]]);
     for (int c = 0; c < freedom(s); c++) {
-        double sum = 0.0;
-        for (int i = c; i < s->fit_count; i++) {
-            const double a = hqp_row(s, s->fit_rows, i)[c];
-            sum += a * a;
-        }
-        if (!(sqrt(sum) > 1e-7 * largest)) return 0;
+        if (is_joined) pivot_column(s, c);
+        const double sum = square_below(s, c, c);
+        if (!(sqrt(sum) > least * largest)) return 0;
         reduce_column(s, c, sqrt(sum));
     }
     return 1;
@@ -123,7 +161,7 @@ static int free_minimiser(hqp_solver *s, int level) {
         s->rhs[s->fit_count] = hqp_bound(s, i, s->side[i]) - hqp_value(s, i, s->x);
         s->fit[s->fit_count++] = i;
     }
-    if (!triangularise(s)) return 0;
+    if (!triangularise(s, s->joined[level])) return 0;
     measure_by_level(s);
     return 1;
 }

@@ -123,6 +123,8 @@ struct hqp_solver {
     int is_rough;       /* the last proof minded no more than that only because it was one by projection */
     int is_lax;         /* no more is asked of joined levels than of others */
     double hardest;     /* the largest multiplier of the last level, times the norm of its row */
+    double rounded;     /* times a multiplier: what its rounding may leave of a gradient */
+    int softened;       /* x was found with two levels as one */
     double *path;       /* [levels + 1][ld] x at the start of each level of a sweep */
     double x_norm, trial_norm;
     int iterations, iteration_limit;
@@ -278,7 +280,7 @@ int hqp_weigh(hqp_solver *s, int more);
 int hqp_set_apart(hqp_solver *s, signed char *joined);
 int hqp_is_worth_joins(const hqp_solver *s, const signed char *joined);
 void hqp_take_back(hqp_solver *s, const signed char *joined);
-int hqp_soften(hqp_solver *s, int k);
+int hqp_soften(hqp_solver *s, int count);
 void hqp_harden(hqp_solver *s);
 void hqp_keep(hqp_solver *s);
 void hqp_bring_back(hqp_solver *s);
@@ -326,6 +328,7 @@ int hqp_guess(hqp_solver *s, int level);
 /* The two methods: all levels with guessed working sets (hqp_sweep.c), and one level with certainty
  * (hqp_walk.c) */
 int hqp_sweep(hqp_solver *s, int first, int repair);
+void hqp_fit_face(hqp_solver *s);
 hqp_status hqp_walk(hqp_solver *s, int level);
 
 /* Parts of the sweep: the last step (hqp_dual.c), and what to do where it is impossible (hqp_clash.c). They

@@ -59,8 +59,8 @@ void hqp_join(hqp_solver *s) {
     memcpy(s->row0, s->first_row, (size_t)(s->levels + 1) * sizeof(int));
     if (!any_joined(s)) return;
     scale(s, 1);
-    for (int p = 0; p + 1 < s->levels; p++) {
-        if (s->joined[p]) s->row0[p + 1] = s->first_row[p + 2];
+    for (int p = s->levels - 2; p >= 0; p--) {
+        if (s->joined[p]) s->row0[p + 1] = s->row0[p + 2];
     }
     s->resumable = 0;
 }
@@ -306,13 +306,20 @@ void hqp_take_back(hqp_solver *s, const signed char *joined) {
     hqp_bring_back(s);
 }
 
-/* No levels are joined: join the last two of which both have a slack, to find an x that is to be proven
- * without. Returns the first of them, or -1. */
-int hqp_soften(hqp_solver *s, int k) {
-    int level = s->levels - 2;
-    while (level >= 0 && !(hqp_has_slack(s, level) && hqp_has_slack(s, level + 1))) level--;
-    if (level < 0 || any_joined(s)) return -1;
-    lower(s, level, k);
+/*
+ * No levels are joined: join the last `count` in a row that have a slack, to find an x that is to be proven
+ * without. Returns the first of them, or -1.
+ */
+int hqp_soften(hqp_solver *s, int count) {
+    int level = s->levels, run = 0;
+    while (level > 0 && run < count) run = hqp_has_slack(s, --level) ? run + 1 : 0;
+    if (run < count || any_joined(s)) return -1;
+    for (int q = 1; q < count; q++) s->joined[level + q - 1] = (signed char)(q * LEAST);
+    for (int i = 0; i < s->first_row[level + count - 1]; i++) {
+        const int at = s->guess_held_at[i];
+        if (at > level && at < level + count) s->guess_held_at[i] = (short)level;
+    }
+    hqp_join(s);
     s->is_lax = 1;
     return level;
 }

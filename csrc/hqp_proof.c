@@ -203,6 +203,7 @@ int hqp_prove_by_descent(hqp_solver *s, int count) {
     hqp_unfix(s);
     hqp_rewind(s, 0);
     s->is_rough = 0;
+    s->hardest = 0.0;
     for (int p = 0; p < count; p++) {
         s->rank_at[p] = s->rank;
         seat_held(s, p);

@@ -145,3 +145,30 @@ int hqp_sweep(hqp_solver *s, int first, int repair) {
     memset(s->side, 0, (size_t)s->total);
     return 1;
 }
+
+/*
+ * Move x to where, level by level, the minimum is with all rows held that x touches, whatever their
+ * multipliers. What a small weight or a multiplier of any size has left of x's accuracy does not matter
+ * there.
+ */
+void hqp_fit_face(hqp_solver *s) {
+    hqp_rewind(s, 0);
+    for (int level = 0; level < s->levels && s->rank < s->width; level++) {
+        s->rank_at[level] = s->rank;
+        hqp_find_values(s);
+        for (int i = 0; i < s->row0[level]; i++) {
+            const int at_lb = hqp_touches(s, i, -1), at_ub = hqp_touches(s, i, 1);
+            s->side[i] = hqp_is_hard(s, i) && (at_lb || at_ub) ? (at_lb ? -1 : 1) : 0;
+        }
+        hqp_seat_violated(s, level);
+        hqp_factorise(s, level);
+        hqp_find_step(s, 0);
+        for (int i = 0; i < s->ld; i++) s->x[i] += s->step[i];
+        for (int i = 0; i < s->row0[level]; i++) {
+            if (s->side[i]) s->frozen_at[i] = (short)level;
+        }
+        hqp_hold_fitted(s);
+        hqp_close_level(s, level);
+    }
+    s->x_norm = hqp_length(s, s->x);
+}

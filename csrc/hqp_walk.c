@@ -239,10 +239,10 @@ static int leave_vertex(hqp_solver *s, int level) {
 /*
  * Primal descent. After PATIENCE steps without progress, and where the working set finds no way down, the
  * projected gradient decides: it is none at a minimum, and else phi falls, so that no working set comes back
- * after it. Where rounding keeps phi from falling, time after time, the level is given up.
+ * after it. Where rounding keeps phi from falling the level is given up.
  */
 static hqp_status descend(hqp_solver *s, int level) {
-    int stalled = 0, given_up = 0;
+    int stalled = 0;
     begin_descent(s, level);
     while (!hqp_out_of_iterations(s)) {
         const enum progress progress = descent_step(s, level);
@@ -250,8 +250,7 @@ static hqp_status descend(hqp_solver *s, int level) {
         stalled = progress == MOVED ? 0 : stalled + 1;
         if (!at_end && stalled < PATIENCE) continue;
         if (at_end ? is_minimal(s, level) : hqp_is_minimal(s, level)) return HQP_SOLVED;
-        given_up = leave_vertex(s, level) ? 0 : given_up + 1;
-        if (given_up > PATIENCE) return HQP_REPEATED_SET;
+        if (!leave_vertex(s, level)) return HQP_REPEATED_SET;
         stalled = 0;
     }
     return HQP_ITERATION_CAP;

@@ -161,6 +161,31 @@ def test_a_join_has_the_weight_that_its_own_answer_allows():
     assert slack_norms(levels, solution.x)[-1] == pytest.approx(408.9624, abs=1e-4)
 
 
+@pytest.mark.parametrize("tick", [0, 1])
+def test_three_levels_that_lean_on_each_other_are_found_as_one_and_proven_on_the_face_they_end_on(tick):
+    levels = recorded("contact_face")[tick]
+    solution = solve(levels)
+    assert solution.status is Status.SOLVED and is_proven(levels, solution, 1e-7)
+    assert slack_norms(levels, solution.x)[-3:].min() > 0.01
+
+
+@pytest.mark.parametrize("tick", [0, 1])
+def test_multipliers_so_large_that_their_rounding_counts_prove_nothing(tick):
+    """1e12 hold the last level, of whose gradient 3e-6 are left; by their own rounding that may be none."""
+    levels = recorded("contact_vast")[tick]
+    solution = solve(levels)
+    assert solution.status is not Status.SOLVED or is_proven(levels, solution)
+
+
+@pytest.mark.parametrize("tick", [0, 1])
+def test_where_a_sweep_is_lost_one_with_two_levels_as_one_is_next(tick):
+    """A walk takes 153 and 162 working sets."""
+    levels = recorded("contact_lost")[tick]
+    solution = solve(levels)
+    assert solution.status is Status.SOLVED and is_proven(levels, solution)
+    assert solution.iterations < 80
+
+
 @pytest.mark.parametrize("cap", [1, 5, 20, 50, 100, 5000])
 def test_the_cap_is_kept_by_both_methods_together_and_the_search_ends_before_a_large_one(cap):
     for name in ("contact_cold", "contact_warm", "contact_accuracy"):
@@ -221,7 +246,7 @@ def test_a_row_that_is_missed_by_rounding_lets_no_lower_level_suffer():
 
 
 def test_what_is_not_proven_says_so():
-    """Three levels lean on each other: level 8 is smaller by 5 % where level 7 loses next to nothing."""
+    """Three levels lean on each other; whatever weights they have as one, no x is found that is proven."""
     levels = recorded("contact_undecided")[0]
     solution = solve(levels, max_iterations=100_000)
     assert solution.status is Status.NOT_PROVEN
