@@ -1,5 +1,5 @@
 """Arrays for C: checked once, where they are bound, against what the header says of them."""
 
-from .bind import BindError, bind, hold, pointer
+from .bind import BindError, bind, hold, places, pointer, put
 
-__all__ = ["BindError", "bind", "hold", "pointer"]
+__all__ = ["BindError", "bind", "hold", "places", "pointer", "put"]

@@ -7,7 +7,7 @@ its type, its shape, and by ``const`` that C only reads it (csrc/shape.h). Whoev
 from __future__ import annotations
 
 import weakref
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from functools import cache
 from types import MappingProxyType
 from typing import Any, Final, NamedTuple
@@ -58,6 +58,14 @@ class Field(NamedTuple):
     stride: str
 
 
+class Place(NamedTuple):
+    """A field of one struct, and the shape that its array must have there."""
+
+    name: str
+    field: Field
+    shape: tuple[int | None, ...]
+
+
 def bind(
     lib: Any, struct: Any, sizes: Mapping[str, int] = _NO_SIZES, index: int | None = None, /, **arrays: Any
 ) -> None:
@@ -77,36 +85,59 @@ def bind(
         BindError: another dtype, shape or memory order, memory that C must not write, a field that is not
             declared as an array, a size that nobody gave, or a struct that somebody else owns.
     """
+    put(struct, index, places(lib, struct, sizes, index, arrays), tuple(arrays.values()))
+
+
+def places(
+    lib: Any, struct: Any, sizes: Mapping[str, int], index: int | None, names: Iterable[str]
+) -> tuple[Place, ...]:
+    """Where arrays of these names go in a struct; for put, by whoever binds there again and again.
+
+    Raises:
+        BindError: a field that is not declared as an array, a size that nobody gave, or a struct that
+            somebody else owns.
+    """
     if type(struct) is not _OWNER or _FFI.typeof(struct).kind == "struct":
         raise BindError(str(_FFI.typeof(struct)), "does not own its memory", "what ffi.new gave")
     target = struct if index is None else struct[index]
     kind = _FFI.typeof(struct).item
     fields = _fields(lib, kind)
-    values = {}
-    for name, array in arrays.items():
+    found = []
+    for name in names:
         field = fields.get(name)
         if field is None:
             known = ", ".join(fields) or "nothing: it has no arrays"
             raise BindError(_name(kind, name), "is not declared as an array", known)
-        shape = _shape(field, kind, name, target, sizes)
-        if array is None:
-            if not field.optional:
-                raise BindError(_name(kind, name), "is None", _expected(field.dtype, shape, field.written))
-            values[name] = _FFI.NULL
-        elif isinstance(array, _FFI.CData):
-            values[name] = _table(_name(kind, name), array, shape)
-        else:
-            stride = int(getattr(target, field.stride)) if field.stride else None
-            problem = _problem(array, field.dtype, shape, field.written, stride)
-            if problem:
-                expected = _expected(field.dtype, shape, field.written, stride)
-                raise BindError(_name(kind, name), problem, expected)
-            place = _FFI.from_buffer(array) if stride is None else array.ctypes.data
-            values[name] = _FFI.cast(field.type, place)
+        found.append(Place(name, field, _shape(field, kind, name, target, sizes)))
+    return tuple(found)
+
+
+def put(struct: Any, index: int | None, where: tuple[Place, ...], arrays: tuple[Any, ...]) -> None:
+    """Bind one array a place, as bind does."""
+    target = struct if index is None else struct[index]
+    values = [_place(struct, target, at, array) for at, array in zip(where, arrays, strict=True)]
     keep = _kept.setdefault(struct, {})
-    for name, value in values.items():
+    for (name, *_), value, array in zip(where, values, arrays, strict=True):
         setattr(target, name, value)
-        keep[index, name] = hold(arrays[name]) if isinstance(arrays[name], np.ndarray) else [arrays[name]]
+        keep[index, name] = hold(array) if isinstance(array, np.ndarray) else [array]
+
+
+def _place(struct: Any, target: Any, at: Place, array: Any) -> Any:
+    """The pointer to an array that fits its place."""
+    name, field, shape = at
+    if array is None:
+        if not field.optional:
+            wanted = _expected(field.dtype, shape, field.written)
+            raise BindError(_name(_FFI.typeof(struct).item, name), "is None", wanted)
+        return _FFI.NULL
+    if isinstance(array, _FFI.CData):
+        return _table(_name(_FFI.typeof(struct).item, name), array, shape)
+    stride = int(getattr(target, field.stride)) if field.stride else None
+    problem = _problem(array, field.dtype, shape, field.written, stride)
+    if problem:
+        expected = _expected(field.dtype, shape, field.written, stride)
+        raise BindError(_name(_FFI.typeof(struct).item, name), problem, expected)
+    return _FFI.cast(field.type, _FFI.from_buffer(array) if stride is None else array.ctypes.data)
 
 
 def pointer(array: NDArray[Any], ctype: str, *shape: int | None, name: str = "the argument") -> Any:
@@ -131,6 +162,8 @@ def pointer(array: NDArray[Any], ctype: str, *shape: int | None, name: str = "th
 
 def hold(array: NDArray[Any]) -> list[Any]:
     """What keeps the memory of an array in its place: numpy resizes none that is weakly referred to."""
+    if array.base is None:
+        return [array, weakref.ref(array)]
     owners: list[Any] = [array]
     while isinstance(owners[-1].base, np.ndarray):
         owners.append(owners[-1].base)
@@ -184,7 +217,9 @@ def _problem(
     array: Any, wanted: np.dtype[Any], shape: tuple[int | None, ...], written: bool, stride: int | None = None
 ) -> str:
     """What is wrong with an array; "" if nothing is."""
-    if not isinstance(array, np.ndarray) or isinstance(array, np.ma.MaskedArray):
+    if type(array) is not np.ndarray and (
+        not isinstance(array, np.ndarray) or isinstance(array, np.ma.MaskedArray)
+    ):
         return f"is of type {type(array).__name__}"
     if array.dtype is not wanted and not _fits(array.dtype, wanted):
         return f"has dtype {array.dtype}"

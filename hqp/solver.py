@@ -10,7 +10,7 @@ from typing import Any, Final, NoReturn, SupportsIndex
 import numpy as np
 from numpy.typing import NDArray
 
-from ..binding import bind, hold, pointer
+from ..binding import BindError, bind, hold, places, pointer, put
 from ._hqp import ffi, lib
 from .problem import PARTS, Array, HqpError, Level
 
@@ -165,6 +165,16 @@ class Solver:
         self._solver = ffi.gc(solver, lib.hqp_destroy)
         self._info = ffi.new("hqp_info *")
         self._levels = ffi.new("hqp_level[]", len(counts))
+        self._places = [
+            places(
+                lib,
+                self._levels,
+                {"n": self._n, "equalities": eq, "inequalities": ineq, "weights": eq + ineq},
+                p,
+                PARTS,
+            )
+            for p, (eq, ineq) in enumerate(counts)
+        ]
         self._solution = Solution(self._n, self._rows, self._info)
         self._bound: tuple[Level, ...] = ()
         self._lock = Lock()
@@ -294,20 +304,31 @@ class Solver:
         """Point at the arrays of these levels. Returns the first level that is not the one bound already."""
         count = len(self._rows)
         new = _listed(levels, count)
-        if len(new) == len(self._bound) == count and all(map(operator.is_, new, self._bound)):
-            return count
-        self._check(new)
-        for p, (level, (equalities, inequalities)) in enumerate(zip(new, self._rows, strict=True)):
-            parts = {name: getattr(level, name) for name in PARTS}
-            parts["weights"] = level.weights if level.weights.size else None
-            sizes = {"n": self._n, "equalities": equalities, "inequalities": inequalities}
-            sizes["weights"] = equalities + inequalities
-            bind(lib, self._levels, sizes, p, **parts)
-        before, self._bound = self._bound, new
-        same = map(operator.is_, new, before)
-        return next((p for p, is_same in enumerate(same) if not is_same), 0)
+        if len(new) != count or any(type(level) is not Level for level in new):
+            self._refuse(new)
+        same = list(map(operator.is_, new, self._bound)) if self._bound else []
+        first = same.index(False) if False in same else count if same else 0
+        self._bound = ()  # so that nothing passes for bound where a level is refused
+        for p in range(first, count):
+            if not same or not same[p]:
+                self._bind_level(p, new)
+        self._bound = new
+        return first
 
-    def _check(self, levels: tuple[Level, ...]) -> None:
+    def _bind_level(self, p: int, levels: tuple[Level, ...]) -> None:
+        level = levels[p]
+        weights = level.weights if level.weights.size else None
+        arrays = (level.A, level.b, level.C, level.lb, level.ub, weights)
+        try:
+            put(self._levels, p, self._places[p], arrays)
+            return
+        except BindError as error:
+            problem = error
+        self._refuse(levels)
+        raise problem
+
+    def _refuse(self, levels: tuple[Level, ...]) -> None:
+        """Say what is wrong with these levels."""
         _check_types(levels)
         for level in levels:
             level.check()

@@ -89,6 +89,7 @@ def test_an_exception_on_the_way_leaves_the_solver_as_it_was():
     with pytest.raises(HqpError, match="made for"):
         solver.solve([wish(9.0), wish(0.0, 0.0)])
     assert solver.solution.x == [1.0] and solver.resolve(levels, 2).x == [1.0]
+    assert solver.solve(levels).x == [1.0]
 
 
 def test_a_level_exchanged_in_the_list_of_the_last_call_is_noticed():
