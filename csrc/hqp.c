@@ -20,7 +20,7 @@ static const double MISSED = 1e-5; /* times norm of row (1 + |x|): more than a s
 static const double ROUNDED = 2e-15;    /* times a multiplier: what its rounding may leave of a gradient */
 enum { USUAL = 16, LEAST_USUAL = 128 }; /* times n, and at least: iterations that nearly all do with */
 enum { GLANCE = 16 };                   /* iterations to see whether joins are needed */
-enum { SOFT_GLANCE = 2 };               /* times n: the same, to find x with two levels as one */
+enum { SOFT_GLANCE = 2 };               /* times n: the same, to find x with levels as one */
 enum { MOST_SOFTENED = 3 };             /* levels as one on the way at most */
 
 static int usual(int n) {
@@ -90,10 +90,15 @@ static void lay_out_reals(hqp_solver *s, char *arena, size_t *used) {
         {&s->multiplier, most},
         {&s->rounding, most},
         {&s->rhs, widest},
+        {&s->line, ld * n},
+        {&s->cross, 4 * n},
+        {&s->zeros, ld},
         {&s->held.rows, ld * (n + 1)},
         {&s->held.basis, ld * (n + 1)},
         {&s->held.triangle, ld * (n + 1)},
         {&s->held.gap, n + 1},
+        {&s->held.along, n + 4},
+        {&s->held.step, ld},
         {&s->held.multiplier, n + 1},
         {&s->broken_row, ld},
         {&s->broken_pull, ld},
@@ -114,6 +119,7 @@ static void lay_out_reals(hqp_solver *s, char *arena, size_t *used) {
         {&s->bundle.multiplier, (size_t)s->bundle.most},
         {&s->bundle.gap, (size_t)s->bundle.most},
         {&s->bundle.pull, (size_t)s->bundle.most},
+        {&s->bundle.x, ld},
         {&s->none, levels},
         {&s->then, levels},
         {&s->kept, ld},
@@ -143,8 +149,8 @@ static size_t lay_out(hqp_solver *s, char *arena) {
     for (size_t i = 0; i < sizeof ints / sizeof *ints; i++)
         *ints[i] = slice(arena, &used, most * sizeof(int));
     signed char **const flags[] = {
-        &s->kind,       &s->side,      &s->forced, &s->guess_side, &s->guess_held_side,
-        &s->clash.side, &s->cone.kind, &s->clear,  &s->apart.side, &s->apart.held_side};
+        &s->kind,      &s->side,  &s->forced,     &s->guess_side,      &s->guess_held_side, &s->clash.side,
+        &s->cone.kind, &s->clear, &s->apart.side, &s->apart.held_side, &s->bundle.side};
     for (size_t i = 0; i < sizeof flags / sizeof *flags; i++) *flags[i] = slice(arena, &used, most);
     s->guess_held_at = slice(arena, &used, rows * sizeof(short));
     s->frozen_at = slice(arena, &used, rows * sizeof(short));
@@ -156,6 +162,8 @@ static size_t lay_out(hqp_solver *s, char *arena) {
     s->first_row = slice(arena, &used, (levels + 1) * sizeof(int));
     s->rank_at = slice(arena, &used, (levels + 2) * sizeof(int));
     s->equalities = slice(arena, &used, levels * sizeof(int));
+    s->proof.held = slice(arena, &used, levels * n * sizeof(int));
+    s->proof.count = slice(arena, &used, levels * sizeof(int));
     s->slack = slice(arena, &used, levels);
     s->weighted = slice(arena, &used, levels);
     s->joined = slice(arena, &used, levels);
@@ -229,6 +237,7 @@ static void forget(hqp_solver *s) {
         s->guess_held_at[i] = -1;
         s->strength[i] = 0.0;
     }
+    memset(s->proof.count, 0, (size_t)s->levels * sizeof(int));
     s->warm = s->resumable = s->started = 0;
     s->apart.level = -1;
 }
@@ -575,11 +584,11 @@ static int is_clearly_missed(const hqp_solver *s, int level) {
     return 0;
 }
 
-/* Whether a sweep with two levels as one finds what one without did not. */
+/* Whether a short sweep with two levels as one, from the start, finds x, which is proven without, and misses
+ * both clearly. */
 static int is_found_softened(hqp_solver *s) {
     memcpy(s->x, s->start, (size_t)s->ld * sizeof(double));
     hqp_find_values(s);
-    hqp_keep(s);
     const int level = hqp_soften(s, 2);
     if (level < 0) return 0;
     const int half = (s->settings.max_iterations - s->iterations) / 2, most = SOFT_GLANCE * s->n;
@@ -619,7 +628,6 @@ static hqp_status try_softened(hqp_solver *s, hqp_status status) {
     const int leans = s->leans;
     const double least = s->least, rounded = status == HQP_SOLVED ? 0.0 : ROUNDED;
     for (int count = 2; count <= MOST_SOFTENED && !s->is_late; count++) {
-        if (status == HQP_SOLVED) hqp_keep(s);
         const int level = hqp_soften(s, count);
         if (level < 0) return status;
         s->warm = 1;

@@ -17,7 +17,7 @@ static const double TOUCH = 1e-9; /* part of the clash's size below which a row 
 /* reduced = row Q, in the columns of the frozen rows */
 static const double *in_frozen_columns(hqp_solver *s, int id) {
     hqp_gather(s, s->reduced, hqp_row(s, s->given, id));
-    for (int k = 0; k < s->rank; k++) hqp_reflect_row(s, k, s->reduced);
+    hqp_reflect_row(s, s->rank, s->reduced);
     return s->reduced;
 }
 
@@ -119,7 +119,7 @@ int hqp_give_way(hqp_solver *s, int level, int id, int side, const double *pull)
     for (int q = level - 1; q > s->fixed_through; q--) {
         const int from = s->rank_at[q], to = s->rank_at[q + 1];
         int fitted = from, own = 0;
-        while (fitted < to && s->column_row[fitted] >= 0) fitted++;
+        while (fitted < to && s->column_row[fitted] < s->row0[q]) fitted++;
         for (int k = 0; k < s->clash.count; k++) own |= s->clash.id[k] >= s->row0[q];
         if (own || touches(s, sum, fitted, to)) return seat(s, q, 0.0);
         if (!touches(s, sum, from, fitted)) continue;

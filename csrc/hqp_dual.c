@@ -11,7 +11,7 @@
 
 #include <string.h>
 
-enum { FEW = 16 };
+enum { FEW = 16, REFRESH = 16 };                        /* REFRESH: steps */
 static const double LEAST = 1e-7, LEAST_JOINED = 1e-14; /* times the longest row: a column that is one */
 static const double MOSTLY =
     0.5; /* of a row's square: with that much left of it, rounding has taken little */
@@ -33,7 +33,7 @@ void hqp_free_directions(hqp_solver *s) {
         s->direction.last[j] = hqp_floor4(s->rank + j) + 4;
         s->work_order[j] = j;
     }
-    for (int k = s->rank - 1; k >= 0; k--) hqp_reflect(s, k, s->direction, s->work_order, m);
+    hqp_reflect_back(s, s->rank, s->direction, s->work_order, m);
     for (int j = 0; j < m; j++) hqp_scatter(s, hqp_row(s, s->direction, j));
 }
 
@@ -184,28 +184,61 @@ int hqp_most_broken(hqp_solver *s, int level) {
 
 /* row[..m] = -side (row . T^T), how t changes the room the row has; returns the gap, what is missing at x* */
 static double to_t_space(const hqp_solver *s, int id, int side, double *row) {
-    for (int j = 0; j < freedom(s); j++) row[j] = -side * hqp_value(s, id, hqp_row(s, s->direction, j));
+    const int m = freedom(s);
+    for (int j = 0; j < m; j++) row[j] = -side * hqp_value(s, id, hqp_row(s, s->direction, j));
+    for (int j = m; j < hqp_ceil4(m); j++) row[j] = 0.0;
     return side * (hqp_value(s, id, s->trial) - hqp_bound(s, id, side));
+}
+
+/* along[0 .. 4) = four lines of `rows` . a over [0, to) */
+static void dot_four(const hqp_solver *s, const double *rows, const double *a, int to, double *along) {
+    hqp_pair low[4] = {{0.0, 0.0}, {0.0, 0.0}, {0.0, 0.0}, {0.0, 0.0}},
+             high[4] = {low[0], low[0], low[0], low[0]};
+    for (int j = 0; j < to; j += 4) {
+        const hqp_pair first = hqp_load(a + j), second = hqp_load(a + j + 2);
+        for (int i = 0; i < 4; i++) {
+            low[i] += hqp_load(rows + i * s->ld + j) * first;
+            high[i] += hqp_load(rows + i * s->ld + j + 2) * second;
+        }
+    }
+    for (int i = 0; i < 4; i++) along[i] = (low[i][0] + low[i][1]) + (high[i][0] + high[i][1]);
+}
+
+/* a -= along[0 .. 4) . four lines of `rows` */
+static void take_four(const hqp_solver *s, double *a, const double *along, const double *rows, int to) {
+    const double *const second = rows + s->ld, *const third = second + s->ld, *const fourth = third + s->ld;
+    for (int j = 0; j < to; j += 2) {
+        const hqp_pair left = along[0] * hqp_load(rows + j) + along[1] * hqp_load(second + j);
+        const hqp_pair right = along[2] * hqp_load(third + j) + along[3] * hqp_load(fourth + j);
+        *(hqp_pair *)(a + j) = hqp_load(a + j) - (left + right);
+    }
+}
+
+/* rest loses its part in the span of the held rows, which coefficient, in their basis, gains. */
+static void take_away_held(const hqp_solver *s, double *rest, double *coefficient) {
+    const int count = s->held.count, whole = hqp_floor4(count), to = hqp_ceil4(freedom(s));
+    double *const along = s->held.along;
+    for (int i = 0; i < whole; i += 4) dot_four(s, line(s, s->held.basis, i), rest, to, along + i);
+    for (int i = whole; i < count; i++) along[i] = hqp_dot(line(s, s->held.basis, i), rest, 0, to);
+    for (int i = 0; i < whole; i += 4) take_four(s, rest, along + i, line(s, s->held.basis, i), to);
+    for (int i = whole; i < count; i++) hqp_axpy(rest, -along[i], line(s, s->held.basis, i), 0, to);
+    for (int i = 0; i < count; i++) coefficient[i] += along[i];
 }
 
 /*
  * rest = the part of a row outside the span of the held rows, by Gram-Schmidt, done twice where the first
- * time took most of the row away; coefficient = the part inside, in their basis. Returns |rest|^2.
+ * time took most of the row away (Daniel, Gragg, Kaufman, Stewart 1976); coefficient = the part inside, in
+ * their basis. Returns |rest|^2.
  */
 static double orthogonalise(const hqp_solver *s, const double *row, double *rest, double *coefficient) {
-    const int m = freedom(s);
-    const double size = hqp_inner(row, row, m);
+    const int to = hqp_ceil4(freedom(s));
+    const double size = hqp_dot(row, row, 0, to);
     double left = size;
-    memcpy(rest, row, (size_t)m * sizeof(double));
+    memcpy(rest, row, (size_t)to * sizeof(double));
     for (int i = 0; i < s->held.count; i++) coefficient[i] = 0.0;
     for (int pass = 0; pass < 2 && (pass == 0 || left < MOSTLY * size); pass++) {
-        for (int i = 0; i < s->held.count; i++) {
-            const double *basis = line(s, s->held.basis, i);
-            const double c = hqp_inner(basis, rest, m);
-            hqp_add(rest, -c, basis, m);
-            coefficient[i] += c;
-        }
-        left = hqp_inner(rest, rest, m);
+        take_away_held(s, rest, coefficient);
+        left = hqp_dot(rest, rest, 0, to);
     }
     return left;
 }
@@ -272,13 +305,14 @@ static void rotate_out(hqp_solver *s, int drop) {
     for (int k = drop; k < count; k++) rotate(s, k, count);
 }
 
-/* Release held row number `drop`; the few after it are orthogonalised again, which also mends rounding. */
-static void release(hqp_solver *s, int drop) {
+/* Release held row number `drop`; the few after it are orthogonalised again, which also mends rounding.
+ * Returns 0 where that releases another one. */
+static int release(hqp_solver *s, int drop) {
     const int count = s->held.count;
     s->side[s->held.id[drop]] = 0;
     if (count - drop > FEW) {
         rotate_out(s, drop);
-        return;
+        return 1;
     }
     s->held.count = drop;
     for (int i = drop + 1; i < count; i++) {
@@ -289,6 +323,7 @@ static void release(hqp_solver *s, int drop) {
         s->held.multiplier[to] = s->held.multiplier[i];
         if (!append(s)) s->side[s->held.id[to]] = 0;
     }
+    return s->held.count == count - 1;
 }
 
 /* L^T y = y in place, L the triangle of the held rows */
@@ -298,6 +333,11 @@ static void solve_transposed(const hqp_solver *s, double *y) {
         y[i] /= triangle[i];
         hqp_add(y, -y[i], triangle, i);
     }
+}
+
+/* x += T^T t */
+static void move(hqp_solver *s, const double *t) {
+    for (int j = 0; j < freedom(s); j++) hqp_axpy(s->x, t[j], hqp_row(s, s->direction, j), 0, (int)s->ld);
 }
 
 /* x += T^T t for the shortest t that closes these gaps of the held rows: L q = gap, t = basis^T q; gap
@@ -310,14 +350,14 @@ static void step_to_bounds(hqp_solver *s, double *gap) {
         q[i] = (q[i] - hqp_inner(triangle, q, i)) / triangle[i];
         hqp_add(t, q[i], basis, freedom(s));
     }
-    for (int j = 0; j < freedom(s); j++) hqp_axpy(s->x, t[j], hqp_row(s, s->direction, j), 0, (int)s->ld);
+    move(s, t);
 }
 
 /*
  * x at the shortest t that brings the held rows to their bounds, and their multipliers, L^T multiplier = q. A
  * second step mends what rounding left of the first where x* is far away.
  */
-static void close_gaps(hqp_solver *s) {
+void hqp_close_gaps(hqp_solver *s) {
     double *multiplier = s->held.multiplier, *left = s->step;
     memcpy(s->x, s->trial, (size_t)s->ld * sizeof(double));
     for (int k = 0; k < s->held.count; k++) multiplier[k] = s->held.gap[k];
@@ -335,7 +375,7 @@ static void close_gaps(hqp_solver *s) {
  */
 void hqp_hold(hqp_solver *s, int level) {
     int worst = 0;
-    s->held.count = 0;
+    s->held.count = s->held.steps = 0;
     for (int i = 0; i < s->row0[level]; i++) {
         const int side = s->side[i], k = s->held.count;
         if (!side) continue;
@@ -345,7 +385,7 @@ void hqp_hold(hqp_solver *s, int level) {
     }
     while (worst >= 0) {
         double least = 0.0;
-        close_gaps(s);
+        hqp_close_gaps(s);
         worst = -1;
         for (int k = 0; k < s->held.count; k++) {
             if (s->held.multiplier[k] >= least) continue;
@@ -370,15 +410,18 @@ static void hold_guess(hqp_solver *s, int level) {
 
 /*
  * Bring broken row `id` to its bound, along the way releasing held rows whose multiplier falls to zero: with
- * row = pull . held + rest, a step of length l raises its own multiplier to l, lowers theirs by l pull, and
- * closes l |rest|^2 of the gap. Returns HQP_DONE, HQP_LOST, or the level that must give way.
+ * row = pull . held + rest, a step of length l raises its own multiplier to l, lowers theirs by l pull, moves
+ * t by l rest, and closes l |rest|^2 of the gap. Now and then all is found anew, and not by steps, which add
+ * up roundings. Returns HQP_DONE, HQP_LOST, or the level that must give way.
  */
 int hqp_hold_broken(hqp_solver *s, int level, int id) {
     const double value = hqp_value(s, id, s->x);
     const int side = value > s->ub[id] ? 1 : -1;
-    double *row = s->broken_row, *pull = s->broken_pull, left = 0.0;
+    double *row = s->broken_row, *pull = s->broken_pull, *t = s->held.step, left = 0.0, own = 0.0;
     const double gap = to_t_space(s, id, side, row);
     double missing = side * (value - hqp_bound(s, id, side));
+    int is_complete = 1;
+    memset(t, 0, (size_t)s->ld * sizeof(double));
     for (int first = 0; first >= 0;) {
         const int count = s->held.count;
         double *rest = line(s, s->held.basis, count), *share = line(s, s->held.triangle, count);
@@ -395,18 +438,24 @@ int hqp_hold_broken(hqp_solver *s, int level, int id) {
         }
         if (!(length < INFINITY)) return s->cone.entered ? HQP_LOST : hqp_give_way(s, level, id, side, pull);
         for (int k = 0; k < count; k++) s->held.multiplier[k] -= length * pull[k];
+        own += length;
+        if (independent) hqp_add(t, length, rest, freedom(s));
         if (first < 0) break;
         if (independent) missing -= length * left;
-        release(s, first);
+        is_complete &= release(s, first);
         if (hqp_out_of_iterations(s)) return HQP_LOST;
     }
     const int k = s->held.count;
-    memcpy(line(s, s->held.rows, k), row, (size_t)freedom(s) * sizeof(double));
+    memcpy(line(s, s->held.rows, k), row, (size_t)s->ld * sizeof(double));
     s->held.gap[k] = gap;
     s->held.id[k] = id;
+    s->held.multiplier[k] = own;
     add(s, left);
     s->side[id] = (signed char)side;
-    close_gaps(s);
+    if (is_complete && ++s->held.steps % REFRESH)
+        move(s, t);
+    else
+        hqp_close_gaps(s);
     return HQP_DONE;
 }
 
@@ -449,7 +498,14 @@ static int check_own_rows(hqp_solver *s, int level) {
 int hqp_finish(hqp_solver *s, int level) {
     if (!free_minimiser(s, level)) return HQP_NOT_LAST;
     hold_guess(s, level);
-    for (int broken; (broken = hqp_most_broken(s, level)) >= 0;) {
+    for (int is_exact = 1;;) {
+        const int broken = hqp_most_broken(s, level);
+        if (broken < 0 && is_exact) break;
+        is_exact = broken < 0;
+        if (is_exact) {
+            hqp_close_gaps(s);
+            continue;
+        }
         if (hqp_out_of_iterations(s)) return HQP_LOST;
         const int result = hqp_hold_broken(s, level, broken);
         if (result != HQP_DONE) return result;

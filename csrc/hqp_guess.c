@@ -119,7 +119,7 @@ static void make_trial(hqp_solver *s) {
     memset(t, 0, (size_t)s->ld * sizeof(double));
     for (int k = 0; k < s->bundle.count; k++)
         hqp_add(t + s->rank, s->bundle.multiplier[k], row_of(s, k), s->width - s->rank);
-    for (int k = s->rank - 1; k >= 0; k--) hqp_reflect_row(s, k, t);
+    hqp_reflect_row_back(s, s->rank, t);
     hqp_scatter(s, t);
     for (int i = 0; i < s->ld; i++) s->trial[i] = s->x[i] + t[i];
 }
@@ -209,7 +209,11 @@ int hqp_guess(hqp_solver *s, int level) {
     for (;;) {
         make_trial(s);
         const int broken = most_broken(s, level, largest, &side, &missing);
-        if (broken < 0) return 1;
+        if (broken < 0) {
+            memcpy(s->bundle.x, s->trial, (size_t)s->ld * sizeof(double));
+            for (int k = 0; k < s->bundle.count; k++) s->bundle.side[k] = s->side[s->bundle.id[k]];
+            return 1;
+        }
         if (s->bundle.count + 1 >= s->bundle.most || hqp_out_of_iterations(s)) return 0;
         place(s, level, broken, side, largest);
         if (!bring_to_bound(s, level, missing)) {

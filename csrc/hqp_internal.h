@@ -63,9 +63,13 @@ struct hqp_solver {
 
     /* the shared factorisation, in the columns in play */
     hqp_rows reflector; /* [n] v_k */
+    double *zeros;      /* [ld] */
+    double *cross;      /* [n][4] v_k . v_i for i from k rounded down to a multiple of 4 on */
     int rank, top;
     int *rank_at;    /* [levels + 1] rank at the start of each level */
-    int *column_row; /* [n] row behind each reflector of a held row, -1 behind those of fitted rows */
+    int *column_row; /* [n] row behind each reflector, */
+    double *line;    /* [n][ld] which is, in the columns up to it, this */
+    int lines;       /* so many of them are known */
 
     /* the working set of the level at hand; position i of the copies is row work[i], fit[i] */
     int *work, *fit, work_count, work_rank, fit_count, fit_rank;
@@ -81,6 +85,8 @@ struct hqp_solver {
         int count, *id;                  /* held rows, */
         double *rows, *basis, *triangle; /* [n + 1][ld] in t-space, rows = triangle basis */
         double *gap, *multiplier;        /* what is missing at t = 0 */
+        double *step, *along;            /* [ld], [n + 4], scratch */
+        int steps;                       /* since all was held anew */
     } held;
     double *broken_row, *broken_pull; /* [ld] */
     struct {
@@ -102,9 +108,14 @@ struct hqp_solver {
     struct {
         int count, most, *id, *slot;                /* held rows; row k is work_rows[slot[k]], in t-space */
         double *triangle, *multiplier, *gap, *pull; /* [most][most], [most] .. */
+        double *x;                                  /* [ld] where it ended, */
+        signed char *side;                          /* [most] with these rows on this side */
     } bundle;                                       /* of hqp_guess.c */
-    double *none;                                   /* [levels] length of a gradient that counts as none */
-    signed char *weighted;                          /* [levels] its rows have weights of their own */
+    struct {
+        int *held, *count; /* [levels][n]: by level, 1 + row, negative at lb; [levels] */
+    } proof;               /* what held the projections that proved the levels last */
+    double *none;          /* [levels] length of a gradient that counts as none */
+    signed char *weighted; /* [levels] its rows have weights of their own */
     signed char *joined; /* [levels] the next level is a part of this one: -log2 of the root of its weight */
     signed char *strict; /* [levels] PARTED or UNPROVEN: the next level was or could not be joined */
     int polishing;       /* joined levels are fitted row by row */
@@ -282,15 +293,16 @@ int hqp_is_worth_joins(const hqp_solver *s, const signed char *joined);
 void hqp_take_back(hqp_solver *s, const signed char *joined);
 int hqp_soften(hqp_solver *s, int count);
 void hqp_harden(hqp_solver *s);
-void hqp_keep(hqp_solver *s);
 void hqp_bring_back(hqp_solver *s);
 int hqp_is_kept_better(const hqp_solver *s);
 
 /* hqp_lq.c: the factorisation */
 void hqp_bring(hqp_solver *s, const int *ids, int count);
 void hqp_copy_base(const hqp_solver *s, hqp_rows to, int position, int id);
-void hqp_reflect(const hqp_solver *s, int k, hqp_rows rows, const int *idx, int count);
-void hqp_reflect_row(const hqp_solver *s, int k, double *row);
+void hqp_reflect_all(const hqp_solver *s, int from, int to, hqp_rows rows, const int *idx, int count);
+void hqp_reflect_back(const hqp_solver *s, int from, hqp_rows rows, const int *idx, int count);
+void hqp_reflect_row(const hqp_solver *s, int to, double *row);
+void hqp_reflect_row_back(const hqp_solver *s, int from, double *row);
 int hqp_lq(hqp_solver *s, hqp_rows rows, const int *ids, int *order, int count);
 void hqp_least_squares(hqp_solver *s, int column);
 
@@ -334,6 +346,7 @@ hqp_status hqp_walk(hqp_solver *s, int level);
 /* Parts of the sweep: the last step (hqp_dual.c), and what to do where it is impossible (hqp_clash.c). They
  * return one of these, or the level to go back to. */
 enum { HQP_DONE = -1, HQP_NOT_LAST = -2, HQP_LOST = -3 };
+void hqp_close_gaps(hqp_solver *s);
 int hqp_finish(hqp_solver *s, int level);
 void hqp_free_directions(hqp_solver *s);
 int hqp_most_broken(hqp_solver *s, int level);

@@ -202,18 +202,13 @@ static void exchange_guesses(hqp_solver *s) {
     swap_flags(&s->guess_held_side, &s->apart.held_side);
 }
 
-/* Put x and its guesses aside. */
+/* Put x and its guesses aside, for no join of one level. */
 static void keep(hqp_solver *s) {
+    s->apart.level = -1;
     memcpy(s->apart.x, s->x, (size_t)s->ld * sizeof(double));
     memcpy(s->apart.side, s->guess_side, (size_t)s->total);
     memcpy(s->apart.held_side, s->guess_held_side, (size_t)s->total);
     memcpy(s->apart.held_at, s->guess_held_at, (size_t)s->total * sizeof(short));
-}
-
-/* The same, for no join of one level. */
-void hqp_keep(hqp_solver *s) {
-    keep(s);
-    s->apart.level = -1;
 }
 
 /* Back to what was put aside. */
@@ -248,11 +243,11 @@ int hqp_may_gain(hqp_solver *s) {
 int hqp_try_join(hqp_solver *s) {
     const int level = s->leans;
     const int known = s->apart.level == level, k = needed(s, level);
-    s->apart.level = level;
     if (known)
         memcpy(s->apart.x, s->x, (size_t)s->ld * sizeof(double));
     else
         keep(s);
+    s->apart.level = level;
     exchange_guesses(s);
     if (join(s, level, k)) return 1;
     exchange_guesses(s);
@@ -285,7 +280,7 @@ hqp_status hqp_choose(hqp_solver *s, hqp_status status) {
 int hqp_set_apart(hqp_solver *s, signed char *joined) {
     if (!any_joined(s)) return 0;
     memcpy(joined, s->joined, (size_t)s->levels);
-    hqp_keep(s);
+    keep(s);
     hqp_part(s);
     memset(s->joined, 0, (size_t)s->levels);
     return 1;
@@ -308,12 +303,13 @@ void hqp_take_back(hqp_solver *s, const signed char *joined) {
 
 /*
  * No levels are joined: join the last `count` in a row that have a slack, to find an x that is to be proven
- * without. Returns the first of them, or -1.
+ * without, and put the one at hand aside. Returns the first of them, or -1, and nothing is changed.
  */
 int hqp_soften(hqp_solver *s, int count) {
     int level = s->levels, run = 0;
     while (level > 0 && run < count) run = hqp_has_slack(s, --level) ? run + 1 : 0;
     if (run < count || any_joined(s)) return -1;
+    keep(s);
     for (int q = 1; q < count; q++) s->joined[level + q - 1] = (signed char)(q * LEAST);
     for (int i = 0; i < s->first_row[level + count - 1]; i++) {
         const int at = s->guess_held_at[i];

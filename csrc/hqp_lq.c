@@ -8,8 +8,8 @@
 
 #include <string.h>
 
-/* a -= (a . v) v */
-void hqp_reflect_row(const hqp_solver *s, int k, double *row) {
+/* row -= (row . v) v */
+static void reflect_row(const hqp_solver *s, int k, double *row) {
     const double *v = hqp_row(s, s->reflector, k);
     const int from = s->reflector.first[k], to = s->reflector.last[k];
     hqp_axpy(row, -hqp_dot(row, v, from, to), v, from, to);
@@ -45,7 +45,7 @@ static void reflect_four(double *const rows[4], const double *v, int from, int t
 }
 
 /* rows[idx] H_k; rows that do not meet the reflector's window are left alone */
-void hqp_reflect(const hqp_solver *s, int k, hqp_rows rows, const int *idx, int count) {
+static void reflect(const hqp_solver *s, int k, hqp_rows rows, const int *idx, int count) {
     const int from = s->reflector.first[k], to = s->reflector.last[k];
     double *batch[4];
     int filled = 0;
@@ -59,25 +59,144 @@ void hqp_reflect(const hqp_solver *s, int k, hqp_rows rows, const int *idx, int 
         reflect_four(batch, hqp_row(s, s->reflector, k), from, to);
         filled = 0;
     }
-    for (int i = 0; i < filled; i++) hqp_reflect_row(s, k, batch[i]);
+    for (int i = 0; i < filled; i++) reflect_row(s, k, batch[i]);
+}
+
+/* The sums of two pairs' lanes. */
+static hqp_pair lanes(hqp_pair a, hqp_pair b) {
+    return (hqp_pair){a[0] + a[1], b[0] + b[1]};
+}
+
+/* Reflectors k .. k + 3, of one window, as one (Schreiber, Van Loan 1989): their products with two rows at
+ * once, which then lose a combination of all four. With `back` they come in the order H_{k+3} .. H_k. */
+static void reflect_two(const hqp_solver *s, int k, int back, double *a, double *b) {
+    const int from = s->reflector.first[k], to = s->reflector.last[k];
+    const double *const v = hqp_row(s, s->reflector, k), *const w = v + s->ld, *const y = w + s->ld,
+                        *const z = y + s->ld;
+    const double *const of_w = s->cross + 4 * (k + 1), *const of_y = of_w + 4, *const of_z = of_y + 4;
+    hqp_pair av = {0.0, 0.0}, aw = av, ay = av, az = av, bv = av, bw = av, by = av, bz = av;
+    for (int i = from; i < to; i += 2) {
+        const hqp_pair left = hqp_load(a + i), right = hqp_load(b + i);
+        av += left * hqp_load(v + i);
+        aw += left * hqp_load(w + i);
+        ay += left * hqp_load(y + i);
+        az += left * hqp_load(z + i);
+        bv += right * hqp_load(v + i);
+        bw += right * hqp_load(w + i);
+        by += right * hqp_load(y + i);
+        bz += right * hqp_load(z + i);
+    }
+    hqp_pair in_v = lanes(av, bv), in_w = lanes(aw, bw), in_y = lanes(ay, by), in_z = lanes(az, bz);
+    if (back) {
+        in_y -= in_z * of_z[2];
+        in_w -= in_z * of_z[1] + in_y * of_y[1];
+        in_v -= in_z * of_z[0] + in_y * of_y[0] + in_w * of_w[0];
+    } else {
+        in_w -= in_v * of_w[0];
+        in_y -= in_v * of_y[0] + in_w * of_y[1];
+        in_z -= in_v * of_z[0] + in_w * of_z[1] + in_y * of_z[2];
+    }
+    for (int i = from; i < to; i += 2) {
+        const hqp_pair v0 = hqp_load(v + i), w0 = hqp_load(w + i), y0 = hqp_load(y + i), z0 = hqp_load(z + i);
+        *(hqp_pair *)(a + i) -= (in_v[0] * v0 + in_w[0] * w0) + (in_y[0] * y0 + in_z[0] * z0);
+        *(hqp_pair *)(b + i) -= (in_v[1] * v0 + in_w[1] * w0) + (in_y[1] * y0 + in_z[1] * z0);
+    }
+}
+
+/* Whether the reflectors k .. k + 3 are all in this range and have one window. */
+static int are_four(const hqp_solver *s, int k, int from, int to) {
+    const int *last = s->reflector.last + k;
+    return k % 4 == 0 && k >= from && k + 4 <= to && last[1] == last[0] && last[2] == last[0] &&
+           last[3] == last[0];
+}
+
+static void reflect_by_four(const hqp_solver *s, int k, int back, hqp_rows rows, const int *idx, int count) {
+    const int from = s->reflector.first[k], to = s->reflector.last[k];
+    double *waiting = NULL;
+    for (int i = 0; i < count; i++) {
+        const int r = idx[i];
+        if (rows.last[r] <= from || rows.first[r] >= to) continue;
+        if (rows.first[r] > from) rows.first[r] = from;
+        if (rows.last[r] < to) rows.last[r] = to;
+        if (waiting) {
+            reflect_two(s, k, back, waiting, hqp_row(s, rows, r));
+            waiting = NULL;
+        } else {
+            waiting = hqp_row(s, rows, r);
+        }
+    }
+    if (waiting) reflect_two(s, k, back, waiting, s->zeros);
+}
+
+/* rows[idx] H_from .. H_{to-1} */
+void hqp_reflect_all(const hqp_solver *s, int from, int to, hqp_rows rows, const int *idx, int count) {
+    for (int k = from; k < to; k++) {
+        if (!are_four(s, k, from, to)) {
+            reflect(s, k, rows, idx, count);
+            continue;
+        }
+        reflect_by_four(s, k, 0, rows, idx, count);
+        k += 3;
+    }
+}
+
+/* rows[idx] H_{from-1} .. H_0 */
+void hqp_reflect_back(const hqp_solver *s, int from, hqp_rows rows, const int *idx, int count) {
+    for (int k = from - 1; k >= 0; k--) {
+        if (k < 3 || !are_four(s, k - 3, 0, from)) {
+            reflect(s, k, rows, idx, count);
+            continue;
+        }
+        reflect_by_four(s, k - 3, 1, rows, idx, count);
+        k -= 3;
+    }
+}
+
+/* row H_0 .. H_{to-1} */
+void hqp_reflect_row(const hqp_solver *s, int to, double *row) {
+    for (int k = 0; k < to; k++) {
+        if (are_four(s, k, 0, to)) {
+            reflect_two(s, k, 0, row, s->zeros);
+            k += 3;
+        } else {
+            reflect_row(s, k, row);
+        }
+    }
+}
+
+/* row H_{from-1} .. H_0 */
+void hqp_reflect_row_back(const hqp_solver *s, int from, double *row) {
+    for (int k = from - 1; k >= 0; k--) {
+        if (k >= 3 && are_four(s, k - 3, 0, from)) {
+            k -= 3;
+            reflect_two(s, k, 1, row, s->zeros);
+        } else {
+            reflect_row(s, k, row);
+        }
+    }
 }
 
 /* base[ids] = given[ids] H_0 .. H_{rank-1} */
 void hqp_bring(hqp_solver *s, const int *ids, int count) {
-    int *fresh = s->fit_order, fresh_count = 0;
+    int *alike = s->fit_order;
     for (int i = 0; i < count; i++) {
         const int id = ids[i];
-        if (s->done[id] == 0) {
-            hqp_gather(s, hqp_row(s, s->base, id), hqp_row(s, s->given, id));
-            s->base.first[id] = hqp_floor4(s->place[s->given.first[id]]);
-            s->base.last[id] = hqp_ceil4(s->place[s->given.last[id]]);
-            fresh[fresh_count++] = id;
-        } else {
-            for (int k = s->done[id]; k < s->rank; k++) hqp_reflect(s, k, s->base, &id, 1);
-        }
-        s->done[id] = s->rank;
+        if (s->done[id] > 0) continue;
+        hqp_gather(s, hqp_row(s, s->base, id), hqp_row(s, s->given, id));
+        s->base.first[id] = hqp_floor4(s->place[s->given.first[id]]);
+        s->base.last[id] = hqp_ceil4(s->place[s->given.last[id]]);
     }
-    for (int k = 0; k < s->rank; k++) hqp_reflect(s, k, s->base, fresh, fresh_count);
+    for (int i = 0; i < count; i++) {
+        const int done = s->done[ids[i]];
+        int alike_count = 0;
+        if (done == s->rank) continue;
+        for (int j = i; j < count; j++) {
+            if (s->done[ids[j]] != done) continue;
+            s->done[ids[j]] = s->rank;
+            alike[alike_count++] = ids[j];
+        }
+        hqp_reflect_all(s, done, s->rank, s->base, alike, alike_count);
+    }
 }
 
 /* to[position] = base[id] in the columns that the frozen rows leave */
@@ -102,6 +221,8 @@ static void make_reflector(hqp_solver *s, double *row, int last, double left) {
     row[top] = -sign * left;
     s->reflector.first[top] = from;
     s->reflector.last[top] = last;
+    for (int k = from; k < top; k++)
+        s->cross[4 * top + k % 4] = hqp_dot(v, hqp_row(s, s->reflector, k), from, last);
     s->top = top + 1;
 }
 
@@ -134,7 +255,7 @@ int hqp_lq(hqp_solver *s, hqp_rows rows, const int *ids, int *order, int count) 
             make_reflector(s, row, rows.last[r], left);
             order[i] = order[rank];
             order[rank++] = r;
-            hqp_reflect(s, s->top - 1, rows, order + rank, count - rank);
+            reflect(s, s->top - 1, rows, order + rank, count - rank);
         }
     }
     return rank;

@@ -11,6 +11,7 @@
  */
 #include "hqp_internal.h"
 
+#include <stdlib.h>
 #include <string.h>
 
 /* times norm of row (1 + slack): a gradient that counts as none; and times rounding of row . x: the same */
@@ -118,18 +119,9 @@ static double left_by_held(hqp_solver *s, int level) {
     hqp_gradient(s, level, g);
     if (!add_held(s, level, g)) return INFINITY;
     hqp_gather(s, rest, g);
-    for (int k = 0; k < s->rank_at[level]; k++) hqp_reflect_row(s, k, rest);
+    hqp_reflect_row(s, s->rank_at[level], rest);
     for (int j = s->rank_at[level]; j < s->width; j++) sum += rest[j] * rest[j];
     return sqrt(sum);
-}
-
-/* The smallest multiplier, times the norm of its row, by which the level settles a row. */
-static double least_held(const hqp_solver *s, int level) {
-    double least = INFINITY;
-    for (int i = 0; i < s->row0[level]; i++) {
-        if (s->frozen_at[i] == level && s->strength[i] < least) least = s->strength[i];
-    }
-    return least;
 }
 
 /* The row is left violated by more than counts as none: by less, it is a row at its bound. */
@@ -137,20 +129,59 @@ static int is_missed(const hqp_solver *s, int level, int id) {
     return fabs(s->lacking[id]) * s->norm[id] > s->lenience * s->none[level];
 }
 
+/* The level that froze this row settles its value beyond doubt, by a clear multiplier or violation. */
+static int is_certain(const hqp_solver *s, int id) {
+    const int at = s->frozen_at[id];
+    if (id >= s->row0[at]) return is_missed(s, at, id);
+    const double settled = is_strict(s, at) ? SETTLED_IF_JOINED : SETTLED;
+    return s->clear[id] && s->strength[id] > settled * s->none[at];
+}
+
 /* The first level that settles the value of a row without being clear about its multiplier or violation. */
 static int first_doubtful(const hqp_solver *s) {
     int first = s->levels;
-    for (int p = 0; p < s->levels; p++) {
-        for (int i = s->row0[p]; i < s->row0[p + 1]; i++) {
-            const int at = s->frozen_at[i];
-            if (at < 0 || at >= first) continue;
-            const double settled = is_strict(s, at) ? SETTLED_IF_JOINED : SETTLED;
-            const int is_clear =
-                at == p ? is_missed(s, p, i) : s->clear[i] && s->strength[i] > settled * s->none[at];
-            if (!is_clear) first = at;
-        }
+    for (int i = 0; i < s->total; i++) {
+        const int at = s->frozen_at[i];
+        if (at >= 0 && at < first && !is_certain(s, i)) first = at;
     }
     return first;
+}
+
+/* The level leaves so much of its gradient: it is clear about none of the rows that it holds by too little
+ * for that. Returns whether there are any. */
+static int any_unclear(hqp_solver *s, int level, double rest) {
+    int any = 0;
+    for (int i = 0; i < s->row0[level]; i++) {
+        if (s->frozen_at[i] != level || !(rest > s->strength[i] / CERTAIN)) continue;
+        s->clear[i] = 0;
+        any = 1;
+    }
+    return any;
+}
+
+/*
+ * Whether what earlier levels have frozen holds the gradient, which left_by_held has put into their columns,
+ * with multipliers of the right sign where a row's value is in doubt: it then is a hard row at its bound.
+ */
+static int is_held_by_frozen(hqp_solver *s, int level) {
+    double *rest = s->reduced, least = INFINITY;
+    if (s->rank_at[level] > s->lines) return 0;
+    for (int k = s->rank_at[level] - 1; k >= 0; k--) {
+        const int id = s->column_row[k];
+        const double *row = s->line + k * s->ld;
+        const double multiplier = -rest[k] / row[k];
+        hqp_add(rest, multiplier, row, k);
+        if (s->kind[id] != HQP_RANGE || is_certain(s, id)) continue;
+        const int side = id >= s->row0[s->frozen_at[id]] ? s->guess_side[id] : s->guess_held_side[id];
+        const double strength = side * multiplier * s->norm[id];
+        if (!(strength >= -s->none[level] && hqp_touches(s, id, side))) return 0;
+        if (strength > s->none[level] && strength < least) least = strength;
+    }
+    if (s->leans < 0 && least < hqp_little(s, level) && !hqp_is_last(s, level)) {
+        s->leans = level;
+        s->least = least;
+    }
+    return 1;
 }
 
 /*
@@ -162,13 +193,15 @@ int hqp_prove(hqp_solver *s, int count) {
     int doubtful = first_doubtful(s);
     s->is_doubtful = 0;
     for (int p = 0; p < count; p++) {
-        double rest = 0.0;
         if (!s->slack[p]) continue;
         s->is_doubtful = p > doubtful;
-        if (p <= s->fixed_through || s->is_doubtful) return p;
-        if (s->rank_at[p] < s->width && !((rest = left_by_held(s, p)) <= s->none[p])) return p;
-        if (p < doubtful && rest > least_held(s, p) / CERTAIN) doubtful = p;
+        if (p <= s->fixed_through) return p;
+        const int is_free = s->rank_at[p] < s->width;
+        const double rest = is_free || s->is_doubtful ? left_by_held(s, p) : 0.0;
+        if (!(rest <= s->none[p]) || (s->is_doubtful && !is_held_by_frozen(s, p))) return p;
+        if (any_unclear(s, p, rest) && p < doubtful) doubtful = p;
     }
+    s->is_doubtful = 0;
     return count;
 }
 
@@ -187,12 +220,27 @@ static double left_of(hqp_solver *s, int level) {
     return hqp_descent(s, level);
 }
 
-/* The hard rows that this level or one before holds, by guess, get their side. */
+/* The hard rows that held the last projection that proved this level get their side; where there was none,
+ * those that this level or one before holds by guess. */
 static void seat_held(hqp_solver *s, int level) {
+    const int *known = s->proof.held + level * s->n, count = s->proof.count[level];
     for (int i = 0; i < s->row0[level]; i++) {
         const int is_held = s->guess_held_at[i] >= 0 && s->guess_held_at[i] <= level && hqp_is_hard(s, i);
-        s->side[i] = is_held ? s->guess_held_side[i] : 0;
+        s->side[i] = is_held && !count ? s->guess_held_side[i] : 0;
     }
+    for (int k = 0; k < count; k++) {
+        const int id = abs(known[k]) - 1;
+        if (id < s->row0[level] && hqp_is_hard(s, id)) s->side[id] = known[k] < 0 ? -1 : 1;
+    }
+}
+
+/* Remember the hard rows that hold the projection of this level, if it needed any. */
+static void remember(hqp_solver *s, int level) {
+    int *known = s->proof.held + level * s->n, count = 0;
+    for (int i = 0; i < s->row0[level] && s->cone.least < INFINITY && count < s->n; i++) {
+        if (s->side[i]) known[count++] = s->side[i] * (i + 1);
+    }
+    s->proof.count[level] = count;
 }
 
 /*
@@ -209,6 +257,7 @@ int hqp_prove_by_descent(hqp_solver *s, int count) {
         seat_held(s, p);
         s->cone.least = INFINITY;
         if (!is_little(s, p, left_of(s, p))) return p;
+        remember(s, p);
         if (s->leans < 0 && s->cone.least < hqp_little(s, p) && !hqp_is_last(s, p)) {
             s->leans = p;
             s->least = s->cone.least;

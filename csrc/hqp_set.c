@@ -10,6 +10,15 @@
 
 static const double CLEAR = 10.0; /* times rounding: a multiplier that is certainly not zero */
 
+/* Line k of the triangle of all rows behind reflectors is this row. */
+static void keep_line(hqp_solver *s, int k, hqp_rows rows, int position, const int *ids) {
+    const int id = ids[position];
+    double *line = s->line + k * s->ld;
+    memcpy(line, hqp_row(s, s->base, id), (size_t)s->rank * sizeof(double));
+    memcpy(line + s->rank, hqp_row(s, rows, position) + s->rank, (size_t)(k + 1 - s->rank) * sizeof(double));
+    s->column_row[k] = id;
+}
+
 /* Q^T applied to the working set: work Q = [L 0], fit Q = [F L 0] in the columns that earlier levels left
  * free. */
 void hqp_factorise(hqp_solver *s, int level) {
@@ -32,8 +41,11 @@ void hqp_factorise(hqp_solver *s, int level) {
         hqp_copy_base(s, s->fit_rows, i, s->fit[i]);
         s->fit_order[i] = i;
     }
-    for (int k = s->rank; k < s->top; k++) hqp_reflect(s, k, s->fit_rows, s->fit_order, s->fit_count);
+    hqp_reflect_all(s, s->rank, s->top, s->fit_rows, s->fit_order, s->fit_count);
     s->fit_rank = hqp_lq(s, s->fit_rows, s->fit, s->fit_order, s->fit_count);
+    for (int i = 0; i < s->work_rank; i++) keep_line(s, s->rank + i, s->work_rows, s->work_order[i], s->work);
+    for (int i = 0; i < s->fit_rank; i++)
+        keep_line(s, s->rank + s->work_rank + i, s->fit_rows, s->fit_order[i], s->fit);
 }
 
 static double missing(const hqp_solver *s, int id) {
@@ -65,7 +77,7 @@ void hqp_find_step(hqp_solver *s, int keep) {
     }
     hqp_least_squares(s, s->rank + s->work_rank);
     memcpy(s->step, s->reduced, (size_t)s->ld * sizeof(double));
-    for (int k = s->top - 1; k >= 0; k--) hqp_reflect_row(s, k, s->step);
+    hqp_reflect_row_back(s, s->top, s->step);
     hqp_scatter(s, s->step);
 }
 
@@ -201,9 +213,7 @@ void hqp_freeze(hqp_solver *s, int level) {
 
 /* The rows that were factorised join the frozen ones. */
 void hqp_hold_fitted(hqp_solver *s) {
-    for (int k = s->rank; k < s->top; k++) s->column_row[k] = -1;
-    for (int i = 0; i < s->work_rank; i++) s->column_row[s->rank + i] = s->work[s->work_order[i]];
-    s->rank = s->top;
+    s->rank = s->lines = s->top;
 }
 
 /* Give the level's rows, and the hard rows it is to hold, the sides of the guess. Returns how many rows to
@@ -251,6 +261,7 @@ void hqp_close_level(hqp_solver *s, int level) {
  * begins. */
 void hqp_rewind(hqp_solver *s, int first) {
     s->rank = s->rank_at[first];
+    if (s->lines > s->rank) s->lines = s->rank;
     if (s->leans >= first) s->leans = -1;
     s->x_norm = hqp_length(s, s->x);
     for (int i = 0; i < s->total; i++) s->done[i] = s->done[i] > s->rank ? 0 : s->done[i];

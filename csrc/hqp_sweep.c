@@ -11,9 +11,9 @@
 
 #include <string.h>
 
-/* A sweep that goes back this often, times 1 / n, to levels that must give way, or changes the set of one
+/* A sweep that goes back this often, times 1 / n^2, to levels that must give way, or changes the set of one
  * level this often, wanders: for the walk a change costs less, the more so the more variables there are. */
-enum { RETURNS = 192, REPAIRS = 32 };
+enum { RETURNS = 8192, REPAIRS = 32 };
 
 static int member(const hqp_solver *s, int i) {
     return i < s->work_rank ? s->work[s->work_order[i]] : s->fit[i - s->work_rank];
@@ -136,7 +136,8 @@ int hqp_sweep(hqp_solver *s, int first, int repair) {
         const int result =
             level < s->levels ? sweep_level(s, level, repair, level == back) : hqp_finish(s, level);
         if (result == HQP_DONE) continue;
-        if (result < first || !repair || ++returns * s->n > RETURNS || hqp_out_of_iterations(s)) return 0;
+        if (result < first || !repair || ++returns * s->n * s->n > RETURNS || hqp_out_of_iterations(s))
+            return 0;
         memcpy(s->x, s->path + result * s->ld, (size_t)s->ld * sizeof(double));
         hqp_rewind(s, result);
         back = result;

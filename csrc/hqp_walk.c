@@ -10,7 +10,7 @@
 
 #include <string.h>
 
-enum { TRIALS = 6, PATIENCE = 8 };
+enum { TRIALS = 6, FEW = 4, PATIENCE = 8 };
 static const double DOUBT = 0.05; /* times rounding: a multiplier that is wrong by less is left alone */
 
 /* row . x for the hard rows of earlier levels and the rows of this one */
@@ -63,17 +63,21 @@ static int revise_work(hqp_solver *s, int level) {
 }
 
 /* Take whole steps from the same x, correct the working set where it proved wrong, and move once it is right.
- */
+ * Sets that go on to prove as wrong as before are given up. */
 static int settle_by_trial(hqp_solver *s, int level) {
-    for (int trial = 0; trial < TRIALS; trial++) {
+    for (int trial = 0, before = FEW; trial < TRIALS; trial++) {
         if (trial > 0 && hqp_out_of_iterations(s)) return 0;
         hqp_factorise(s, level);
         hqp_find_step(s, 0);
         make_trial(s, level, 1.0);
-        const int changes = revise_work(s, level);
-        if (revise_fit(s, level, s->trial_value, s->trial_norm) + changes) continue;
-        hqp_move_to_trial(s);
-        return 1;
+        int changes = revise_work(s, level);
+        changes += revise_fit(s, level, s->trial_value, s->trial_norm);
+        if (!changes) {
+            hqp_move_to_trial(s);
+            return 1;
+        }
+        if (trial > 0 && changes >= before) return 0;
+        before = changes > FEW ? changes : FEW;
     }
     return 0;
 }
@@ -210,7 +214,7 @@ static int is_held(hqp_solver *s, int level) {
     }
     hqp_gradient(s, level, g);
     hqp_gather(s, rest, g);
-    for (int k = 0; k < s->top; k++) hqp_reflect_row(s, k, rest);
+    hqp_reflect_row(s, s->top, rest);
     for (int j = s->rank + s->work_rank; j < s->width; j++) sum += rest[j] * rest[j];
     return sqrt(sum) <= s->none[level];
 }
@@ -256,15 +260,50 @@ static hqp_status descend(hqp_solver *s, int level) {
     return HQP_ITERATION_CAP;
 }
 
-/* Whether x moves to the level's minimum by a working set that is known, or guessed. */
+static int breaks_none(const hqp_solver *s, int level) {
+    int broken = 0;
+    for (int i = 0; i < s->row0[level] && !broken; i++)
+        broken = hqp_is_hard(s, i) && hqp_outside(s, i, s->trial_value[i], s->trial_norm);
+    return !broken;
+}
+
+/* Go from x to where the guess ended, with the hard rows that it holds brought exactly to their bounds,
+ * unless another one breaks there. */
+static void move_to_guess(hqp_solver *s, int level) {
+    double *const back = s->kept;
+    memcpy(back, s->x, (size_t)s->ld * sizeof(double));
+    memcpy(s->x, s->bundle.x, (size_t)s->ld * sizeof(double));
+    s->x_norm = hqp_length(s, s->x);
+    level_values(s, level, s->x, s->value);
+    memset(s->side, 0, (size_t)s->row0[level + 1]);
+    for (int k = 0; k < s->bundle.count; k++) {
+        if (s->bundle.id[k] < s->row0[level]) s->side[s->bundle.id[k]] = s->bundle.side[k];
+    }
+    hqp_factorise(s, level);
+    hqp_find_step(s, 0);
+    make_trial(s, level, 1.0);
+    if (breaks_none(s, level)) {
+        hqp_move_to_trial(s);
+        return;
+    }
+    memcpy(s->x, back, (size_t)s->ld * sizeof(double));
+    s->x_norm = hqp_length(s, s->x);
+    level_values(s, level, s->x, s->value);
+}
+
+/* Whether x moves to the level's minimum by a working set that is known, or guessed. If not, x may be where
+ * the guess ended: it is close to the minimum, and lies on the hard rows that hold it. */
 static int settle(hqp_solver *s, int level) {
     if (s->warm) {
         hqp_seat_guess(s, level);
         if (settle_by_trial(s, level) && is_minimal(s, level)) return 1;
     }
     level_values(s, level, s->x, s->value);
-    if (!hqp_guess(s, level)) hqp_seat_violated(s, level);
-    return settle_by_trial(s, level) && is_minimal(s, level);
+    const int is_guessed = hqp_guess(s, level);
+    if (!is_guessed) hqp_seat_violated(s, level);
+    if (settle_by_trial(s, level)) return is_minimal(s, level);
+    if (is_guessed) move_to_guess(s, level);
+    return 0;
 }
 
 /* Solve one level from a minimiser x of the levels before. */

@@ -186,6 +186,25 @@ def test_where_a_sweep_is_lost_one_with_two_levels_as_one_is_next(tick):
     assert solution.iterations < 80
 
 
+@pytest.mark.parametrize(("tick", "most"), [(0, 190), (1, 370)])
+def test_a_walk_goes_down_from_where_the_guessed_working_set_ends(tick, most):
+    """From where the walk stands it takes 217 and 425 working sets."""
+    levels = recorded("contact_walk")[tick]
+    solution = solve(levels)
+    assert solution.status is Status.SOLVED and is_proven(levels, solution)
+    assert solution.iterations < most
+
+
+def test_reset_forgets_what_held_the_proofs_too():
+    ticks = [levels for name in ("lost", "vast", "walk") for levels in recorded(f"contact_{name}")]
+    solver = solver_of(ticks[0])
+    for levels in ticks:
+        solver.solve(levels)
+    for levels in ticks:
+        solver.reset()
+        assert solver.solve(levels).x.tobytes() == solve(levels).x.tobytes()
+
+
 @pytest.mark.parametrize("cap", [1, 5, 20, 50, 100, 5000])
 def test_the_cap_is_kept_by_both_methods_together_and_the_search_ends_before_a_large_one(cap):
     for name in ("contact_cold", "contact_warm", "contact_accuracy"):
