@@ -13,7 +13,7 @@
 #include <string.h>
 
 /* times 1 + slack: what a level may lose by a join, and what the next one must gain at least */
-static const double LOSS = 3e-7, GAIN = 5e-7;
+static const double LOSS = 3e-7, GAIN = 4e-6;
 /* times the same: a loss that counts as none */
 static const double NOTHING = 1e-9;
 /* times the root of half of a level's squared slack: how hard it may pull at a row that the one before holds
