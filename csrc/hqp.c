@@ -20,7 +20,7 @@ static const double MISSED = 1e-5; /* times norm of row (1 + |x|): more than a s
 static const double ROUNDED = 2e-15;    /* times a multiplier: what its rounding may leave of a gradient */
 enum { USUAL = 16, LEAST_USUAL = 128 }; /* times n, and at least: iterations that nearly all do with */
 enum { GLANCE = 16 };                   /* iterations to see whether joins are needed */
-enum { SOFT_GLANCE = 2 };               /* times n: the same, to find x with levels as one */
+enum { SOFT_GLANCE = 2 };               /* times n: the same, to find x with two levels as one */
 enum { MOST_SOFTENED = 3 };             /* levels as one on the way at most */
 
 static int usual(int n) {

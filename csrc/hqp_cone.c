@@ -81,7 +81,7 @@ static double project(hqp_solver *s, int level, double none) {
         if (hqp_out_of_iterations(s) || hqp_hold_broken(s, level, broken) != HQP_DONE) break;
         left = fmin(left, left_over(s));
     }
-    if (s->iterations > iterations) {
+    if (s->iterations > iterations) { /* steps add up roundings */
         hqp_close_gaps(s);
         left = fmin(left, left_over(s));
     }

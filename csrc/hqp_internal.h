@@ -97,7 +97,7 @@ struct hqp_solver {
 
     double *x, *trial, *step, *reduced; /* [ld]; step and reduced also serve as scratch */
     double *good;                       /* [ld] the last answer that may be relied on */
-    double *start, *kept;               /* [ld] x at the start of the solve, and before polishing */
+    double *start, *kept;               /* [ld] x at the start of the solve, and before what may fail */
     double *descent;                    /* [ld] a way down for the level at hand */
     struct {
         double *lb, *ub, *x, *target; /* of the rows at their bound, moved there, while -g is projected */

@@ -10,7 +10,7 @@
 
 #include <string.h>
 
-enum { TRIALS = 6, FEW = 4, PATIENCE = 8 };
+enum { TRIALS = 6, FEW = 4, PATIENCE = 8 }; /* FEW: changes of a set that are no sign of going astray */
 static const double DOUBT = 0.05; /* times rounding: a multiplier that is wrong by less is left alone */
 
 /* row . x for the hard rows of earlier levels and the rows of this one */

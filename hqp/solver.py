@@ -318,7 +318,7 @@ class Solver:
     def _bind_level(self, p: int, levels: tuple[Level, ...]) -> None:
         level = levels[p]
         weights = level.weights if level.weights.size else None
-        arrays = (level.A, level.b, level.C, level.lb, level.ub, weights)
+        arrays = (level.A, level.b, level.C, level.lb, level.ub, weights)  # as in PARTS
         try:
             put(self._levels, p, self._places[p], arrays)
             return
@@ -328,7 +328,7 @@ class Solver:
         raise problem
 
     def _refuse(self, levels: tuple[Level, ...]) -> None:
-        """Say what is wrong with these levels."""
+        """Say what is wrong with these levels, if anything is."""
         _check_types(levels)
         for level in levels:
             level.check()
