@@ -606,7 +606,11 @@ static hqp_status try_both(hqp_solver *s, int first) {
     memcpy(s->start, s->x, (size_t)s->ld * sizeof(double));
     s->resumable = s->levels_done = s->levels;
     s->softened = 0;
-    if (!is_worth_a_sweep(s)) return try_walk(s, LOST, first);
+    if (!is_worth_a_sweep(s)) {
+        if (s->fixed_through >= 0) first = 0;
+        hqp_unfix(s); /* the walk needs the columns that the last solve had fixed */
+        return try_walk(s, LOST, first);
+    }
     const enum outcome outcome = try_sweeps(s, &first);
     if (outcome == PROVEN && is_confirmed(s)) return HQP_SOLVED;
     s->softened = outcome == LOST && is_found_softened(s);
@@ -677,6 +681,7 @@ static int needs_no_joins(hqp_solver *s) {
     signed char joined[MAX_LEVELS];
     const int leans = s->leans;
     if (!hqp_set_apart(s, joined)) return 0;
+    hqp_unfix(s); /* what was fixed was so with the joins */
     s->leans = -1;
     const enum outcome outcome = glance(s, GLANCE);
     if (outcome == PROVEN ? is_confirmed(s) : outcome == SETTLED && is_proven_by_descent(s, s->levels)) {

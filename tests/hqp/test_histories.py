@@ -1,0 +1,87 @@
+"""Random histories of one solver: bounds that open and close, rows that vanish and come back, levels exchanged,
+changes from one level on, starts and resets. What is solved must be optimal after each of them."""
+
+import numpy as np
+import pytest
+from hapticd.hqp import Level, Solver, Status
+from hapticd.hqp.certificate import certificate
+
+TICKS = 12
+
+
+def random_rows(rng, count, n):
+    """Unit rows mostly, as of locked joints, and some of small whole numbers."""
+    rows = np.eye(n)[rng.integers(n, size=count)] * rng.choice([-1.0, 1.0, 2.0], size=(count, 1))
+    whole = rng.integers(-2, 3, size=(count, n)).astype(float)
+    return np.where(rng.random((count, 1)) < 0.7, rows, whole)
+
+
+def random_level(rng, n):
+    C = random_rows(rng, int(rng.integers(0, 4)), n)
+    lb = rng.integers(-2, 2, size=len(C)).astype(float)
+    ub = lb + rng.choice([0.0, 0.0, 1.0, np.inf], size=len(C))
+    A = random_rows(rng, int(rng.integers(0 if len(C) else 1, 3)), n)
+    return Level(A=A, b=rng.integers(-2, 3, size=len(A)).astype(float), C=C, lb=lb, ub=ub)
+
+
+def copied(level):
+    return Level(A=level.A.copy(), b=level.b.copy(), C=level.C.copy(), lb=level.lb.copy(), ub=level.ub.copy())
+
+
+def change(rng, levels, first_ones):
+    """Change one thing. Returns the first level that is not as it was."""
+    k = int(rng.integers(len(levels)))
+    level, first = levels[k], first_ones[k]
+    if rng.random() < 0.15:
+        levels[k] = copied(first)
+        return k
+    if len(level.lb) and rng.random() < 0.7:
+        i = int(rng.integers(len(level.lb)))
+        point = float(np.clip(0.0, level.lb[i], level.ub[i]))
+        ways = [(point, point), (point, np.inf), (-np.inf, point), (-np.inf, np.inf), (point, point + 1.0)]
+        level.lb[i], level.ub[i] = ways[rng.integers(len(ways))]
+        if rng.random() < 0.2:
+            level.C[i] = 0.0 if level.C[i].any() else first.C[i]
+    elif len(level.b):
+        i = int(rng.integers(len(level.b)))
+        level.b[i] += float(rng.integers(-1, 2))
+        if rng.random() < 0.3:
+            level.A[i] = 0.0 if level.A[i].any() else first.A[i]
+    return k
+
+
+def solved(rng, solver, levels, first):
+    way = rng.random()
+    if way < 0.1:
+        solver.reset()
+    elif way < 0.2:
+        solver.start(rng.integers(-2, 3, size=levels[0].n).astype(float))
+    elif way < 0.6:
+        return solver.resolve(levels, first)
+    return solver.solve(levels)
+
+
+@pytest.mark.parametrize("first_seed", range(0, 2000, 250))
+def test_what_is_solved_is_optimal_whatever_came_before(first_seed):
+    for seed in range(first_seed, first_seed + 250):
+        rng = np.random.default_rng(seed)
+        n = int(rng.integers(1, 7))
+        levels = [random_level(rng, n) for _ in range(rng.integers(2, 5))]
+        first_ones = [copied(level) for level in levels]
+        solver = Solver(n, [level.rows for level in levels])
+        solver.solve(levels)
+        for tick in range(TICKS):
+            solution = solved(rng, solver, levels, change(rng, levels, first_ones))
+            assert solution.status is Status.SOLVED, (seed, tick)
+            assert certificate(levels, solution.x).max() < 1e-9, (seed, tick)
+
+
+def test_rows_to_fit_that_become_ranges_leave_no_column_fixed():
+    C = np.eye(3)[2:]
+    held, wish = Level(C=C, lb=np.zeros(1), ub=np.zeros(1)), Level(C=C.copy(), lb=np.ones(1), ub=np.ones(1))
+    solver = Solver(3, [held.rows, wish.rows])
+    solver.solve([held, wish])
+    held.ub[0] = np.inf
+    for _ in range(3):
+        solution = solver.solve([held, wish])
+        assert solution.status is Status.SOLVED and np.allclose(solution.x, [0.0, 0.0, 1.0])
