@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .certificate import Mask, activity, gradient, slacks, weighted_slacks
-from .problem import Array, HqpError, Level
+from .problem import Array, HqpError, Level, check_point
 from .solver import Status, solve
 
 
@@ -50,10 +50,9 @@ def multipliers(levels: Sequence[Level], x: Array, level: int, tolerance: float 
         One Multipliers per level before `level`.
 
     Raises:
-        HqpError: no such level; or at x the level is not minimal, so that there are none.
+        HqpError: no such level, x of another shape; or at x the level is not minimal, so that there are none.
     """
-    if not 0 <= level < len(levels):
-        raise HqpError("level", f"is {level}", f"number the levels from 0 to {len(levels) - 1}")
+    _check(levels, x, level)
     rows, signs, masks = [], [], []
     for earlier in levels[:level]:
         lower, upper = activity(earlier, x, tolerance)
@@ -72,6 +71,12 @@ def multipliers(levels: Sequence[Level], x: Array, level: int, tolerance: float 
         _spread(earlier, mask, values)
         for earlier, mask, values in zip(levels[:level], masks, taken, strict=True)
     ]
+
+
+def _check(levels: Sequence[Level], x: Array, level: int) -> None:
+    if not 0 <= level < len(levels):
+        raise HqpError("level", f"is {level}", f"number the levels from 0 to {len(levels) - 1}")
+    check_point(x, levels[level].n)
 
 
 def _spread(level: Level, mask: Mask, values: Array) -> Multipliers:
@@ -98,6 +103,7 @@ def conflicts(levels: Sequence[Level], x: Array, level: int, tolerance: float = 
     Raises:
         HqpError: as multipliers.
     """
+    _check(levels, x, level)
     w, v = weighted_slacks(levels[level], x)
     found = [*multipliers(levels, x, level), Multipliers(-w, -v)]
     size = max(np.abs(part).max(initial=0.0) for shares in found for part in shares)

@@ -86,6 +86,9 @@ class Level:
             raise HqpError(
                 "Level", "has neither A nor C", "give at least one of them, if need be of shape (0, n)"
             )
+        if len(self.lb) != len(self.ub):
+            bounds = f"has {len(self.ub)} entries and lb has {len(self.lb)}"
+            raise HqpError("ub", bounds, "give both, with -inf and inf where there is no bound")
         for matrix, vector in (("A", "b"), ("C", "lb"), ("C", "ub")):
             rows, entries = len(getattr(self, matrix)), len(getattr(self, vector))
             if rows != entries:
@@ -121,11 +124,28 @@ def _plain(name: str, value: Array, ndim: int) -> Array:
 
 def _check(name: str, value: object, ndim: int) -> None:
     if not isinstance(value, np.ndarray) or value.dtype != np.float64:
+        is_complex = isinstance(value, np.ndarray) and value.dtype.kind == "c"
         kind = f"{value.dtype} array" if isinstance(value, np.ndarray) else type(value).__name__
-        raise HqpError(name, f"is of type {kind}", f"pass np.ascontiguousarray({name}, dtype=np.float64)")
+        converted = f"pass np.ascontiguousarray({name}, dtype=np.float64)"
+        raise HqpError(name, f"is of type {kind}", "its numbers must be real" if is_complex else converted)
     if value.ndim != ndim:
         raise HqpError(name, f"has shape {value.shape}", f"it must have {ndim} dimension{'s' * (ndim > 1)}")
     if not value.flags.c_contiguous:
         raise HqpError(name, "is not C-contiguous", f"pass np.ascontiguousarray({name})")
     if not value.flags.aligned:
         raise HqpError(name, "is not aligned to its type in memory", f"pass {name}.copy()")
+
+
+def check_point(x: object, n: int) -> None:
+    """Check a point of n variables that a function takes to judge it.
+
+    Raises:
+        HqpError: it is no array of n finite numbers.
+    """
+    mend = f"pass the x of a solution, an array of shape ({n},)"
+    if not isinstance(x, np.ndarray) or x.dtype.kind not in "fiu":
+        raise HqpError("x", f"is of type {getattr(x, 'dtype', type(x).__name__)}", mend)
+    if x.shape != (n,):
+        raise HqpError("x", f"has shape {x.shape}", mend)
+    if not np.isfinite(x).all():
+        raise HqpError("x", "has entries that are not finite", mend)

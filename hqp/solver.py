@@ -374,8 +374,11 @@ def solve(levels: Iterable[Level], **settings: Any) -> Solution:
         A Solution with buffers of its own.
 
     Raises:
-        HqpError: no level, or levels that do not fit each other.
+        HqpError: no level, levels that do not fit each other, or a setting that there is not.
     """
+    if unknown := sorted(settings.keys() - (Solver.__init__.__kwdefaults__ or {}).keys()):
+        known = ", ".join(Solver.__init__.__kwdefaults__ or {})
+        raise HqpError(unknown[0], "is no setting", f"those are {known}")
     kept = _listed(levels, MOST_LEVELS)
     if not kept:
         raise HqpError("levels", "is empty", "give at least one Level")

@@ -1,5 +1,8 @@
-"""Random histories of one solver: bounds that open and close, rows that vanish and come back, levels exchanged,
-changes from one level on, starts and resets. What is solved must be optimal after each of them."""
+"""Random histories of one solver: what is solved must be optimal after each change.
+
+Bounds open and close, rows vanish and come back, levels are exchanged or change from one on; the solver is
+started and reset.
+"""
 
 import numpy as np
 import pytest

@@ -3,6 +3,7 @@
 import copy
 import itertools
 import pickle
+import re
 import subprocess
 import sys
 import threading
@@ -10,7 +11,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hapticd.hqp import HqpError, Level, Solver, Status, solve
+from hapticd.hqp import HqpError, Level, Solver, Status, conflicts, multipliers, solve
+from hapticd.hqp.certificate import certificate
 from hapticd.hqp.generate import problem
 
 FUZZ = Path(__file__).with_name("misuse.py")
@@ -339,3 +341,41 @@ def test_random_calls_never_crash_and_never_give_another_problems_answer(seed):
         [sys.executable, FUZZ, str(seed), "1500"], capture_output=True, text=True, check=False, timeout=300
     )
     assert done.returncode == 0, done.stdout + done.stderr
+
+
+@pytest.mark.parametrize("judge", [lambda v, x: certificate(v, x), lambda v, x: conflicts(v, x, 1)])
+@pytest.mark.parametrize(
+    ("x", "says"),
+    [
+        (np.zeros(3), "x has shape (3,)"),
+        (np.zeros((2, 1)), "x has shape (2, 1)"),
+        (np.array([0.0, np.nan]), "x has entries that are not finite"),
+        ([0.0, 0.0], "x is of type list"),
+        (np.zeros(2, dtype=complex), "x is of type complex128"),
+    ],
+)
+def test_a_point_that_cannot_be_judged_is_refused(judge, x, says):
+    with pytest.raises(HqpError, match=re.escape(says)):
+        judge([wish(1.0, 2.0), wish(0.0, 0.0)], x)
+
+
+@pytest.mark.parametrize("ask", [multipliers, conflicts])
+@pytest.mark.parametrize("level", [-1, 2])
+def test_a_level_that_there_is_not_is_refused(ask, level):
+    with pytest.raises(HqpError, match="number the levels from 0 to 1"):
+        ask([wish(1.0, 2.0), wish(0.0, 0.0)], np.zeros(2), level)
+
+
+def test_a_setting_that_there_is_not_is_named_with_those_that_there_are():
+    with pytest.raises(HqpError, match=r"iterations is no setting; those are .*max_iterations"):
+        solve([wish(1.0)], iterations=3)
+
+
+def test_one_bound_without_the_other_is_named():
+    with pytest.raises(HqpError, match="ub has 0 entries and lb has 2; give both"):
+        Level(lb=np.zeros(2))
+
+
+def test_numbers_that_are_not_real_are_not_to_be_converted():
+    with pytest.raises(HqpError, match="complex128 array; its numbers must be real"):
+        Level(A=1j * np.eye(2), b=np.zeros(2))
