@@ -14,14 +14,14 @@ static const double LARGEST = 1e100, SMALLEST = 1e-100; /* of a coefficient; of 
 static const double FARTHEST = 1e75;                    /* a start from which nothing can be said of slacks */
 static const double CLOSED = 1e-9;                      /* lb > ub by less than this part of them: a point */
 static const double COARSER = 1000.0, COARSEST = 1e-3;  /* times the rank that was asked for */
+static const double FINER = 10.0;                       /* that over this: the next try */
 enum { ATTEMPTS = 3 };                                  /* walks of the levels that are not proven */
 static const double HARD = 1e6;    /* times 1 + slack: a multiplier for which others should give way */
 static const double MISSED = 1e-5; /* times norm of row (1 + |x|): more than a small weight leaves or takes */
-static const double ROUNDED = 2e-15;    /* times a multiplier: what its rounding may leave of a gradient */
 enum { USUAL = 16, LEAST_USUAL = 128 }; /* times n, and at least: iterations that nearly all do with */
 enum { GLANCE = 16 };                   /* iterations to see whether joins are needed */
 enum { SOFT_GLANCE = 2 };               /* times n: the same, to find x with two levels as one */
-enum { MOST_SOFTENED = 3 };             /* levels as one on the way at most */
+enum { LEAST_SOFTENED = 2, MOST_SOFTENED = 3 }; /* levels as one on the way */
 
 static int usual(int n) {
     return USUAL * n > LEAST_USUAL ? USUAL * n : LEAST_USUAL;
@@ -238,7 +238,7 @@ static void forget(hqp_solver *s) {
         s->strength[i] = 0.0;
     }
     memset(s->proof.count, 0, (size_t)s->levels * sizeof(int));
-    s->warm = s->resumable = s->started = 0;
+    s->warm = s->resumable = s->started = s->softest = 0;
     s->apart.level = -1;
 }
 
@@ -540,25 +540,23 @@ static enum outcome glance(hqp_solver *s, int most) {
     return sweep(s, 0, 1);
 }
 
-/* Whether x is proven, where so much of a multiplier may be rounding. */
-static int is_proven_with(hqp_solver *s, double rounded) {
-    s->rounded = rounded;
+/* Whether x is proven by projection. */
+static int is_proven_here(hqp_solver *s) {
     const int proven = is_proven_by_descent(s, s->levels);
-    s->rounded = 0.0;
     hqp_find_values(s);
     return proven;
 }
 
 /* The same as it is or, where that does not go well, moved to the minimum of the face it is on, where
  * multipliers may have any size. */
-static int is_proven_fitted(hqp_solver *s, double rounded) {
-    const int proven = is_proven_with(s, rounded);
+static int is_proven_fitted(hqp_solver *s) {
+    const int proven = is_proven_here(s);
     if (proven && !s->is_rough) return 1;
     const int leans = s->leans, done = s->levels_done;
     const double least = s->least, hardest = s->hardest;
     memcpy(s->kept, s->x, (size_t)s->ld * sizeof(double));
     hqp_fit_face(s);
-    if (is_proven_with(s, ROUNDED)) return 1;
+    if (is_proven_here(s)) return 1;
     memcpy(s->x, s->kept, (size_t)s->ld * sizeof(double));
     hqp_find_values(s);
     s->leans = leans;
@@ -570,8 +568,8 @@ static int is_proven_fitted(hqp_solver *s, double rounded) {
 }
 
 /* The same of an x that was found with this level and the next ones as one. */
-static int is_proven_softened(hqp_solver *s, int level, double rounded) {
-    const int proven = is_proven_fitted(s, rounded);
+static int is_proven_softened(hqp_solver *s, int level) {
+    const int proven = is_proven_fitted(s);
     if (proven && s->leans >= level) s->leans = -1;
     return proven;
 }
@@ -589,12 +587,12 @@ static int is_clearly_missed(const hqp_solver *s, int level) {
 static int is_found_softened(hqp_solver *s) {
     memcpy(s->x, s->start, (size_t)s->ld * sizeof(double));
     hqp_find_values(s);
-    const int level = hqp_soften(s, 2);
+    const int level = hqp_soften(s, LEAST_SOFTENED);
     if (level < 0) return 0;
     const int half = (s->settings.max_iterations - s->iterations) / 2, most = SOFT_GLANCE * s->n;
     const enum outcome outcome = glance(s, half < most ? half : most);
     hqp_harden(s);
-    if (outcome != LOST && is_proven_softened(s, level, 0.0) && is_clearly_missed(s, level) &&
+    if (outcome != LOST && is_proven_softened(s, level) && is_clearly_missed(s, level) &&
         is_clearly_missed(s, level + 1))
         return 1;
     hqp_bring_back(s);
@@ -626,19 +624,25 @@ static int is_hard(const hqp_solver *s) {
 
 /*
  * Look for x with the last two levels that have a slack as one, or the last three, which needs no large
- * multipliers, and prove it without. The better of this and of what was found before stands.
+ * multipliers, and prove it without. The better of this and of what was found before stands. Where nothing is
+ * proven yet, what led to a proof the last time comes first: mostly the other does not.
  */
 static hqp_status try_softened(hqp_solver *s, hqp_status status) {
-    const int leans = s->leans;
-    const double least = s->least, rounded = status == HQP_SOLVED ? 0.0 : ROUNDED;
-    for (int count = 2; count <= MOST_SOFTENED && !s->is_late; count++) {
+    const int leans = s->leans, begin = status != HQP_SOLVED && s->softest ? s->softest : LEAST_SOFTENED;
+    const double least = s->least;
+    s->softest = 0;
+    for (int k = 0; k < 2 && !s->is_late; k++) {
+        const int count = k == 0 ? begin : LEAST_SOFTENED + MOST_SOFTENED - begin;
         const int level = hqp_soften(s, count);
-        if (level < 0) return status;
+        if (level < 0) continue;
         s->warm = 1;
         try_both(s, 0);
         hqp_harden(s);
-        const int proven = is_proven_softened(s, level, rounded);
-        if (proven && (status != HQP_SOLVED || !hqp_is_kept_better(s))) return HQP_SOLVED;
+        const int proven = is_proven_softened(s, level);
+        if (proven && (status != HQP_SOLVED || !hqp_is_kept_better(s))) {
+            s->softest = count;
+            return HQP_SOLVED;
+        }
         if (status == HQP_SOLVED) {
             hqp_bring_back(s);
             s->levels_done = s->levels;
@@ -671,7 +675,7 @@ static int is_proven_apart(hqp_solver *s) {
     hqp_part(s);
     memset(s->joined, 0, (size_t)s->levels);
     s->is_lax = 1;
-    const int proven = is_proven_fitted(s, 0.0);
+    const int proven = is_proven_fitted(s);
     s->is_lax = 0;
     return proven;
 }
@@ -733,20 +737,20 @@ static hqp_status try_joined(hqp_solver *s, int first) {
 
 /*
  * Only what is proven is solved. Where nothing is, rows at a tiny angle may be one row but for the rounding
- * of the data, which decides everything then: all is tried from cold with another idea of rank, and at last
- * with the first. The one that led to a proof is kept.
+ * of the data, which decides everything then: all is tried from cold with other ideas of rank, first a finer
+ * one, and at last with the first. The one that led to a proof is kept.
  */
 static hqp_status solve_from(hqp_solver *s, int first) {
     const double rank = s->settings.rank, asked = s->rank_asked;
     const double coarser = COARSER * asked < COARSEST ? COARSER * asked : asked / COARSER;
-    const double other = rank == asked ? coarser : asked, ranks[] = {rank, other, rank};
+    const double other = rank == asked ? coarser : asked, ranks[] = {rank, asked / FINER, other, rank};
     hqp_status status = HQP_NOT_PROVEN;
     s->lenience = 1.0;
     if (!(hqp_length(s, s->x) < FARTHEST)) forget(s);
     memset(s->strict, 0, (size_t)s->levels);
     hqp_join(s);
     if (s->resumable < first) first = 0;
-    for (int attempt = 0, last = s->warm ? 2 : 1; attempt <= last; attempt++) {
+    for (int attempt = 0, last = s->warm ? 3 : 2; attempt <= last; attempt++) {
         s->settings.rank = ranks[attempt];
         if (attempt > 0) {
             forget(s);
@@ -754,7 +758,7 @@ static hqp_status solve_from(hqp_solver *s, int first) {
         }
         status = try_joined(s, attempt > 0 ? 0 : first);
         if (status == HQP_SOLVED || status == HQP_ITERATION_CAP) break;
-        if (hqp_any_strict(s)) break; /* rank is not what decides there */
+        if (attempt > 0 && hqp_any_strict(s)) break; /* a coarser one is not what decides there */
     }
     if (status != HQP_SOLVED) s->settings.rank = rank;
     hqp_part(s);

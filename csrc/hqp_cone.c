@@ -14,6 +14,7 @@
 enum { STEPS = 4 };                    /* times n + 1: rows held or released by a projection at most */
 static const double DIRECTION = 1e-10; /* times its length: what a direction may break a row by */
 static const double LARGE = 1e6;       /* a multiplier, times the norm of its row, that costs digits */
+static const double UNIT = 1.1e-16;    /* the rounding of a double */
 
 static void exchange(double **a, double **b) {
     double *const kept = *a;
@@ -49,17 +50,26 @@ static double most_held(const hqp_solver *s) {
     return most;
 }
 
-/* Length of what the held rows, with multipliers >= 0, leave of the target, with what their rounding may
- * leave. */
+/* Length of this rest, with what the rounding of the held rows may have left of it. */
+static double length_of(const hqp_solver *s, const double *rest) {
+    return sqrt(hqp_inner(rest, rest, s->width - s->rank)) + UNIT * most_held(s);
+}
+
+/* Length of what the held rows, with multipliers >= 0, leave of the target: s->reduced. */
 static double left_over(hqp_solver *s) {
-    const int free = s->width - s->rank;
     double *rest = s->reduced;
     memcpy(rest, s->cone.target, (size_t)s->ld * sizeof(double));
     for (int k = 0; k < s->held.count; k++) {
         if (!(s->held.multiplier[k] > 0.0)) continue;
-        hqp_add(rest, s->held.multiplier[k], s->held.rows + k * s->ld, free);
+        hqp_add(rest, s->held.multiplier[k], s->held.rows + k * s->ld, s->width - s->rank);
     }
-    return sqrt(hqp_inner(rest, rest, free)) + s->rounded * most_held(s);
+    return length_of(s, rest);
+}
+
+/* The same with the multipliers put right by what they leave: rounding of large ones is most of it. */
+static double left_over_refined(hqp_solver *s) {
+    left_over(s);
+    return hqp_take_into_held(s, s->reduced) ? length_of(s, s->reduced) : INFINITY;
 }
 
 /*
@@ -85,6 +95,7 @@ static double project(hqp_solver *s, int level, double none) {
         hqp_close_gaps(s);
         left = fmin(left, left_over(s));
     }
+    if (left > none) left = fmin(left, left_over_refined(s));
     s->settings.feasibility = feasibility;
     s->iteration_limit = limit;
     s->iterations = iterations;

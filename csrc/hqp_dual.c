@@ -335,6 +335,19 @@ static void solve_transposed(const hqp_solver *s, double *y) {
     }
 }
 
+/* Take out of a vector in t-space what the held rows span of it, by a change of their multipliers. Returns 0,
+ * and rest is of no use, where one of these would become negative. */
+int hqp_take_into_held(hqp_solver *s, double *rest) {
+    double *change = s->step;
+    memset(change, 0, (size_t)s->held.count * sizeof(double));
+    take_away_held(s, rest, change);
+    solve_transposed(s, change);
+    for (int k = 0; k < s->held.count; k++) {
+        if (!(s->held.multiplier[k] - change[k] >= 0.0)) return 0;
+    }
+    return 1;
+}
+
 /* x += T^T t */
 static void move(hqp_solver *s, const double *t) {
     for (int j = 0; j < freedom(s); j++) hqp_axpy(s->x, t[j], hqp_row(s, s->direction, j), 0, (int)s->ld);

@@ -134,8 +134,8 @@ struct hqp_solver {
     int is_rough;       /* the last proof minded no more than that only because it was one by projection */
     int is_lax;         /* no more is asked of joined levels than of others */
     double hardest;     /* the largest multiplier of the last level, times the norm of its row */
-    double rounded;     /* times a multiplier: what its rounding may leave of a gradient */
     int softened;       /* x was found with two levels as one */
+    int softest;        /* how many levels as one led to a proof the last time; 0: not so many */
     double *path;       /* [levels + 1][ld] x at the start of each level of a sweep */
     double x_norm, trial_norm;
     int iterations, iteration_limit;
@@ -347,6 +347,7 @@ hqp_status hqp_walk(hqp_solver *s, int level);
  * return one of these, or the level to go back to. */
 enum { HQP_DONE = -1, HQP_NOT_LAST = -2, HQP_LOST = -3 };
 void hqp_close_gaps(hqp_solver *s);
+int hqp_take_into_held(hqp_solver *s, double *rest);
 int hqp_finish(hqp_solver *s, int level);
 void hqp_free_directions(hqp_solver *s);
 int hqp_most_broken(hqp_solver *s, int level);

@@ -124,9 +124,11 @@ static double left_by_held(hqp_solver *s, int level) {
     return sqrt(sum);
 }
 
-/* The row is left violated by more than counts as none: by less, it is a row at its bound. */
+/* The row is left violated by more than counts as none, and beyond what counts as its bound: by less, it is a
+ * row at its bound. */
 static int is_missed(const hqp_solver *s, int level, int id) {
-    return fabs(s->lacking[id]) * s->norm[id] > s->lenience * s->none[level];
+    return fabs(s->lacking[id]) * s->norm[id] > s->lenience * s->none[level] &&
+           !hqp_touches(s, id, s->lacking[id] > 0.0 ? -1 : 1);
 }
 
 /* The level that froze this row settles its value beyond doubt, by a clear multiplier or violation. */

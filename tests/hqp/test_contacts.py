@@ -264,6 +264,22 @@ def test_a_row_that_is_missed_by_rounding_lets_no_lower_level_suffer():
         jump(rng, levels)
 
 
+def test_a_proof_is_not_given_up_for_the_rounding_of_large_multipliers():
+    """Three levels lean on each other; level 8 is held by multipliers whose rounding alone leaves 1e-6."""
+    levels = recorded("contact_refined")[0]
+    solution = solve(levels)
+    assert solution.status is Status.SOLVED and is_proven(levels, solution, 1e-7)
+
+
+def test_a_row_at_its_bound_but_for_rounding_is_not_left_violated():
+    """Rows 1e-13 from parallel, |x| = 1e5: one is 2e-8 outside, which would hold it against level 3."""
+    with np.load(DATA / "tilted_rows.npz") as file:
+        data = dict(file)
+    levels = [Level(**{k: data[f"p{p}_{k}"] for k in PARTS if f"p{p}_{k}" in data}) for p in range(3)]
+    solution = solve(levels)
+    assert solution.status is Status.SOLVED and is_proven(levels, solution, 1e-8)
+
+
 def test_what_is_not_proven_says_so():
     """Three levels lean on each other; whatever weights they have as one, no x is found that is proven."""
     levels = recorded("contact_undecided")[0]
