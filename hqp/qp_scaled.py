@@ -15,6 +15,7 @@ from .qp_solution import QpSolution
 from .solver import Status
 
 ATTEMPTS = 2  # the second from where the first ended
+FAR = 1e4  # times 1 + |x|: rows of a conflict are met nowhere nearer
 
 
 def solve_scaled(data: QpData, max_iterations: int, until: float) -> tuple[QpSolution, int]:
@@ -45,10 +46,28 @@ def solve_scaled(data: QpData, max_iterations: int, until: float) -> tuple[QpSol
     found.x = found.x * unit / (np.linalg.norm(found.x * unit) if ends == UNBOUNDED else 1.0)
     found.objective = float(0.5 * found.x @ data.P @ found.x + data.q @ found.x)
     multipliers = np.concatenate([of_A * found.y, of_G * found.z, found.z_box / unit])
-    found._multipliers = multipliers if ends == INFEASIBLE else weight * multipliers
-    if found.found and not is_proven(*data._replace(initvals=found.x), found._multipliers):
+    if ends != INFEASIBLE:
+        multipliers = weight * multipliers
+    found._multipliers = multipliers
+    if ends == INFEASIBLE and not _is_conflict(data, found):
+        # the objective has no part in a conflict
+        nearest = data._replace(P=np.eye(len(unit)), q=np.zeros(len(unit)), initvals=None)
+        found = QpSolution.solve(*nearest, max_iterations, left, Status.SOLVED)
+        ends = INFEASIBLE if found._ends == INFEASIBLE else NOT_PROVEN
+        found.found = False
+    if found.found and not is_proven(*data._replace(initvals=found.x), multipliers):
         ends, found.found, found.status = NOT_PROVEN, False, Status.NOT_PROVEN
     return found, TIME_LIMIT if ends == NOT_PROVEN and monotonic() > until else ends
+
+
+def _is_conflict(data: QpData, found: QpSolution) -> bool:
+    """Whether the rows with multipliers add up to 0 x < 0 in these units, or are met far away only."""
+    total = found.y @ data.A + found.z @ data.G + found.z_box
+    acts = found.z != 0.0  # h of others may be infinite
+    bound = found.y @ data.b + found.z[acts] @ data.h[acts]
+    for side, limit in ((found.z_box > 0.0, data.ub), (found.z_box < 0.0, data.lb)):
+        bound += found.z_box[side] @ limit[side] if limit is not None else 0.0
+    return bool(bound < -FAR * np.abs(total).max(initial=0.0) * (1.0 + np.abs(found.x).sum()))
 
 
 def _units(data: QpData) -> Array:

@@ -55,6 +55,24 @@ def _unscaled(found, factor):
     return found
 
 
+def test_a_conflict_found_in_other_units_is_one_in_the_callers():
+    """Units of P 1e4 apart: of a sum of rows that does not cancel nothing was left in them."""
+    P = np.array(
+        [
+            [1.9997570706794431e-07, -1.1412962987457757e-01, -1.4554022155496977e-07],
+            [-1.1412962987457757e-01, 1.2614304847521821e08, 1.1048399482965747e00],
+            [-1.4554022155496977e-07, 1.1048399482965747e00, 1.1420347396348516e-07],
+        ]
+    )
+    G = [[-1, 2, -1], [0, -2, -2], [-1, -2, 2], [1, -1, -1], [-1, 1, 0], [-1, -1, -1], [0, 2, 2]]
+    h = [0.800001, -5.0, -4.8, -0.2, -0.3, -4.8, 5.0]
+    qp = {"P": P, "q": np.array([-2.0, 0.0, 2.0]), "G": np.array(G, dtype=float), "h": np.array(h)}
+    qp |= {"lb": np.full(3, -5.0), "ub": np.full(3, 5.0)}
+    found = solve_qp(**qp)
+    left, bound = contradiction(qp, found.conflict)
+    assert not found.found and left < 1e-9 and bound < -1e-3
+
+
 def test_a_row_that_alone_cannot_be_met_is_the_conflict():
     P, q = np.eye(2), np.zeros(2)
     of_zeros = solve_qp(P, q, G=[[1.0, 0.0], [0.0, 0.0]], h=[1.0, -1.5e-7])
