@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from ..hqp import Level
 from ..hqp.reference import QpError, quadprog_qp, reference
+from ..runtime.live.interrupts import end_in_silence, held
 from .contenders import Answer
 
 Array = NDArray[np.float64]
@@ -93,7 +94,8 @@ class Cascade:
     def _start(self) -> None:
         self._pipe, child = multiprocessing.Pipe()
         self._process = multiprocessing.Process(target=_work, args=(self.name, child), daemon=True)
-        self._process.start()
+        with held():
+            self._process.start()
 
     def solve(self, tick: int, levels: Sequence[Level]) -> Answer | None:
         """Solve one tick; None where the QP solver gave up, or hung, now or in an earlier round."""
@@ -115,6 +117,7 @@ class Cascade:
 
 
 def _work(name: str, pipe: Connection) -> None:
+    end_in_silence()
     while True:
         try:
             levels = pipe.recv()

@@ -11,7 +11,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from hapticd.testing.terminal import ENVIRONMENT, Terminal, complete, family
+from hapticd.testing.terminal import CTRL_C, ENVIRONMENT, Terminal, complete, family
 
 PARENTS = {
     "run giant": ("run", "giant"),
@@ -88,3 +88,17 @@ def test_an_interrupted_benchmark_brings_its_daemon_s_machine_to_rest(
     assert ended.seconds < 6.0
     assert terminal.survivors() == []
     assert (tmp_path / "stderr.txt").read_text().endswith("hapticd: terminated\n")
+
+
+@pytest.mark.parametrize("moment", [2.0, 3.5])
+def test_an_interrupted_benchmark_with_workers_says_one_line(
+    open_hapticd: Open, tmp_path: Path, moment: float
+) -> None:
+    terminal = open_hapticd("bench", "solve", "--every", "1")
+    terminal.wait_until(moment)
+    terminal.type(CTRL_C)
+    ended = terminal.end()
+    assert ended.status == 128 + signal.SIGINT
+    assert ended.seconds < 3.0
+    assert terminal.survivors() == []
+    assert (tmp_path / "stderr.txt").read_text().count("hapticd: ") == 1
