@@ -153,6 +153,8 @@ def _independent(rows: Array, count: int) -> Array:
     """So many of the rows, as independent as they come."""
     from scipy.linalg import qr
 
+    if not count:  # not every version of scipy takes an empty matrix
+        return rows[:0]
     _, order = qr(rows.T, mode="r", pivoting=True)
     return np.asarray(rows[order[:count]])
 

@@ -15,7 +15,7 @@ from .qp_solution import QpSolution
 from .solver import Status
 
 ATTEMPTS = 2  # the second from where the first ended
-FAR = 1e4  # times 1 + |x|: rows of a conflict are met nowhere nearer
+FAR = 1e4  # times 1 + |x|: rows of a conflict are met nowhere nearer, as in hqp_qp.c
 
 
 def solve_scaled(data: QpData, max_iterations: int, until: float) -> tuple[QpSolution, int]:

@@ -376,9 +376,9 @@ def solve(levels: Iterable[Level], **settings: Any) -> Solution:
     Raises:
         HqpError: no level, levels that do not fit each other, or a setting that there is not.
     """
-    if unknown := sorted(settings.keys() - (Solver.__init__.__kwdefaults__ or {}).keys()):
-        known = ", ".join(Solver.__init__.__kwdefaults__ or {})
-        raise HqpError(unknown[0], "is no setting", f"those are {known}")
+    known = Solver.__init__.__kwdefaults__ or {}
+    if unknown := sorted(settings.keys() - known.keys()):
+        raise HqpError(unknown[0], "is no setting", f"those are {', '.join(known)}")
     kept = _listed(levels, MOST_LEVELS)
     if not kept:
         raise HqpError("levels", "is empty", "give at least one Level")

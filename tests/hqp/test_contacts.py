@@ -271,6 +271,16 @@ def test_a_proof_is_not_given_up_for_the_rounding_of_large_multipliers():
     assert solution.status is Status.SOLVED and is_proven(levels, solution, 1e-7)
 
 
+def test_the_certificate_does_not_take_rounding_of_large_multipliers_for_a_distance():
+    """A solved tick, with its x, that multipliers of 1e9 prove; computed with 80 bits 6e-9 is left."""
+    levels = recorded("contact_certificate")[0]
+    with np.load(DATA / "contact_certificate.npz") as file:
+        x = file["x"]
+    assert certificate(levels, x).max() < 1e-7
+    x[0] += 1e-3
+    assert certificate(levels, x).max() > 1e-6
+
+
 def test_a_row_at_its_bound_but_for_rounding_is_not_left_violated():
     """Rows 1e-13 from parallel, |x| = 1e5: one is 2e-8 outside, which would hold it against level 3."""
     with np.load(DATA / "tilted_rows.npz") as file:
