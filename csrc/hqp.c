@@ -703,8 +703,8 @@ static int needs_no_joins(hqp_solver *s) {
  * proven.
  */
 static hqp_status try_joined(hqp_solver *s, int first) {
-    int kept = 0, heavier = 1; /* heavier: a join may be given more weight, once */
-    for (int more = 1;; more = 0) {
+    int kept = 0, more = 1; /* more: no levels were joined in this solve yet */
+    for (;;) {
         s->leans = -1;
         memset(s->then, 0, (size_t)s->levels * sizeof(double));
         const hqp_status status = more ? try_first(s, first) : try_both(s, first);
@@ -713,10 +713,11 @@ static hqp_status try_joined(hqp_solver *s, int first) {
         s->warm = 1;
         if (s->is_late && !kept) return status;
         if (status == HQP_SOLVED && more && needs_no_joins(s)) return status;
-        if (status == HQP_SOLVED && hqp_weigh(s, heavier)) {
-            heavier = 0;
+        if (status == HQP_SOLVED && hqp_weigh(s) && !(kept && hqp_is_parted(s))) {
+            if (more) hqp_unjoin(s);
             continue;
         }
+        more = 0;
         if (kept) return hqp_choose(s, status);
         if (status == HQP_SOLVED) {
             if (!hqp_may_gain(s)) return status;
@@ -748,7 +749,7 @@ static hqp_status solve_from(hqp_solver *s, int first) {
     s->lenience = 1.0;
     if (!(hqp_length(s, s->x) < FARTHEST)) forget(s);
     memset(s->strict, 0, (size_t)s->levels);
-    hqp_join(s);
+    hqp_take_up(s);
     if (s->resumable < first) first = 0;
     for (int attempt = 0, last = s->warm ? 3 : 2; attempt <= last; attempt++) {
         s->settings.rank = ranks[attempt];

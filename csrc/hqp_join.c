@@ -54,7 +54,7 @@ int hqp_any_strict(const hqp_solver *s) {
     return any;
 }
 
-/* Take up the joins of the solve before. */
+/* Number rows with the levels that are joined as one. */
 void hqp_join(hqp_solver *s) {
     memcpy(s->row0, s->first_row, (size_t)(s->levels + 1) * sizeof(int));
     if (!any_joined(s)) return;
@@ -63,6 +63,15 @@ void hqp_join(hqp_solver *s) {
         if (s->joined[p]) s->row0[p + 1] = s->row0[p + 2];
     }
     s->resumable = 0;
+}
+
+/* Take up the joins of the solve before that have the largest weight. A smaller one is found from there, as
+ * more than one may be right by its own answer. */
+void hqp_take_up(hqp_solver *s) {
+    for (int p = 0; p < s->levels; p++) {
+        if (s->joined[p] > LEAST) s->joined[p] = 0;
+    }
+    hqp_join(s);
 }
 
 /* The caller's levels again, with values and slacks. */
@@ -143,20 +152,16 @@ static void set(hqp_solver *s, int level, int k) {
     }
 }
 
-/* The same where that makes sense, each pair once in a solve. Returns whether they are joined. */
-static int join(hqp_solver *s, int level, int k) {
+/* Join a level with the next one, with the largest weight, if both have a slack; each pair once in a solve.
+ * Returns whether that was done. */
+int hqp_join_next(hqp_solver *s, int level) {
     if (level < 0 || level + 1 >= s->levels || s->strict[level]) return 0;
     const int have_slack = hqp_has_slack(s, level) && hqp_has_slack(s, level + 1);
     s->strict[level] = PARTED;
     if (s->joined[level] || s->joined[level + 1] || (level > 0 && s->joined[level - 1])) return 0;
     if (!have_slack) return 0;
-    set(s, level, k);
-    return k <= MOST;
-}
-
-/* Join a level with the next one, if both have a slack. Returns whether that was done. */
-int hqp_join_next(hqp_solver *s, int level) {
-    return join(s, level, LEAST);
+    set(s, level, LEAST);
+    return 1;
 }
 
 /* No proof was found: part the last levels that are joined. Returns whether there were any. */
@@ -170,17 +175,15 @@ int hqp_part_last(hqp_solver *s) {
     return level >= 0;
 }
 
-/*
- * x is the answer with the joins. Where a level may have lost too much by one, give the next level less
- * weight, or part them; or, with `more`, more weight where it may have that. Returns whether there was one.
- */
-int hqp_weigh(hqp_solver *s, int more) {
+/* x is the answer with the joins. Where a level may have lost too much by one, give the next level less
+ * weight, or part them. Returns whether there was one. */
+int hqp_weigh(hqp_solver *s) {
     int level = -1, k = 0;
     hqp_part(s);
     for (int p = 0; p + 1 < s->levels && level < 0; p++) {
         if (!s->joined[p]) continue;
         k = needed(s, p);
-        if (k > s->joined[p] || (more && k < s->joined[p])) level = p;
+        if (k > s->joined[p]) level = p;
     }
     hqp_join(s);
     if (level >= 0) set(s, level, k);
@@ -242,16 +245,21 @@ int hqp_may_gain(hqp_solver *s) {
  */
 int hqp_try_join(hqp_solver *s) {
     const int level = s->leans;
-    const int known = s->apart.level == level, k = needed(s, level);
+    const int known = s->apart.level == level;
     if (known)
         memcpy(s->apart.x, s->x, (size_t)s->ld * sizeof(double));
     else
         keep(s);
     s->apart.level = level;
     exchange_guesses(s);
-    if (join(s, level, k)) return 1;
+    if (hqp_join_next(s, level)) return 1;
     exchange_guesses(s);
     return 0;
+}
+
+/* No weight was small enough for that. */
+int hqp_is_parted(const hqp_solver *s) {
+    return !s->joined[s->apart.level];
 }
 
 /*
@@ -263,8 +271,8 @@ hqp_status hqp_choose(hqp_solver *s, hqp_status status) {
     const int level = s->apart.level, joined = s->joined[level];
     if (joined) set(s, level, MOST + 1);
     exchange_guesses(s);
-    const int better = is_better(s, level, s->x, s->apart.x);
-    if (!(better && joined && status == HQP_SOLVED)) {
+    const int better = joined && is_better(s, level, s->x, s->apart.x);
+    if (!(better && status == HQP_SOLVED)) {
         const int refuted = better && loses_nothing(s, level);
         memcpy(s->x, s->apart.x, (size_t)s->ld * sizeof(double));
         status = refuted ? HQP_NOT_PROVEN : HQP_SOLVED;

@@ -161,6 +161,18 @@ def test_a_join_has_the_weight_that_its_own_answer_allows():
     assert slack_norms(levels, solution.x)[-1] == pytest.approx(408.9624, abs=1e-4)
 
 
+@pytest.mark.parametrize("name", ["contact_weight", "contact_lighter"])
+def test_a_join_has_the_largest_weight_that_is_allowed_whatever_was_solved_before(name):
+    """Answers with 2^-30 and with 2^-32 may both allow their own weight. The first tick ends with one that
+    the second, by itself, does not end with."""
+    before, levels = recorded(name)
+    solver = solver_of(levels)
+    solver.solve(before)
+    warm, cold = solver.solve(levels), solve(levels)
+    assert warm.status is cold.status is Status.SOLVED
+    np.testing.assert_allclose(slack_norms(levels, warm.x), slack_norms(levels, cold.x), rtol=1e-7, atol=1e-7)
+
+
 @pytest.mark.parametrize("tick", [0, 1])
 def test_three_levels_that_lean_on_each_other_are_found_as_one_and_proven_on_the_face_they_end_on(tick):
     levels = recorded("contact_face")[tick]
