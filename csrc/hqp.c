@@ -20,7 +20,6 @@ static const double HARD = 1e6;    /* times 1 + slack: a multiplier for which ot
 static const double MISSED = 1e-5; /* times norm of row (1 + |x|): more than a small weight leaves or takes */
 enum { USUAL = 16, LEAST_USUAL = 128 }; /* times n, and at least: iterations that nearly all do with */
 enum { GLANCE = 16 };                   /* iterations to see whether joins are needed */
-enum { SOFT_GLANCE = 2 };               /* times n: the same, to find x with two levels as one */
 enum { LEAST_SOFTENED = 2, MOST_SOFTENED = 3 }; /* levels as one on the way */
 
 static int usual(int n) {
@@ -589,7 +588,7 @@ static int is_found_softened(hqp_solver *s) {
     hqp_find_values(s);
     const int level = hqp_soften(s, LEAST_SOFTENED);
     if (level < 0) return 0;
-    const int half = (s->settings.max_iterations - s->iterations) / 2, most = SOFT_GLANCE * s->n;
+    const int half = (s->settings.max_iterations - s->iterations) / 2, most = s->n / 2;
     const enum outcome outcome = glance(s, half < most ? half : most);
     hqp_harden(s);
     if (outcome != LOST && is_proven_softened(s, level) && is_clearly_missed(s, level) &&

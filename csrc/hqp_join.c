@@ -245,14 +245,14 @@ int hqp_may_gain(hqp_solver *s) {
  */
 int hqp_try_join(hqp_solver *s) {
     const int level = s->leans;
-    const int known = s->apart.level == level;
+    const int known = s->apart.level == level, may = needed(s, level) <= MOST;
     if (known)
         memcpy(s->apart.x, s->x, (size_t)s->ld * sizeof(double));
     else
         keep(s);
     s->apart.level = level;
     exchange_guesses(s);
-    if (hqp_join_next(s, level)) return 1;
+    if (may && hqp_join_next(s, level)) return 1;
     exchange_guesses(s);
     return 0;
 }
