@@ -20,6 +20,7 @@ static const double HARD = 1e6;    /* times 1 + slack: a multiplier for which ot
 static const double MISSED = 1e-5; /* times norm of row (1 + |x|): more than a small weight leaves or takes */
 enum { USUAL = 16, LEAST_USUAL = 128 }; /* times n, and at least: iterations that nearly all do with */
 enum { GLANCE = 16 };                   /* iterations to see whether joins are needed */
+enum { SOFT_GLANCE = 3 };               /* times n / 4: the same, to find x with two levels as one */
 enum { LEAST_SOFTENED = 2, MOST_SOFTENED = 3 }; /* levels as one on the way */
 
 static int usual(int n) {
@@ -161,8 +162,8 @@ static size_t lay_out(hqp_solver *s, char *arena) {
     s->first_row = slice(arena, &used, (levels + 1) * sizeof(int));
     s->rank_at = slice(arena, &used, (levels + 2) * sizeof(int));
     s->equalities = slice(arena, &used, levels * sizeof(int));
-    s->proof.held = slice(arena, &used, levels * n * sizeof(int));
-    s->proof.count = slice(arena, &used, levels * sizeof(int));
+    s->proof.held = slice(arena, &used, 2 * levels * n * sizeof(int));
+    s->proof.count = slice(arena, &used, 2 * levels * sizeof(int));
     s->slack = slice(arena, &used, levels);
     s->weighted = slice(arena, &used, levels);
     s->joined = slice(arena, &used, levels);
@@ -236,7 +237,7 @@ static void forget(hqp_solver *s) {
         s->guess_held_at[i] = -1;
         s->strength[i] = 0.0;
     }
-    memset(s->proof.count, 0, (size_t)s->levels * sizeof(int));
+    memset(s->proof.count, 0, 2 * (size_t)s->levels * sizeof(int));
     s->warm = s->resumable = s->started = s->softest = 0;
     s->apart.level = -1;
 }
@@ -588,7 +589,7 @@ static int is_found_softened(hqp_solver *s) {
     hqp_find_values(s);
     const int level = hqp_soften(s, LEAST_SOFTENED);
     if (level < 0) return 0;
-    const int half = (s->settings.max_iterations - s->iterations) / 2, most = s->n / 2;
+    const int half = (s->settings.max_iterations - s->iterations) / 2, most = SOFT_GLANCE * s->n / 4;
     const enum outcome outcome = glance(s, half < most ? half : most);
     hqp_harden(s);
     if (outcome != LOST && is_proven_softened(s, level) && is_clearly_missed(s, level) &&

@@ -112,8 +112,8 @@ struct hqp_solver {
         signed char *side;                          /* [most] with these rows on this side */
     } bundle;                                       /* of hqp_guess.c */
     struct {
-        int *held, *count; /* [levels][n]: by level, 1 + row, negative at lb; [levels] */
-    } proof;               /* what held the projections that proved the levels last */
+        int *held, *count; /* [2 levels][n]: by level, 1 + row, negative at lb; [2 levels] */
+    } proof; /* what held the projections that proved the levels last, apart and then with levels joined */
     double *none;          /* [levels] length of a gradient that counts as none */
     signed char *weighted; /* [levels] its rows have weights of their own */
     signed char *joined; /* [levels] the next level is a part of this one: -log2 of the root of its weight */

@@ -222,10 +222,16 @@ static double left_of(hqp_solver *s, int level) {
     return hqp_descent(s, level);
 }
 
+/* Where what held the projections of this level is remembered: apart, and with levels joined. */
+static int memory(const hqp_solver *s, int level) {
+    const size_t size = (size_t)(s->levels + 1) * sizeof(int);
+    return memcmp(s->row0, s->first_row, size) == 0 ? level : s->levels + level;
+}
+
 /* The hard rows that held the last projection that proved this level get their side; where there was none,
  * those that this level or one before holds by guess. */
 static void seat_held(hqp_solver *s, int level) {
-    const int *known = s->proof.held + level * s->n, count = s->proof.count[level];
+    const int at = memory(s, level), count = s->proof.count[at], *known = s->proof.held + at * s->n;
     for (int i = 0; i < s->row0[level]; i++) {
         const int is_held = s->guess_held_at[i] >= 0 && s->guess_held_at[i] <= level && hqp_is_hard(s, i);
         s->side[i] = is_held && !count ? s->guess_held_side[i] : 0;
@@ -238,11 +244,12 @@ static void seat_held(hqp_solver *s, int level) {
 
 /* Remember the hard rows that hold the projection of this level, if it needed any. */
 static void remember(hqp_solver *s, int level) {
-    int *known = s->proof.held + level * s->n, count = 0;
+    const int at = memory(s, level);
+    int *known = s->proof.held + at * s->n, count = 0;
     for (int i = 0; i < s->row0[level] && s->cone.least < INFINITY && count < s->n; i++) {
         if (s->side[i]) known[count++] = s->side[i] * (i + 1);
     }
-    s->proof.count[level] = count;
+    s->proof.count[at] = count;
 }
 
 /*
