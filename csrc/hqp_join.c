@@ -106,12 +106,17 @@ static double half_square(const hqp_solver *s, int level) {
     return half_square_at(s, level, s->x);
 }
 
-/* Whether the level after this one gains by the answer `joined` over the one `apart`, at next to no cost. */
+/* Whether the level after this one gains by the answer `joined` over the one `apart`. */
+static int gains(const hqp_solver *s, int level, const double *joined, const double *apart) {
+    const double size = sqrt(2.0 * half_square_at(s, level + 1, apart));
+    return sqrt(2.0 * half_square_at(s, level + 1, joined)) < size - GAIN * (1.0 + size);
+}
+
+/* The same, at next to no cost. */
 static int is_better(const hqp_solver *s, int level, const double *joined, const double *apart) {
     const double size = sqrt(2.0 * half_square_at(s, level, apart));
-    const double next_size = sqrt(2.0 * half_square_at(s, level + 1, apart));
     return sqrt(2.0 * half_square_at(s, level, joined)) <= size + LOSS * (1.0 + size) &&
-           sqrt(2.0 * half_square_at(s, level + 1, joined)) < next_size - GAIN * (1.0 + next_size);
+           gains(s, level, joined, apart);
 }
 
 /* Whether the levels before this one are as small at x as at the answer apart from joins. */
@@ -175,12 +180,16 @@ int hqp_part_last(hqp_solver *s) {
     return level >= 0;
 }
 
-/* x is the answer with the joins. Where a level may have lost too much by one, give the next level less
- * weight, or part them. Returns whether there was one. */
-int hqp_weigh(hqp_solver *s) {
+/*
+ * x is the answer with the joins. Where a level may have lost too much by one, give the next level less
+ * weight, or part them. Returns whether there was one. With `kept`, what was kept for a join is as good where
+ * the next level has gained nothing, and a smaller weight gains it no more.
+ */
+int hqp_weigh(hqp_solver *s, int kept) {
     int level = -1, k = 0;
     hqp_part(s);
-    for (int p = 0; p + 1 < s->levels && level < 0; p++) {
+    const int is_vain = kept && !gains(s, s->apart.level, s->x, s->apart.x);
+    for (int p = 0; p + 1 < s->levels && level < 0 && !is_vain; p++) {
         if (!s->joined[p]) continue;
         k = needed(s, p);
         if (k > s->joined[p]) level = p;
