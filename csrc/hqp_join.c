@@ -182,8 +182,8 @@ int hqp_part_last(hqp_solver *s) {
 
 /*
  * x is the answer with the joins. Where a level may have lost too much by one, give the next level less
- * weight, or part them. Returns whether there was one. With `kept`, what was kept for a join is as good where
- * the next level has gained nothing, and a smaller weight gains it no more.
+ * weight, or part them. Returns whether there was one. With `kept`, a join by which the next level has gained
+ * nothing is left as it is: by a smaller weight it gains no more.
  */
 int hqp_weigh(hqp_solver *s, int kept) {
     int level = -1, k = 0;
@@ -266,7 +266,7 @@ int hqp_try_join(hqp_solver *s) {
     return 0;
 }
 
-/* No weight was small enough for that. */
+/* Whether no weight was small enough for that. */
 int hqp_is_parted(const hqp_solver *s) {
     return !s->joined[s->apart.level];
 }

@@ -228,10 +228,12 @@ static int memory(const hqp_solver *s, int level) {
     return memcmp(s->row0, s->first_row, size) == 0 ? level : s->levels + level;
 }
 
-/* The hard rows that held the last projection that proved this level get their side; where there was none,
- * those that this level or one before holds by guess. */
+/* The hard rows that held the last projection that proved this level get their side, of one of the same kind
+ * if there was any; where there was none, those that this level or one before holds by guess. */
 static void seat_held(hqp_solver *s, int level) {
-    const int at = memory(s, level), count = s->proof.count[at], *known = s->proof.held + at * s->n;
+    const int own = memory(s, level), other = own < s->levels ? s->levels + level : level;
+    const int at = s->proof.count[own] ? own : other, count = s->proof.count[at];
+    const int *known = s->proof.held + at * s->n;
     for (int i = 0; i < s->row0[level]; i++) {
         const int is_held = s->guess_held_at[i] >= 0 && s->guess_held_at[i] <= level && hqp_is_hard(s, i);
         s->side[i] = is_held && !count ? s->guess_held_side[i] : 0;
