@@ -217,6 +217,16 @@ def test_reset_forgets_what_held_the_proofs_too():
         assert solver.solve(levels).x.tobytes() == solve(levels).x.tobytes()
 
 
+def test_an_answer_that_is_long_by_an_earlier_problem_is_as_accurate_as_another():
+    """Rounding of an x of 4e5 and rows of 6e3 left 4e-6 of a level that can be met."""
+    rng, levels = np.random.default_rng(980127), problem("mixed", 980127)
+    solver = solver_of(levels)
+    for _ in range(3):
+        solution = solver.solve(levels)
+        assert solution.status is Status.SOLVED and is_proven(levels, solution, 2e-7)
+        jump(rng, levels)
+
+
 @pytest.mark.parametrize("cap", [1, 5, 20, 50, 100, 5000])
 def test_the_cap_is_kept_by_both_methods_together_and_the_search_ends_before_a_large_one(cap):
     for name in ("contact_cold", "contact_warm", "contact_accuracy"):
