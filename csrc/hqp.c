@@ -716,7 +716,7 @@ static hqp_status try_joined(hqp_solver *s, int first) {
         s->warm = 1;
         if (s->is_late && !kept) return status;
         if (status == HQP_SOLVED && more && needs_no_joins(s)) return status;
-        if (status == HQP_SOLVED && hqp_weigh(s, kept) && !(kept && hqp_is_parted(s))) {
+        if (status == HQP_SOLVED && hqp_weigh(s, kept)) {
             if (more) hqp_unjoin(s);
             continue;
         }

@@ -289,7 +289,6 @@ hqp_status hqp_choose(hqp_solver *s, hqp_status status);
 int hqp_join_next(hqp_solver *s, int level);
 void hqp_take_up(hqp_solver *s);
 int hqp_weigh(hqp_solver *s, int kept);
-int hqp_is_parted(const hqp_solver *s);
 int hqp_set_apart(hqp_solver *s, signed char *joined);
 int hqp_is_worth_joins(const hqp_solver *s, const signed char *joined);
 void hqp_take_back(hqp_solver *s, const signed char *joined);

@@ -182,8 +182,9 @@ int hqp_part_last(hqp_solver *s) {
 
 /*
  * x is the answer with the joins. Where a level may have lost too much by one, give the next level less
- * weight, or part them. Returns whether there was one. With `kept`, a join by which the next level has gained
- * nothing is left as it is: by a smaller weight it gains no more.
+ * weight, or part them. Returns whether that is to be solved. With `kept`, a join by which the next level has
+ * gained nothing is left as it is, for by a smaller weight it gains no more; and once that one is parted,
+ * what was kept is the answer.
  */
 int hqp_weigh(hqp_solver *s, int kept) {
     int level = -1, k = 0;
@@ -196,7 +197,7 @@ int hqp_weigh(hqp_solver *s, int kept) {
     }
     hqp_join(s);
     if (level >= 0) set(s, level, k);
-    return level >= 0;
+    return level >= 0 && !(kept && !s->joined[s->apart.level]);
 }
 
 static void swap_flags(signed char **a, signed char **b) {
@@ -264,11 +265,6 @@ int hqp_try_join(hqp_solver *s) {
     if (may && hqp_join_next(s, level)) return 1;
     exchange_guesses(s);
     return 0;
-}
-
-/* Whether no weight was small enough for that. */
-int hqp_is_parted(const hqp_solver *s) {
-    return !s->joined[s->apart.level];
 }
 
 /*
