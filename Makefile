@@ -2,6 +2,8 @@
 .DEFAULT_GOAL := help
 .PHONY: help run demo pictures run-bimanual test conformance vm-test lint types bench nasty fuzz mutants fidelity hqp-dist install-c format clean
 export PYTHON CC
+# the tests start hundreds of processes, each of which would compile all modules anew
+unexport PYTHONDONTWRITEBYTECODE
 BIN := .venv/bin
 PACKAGES := bench binding configs control devices experiments hqp link machines models runtime safety sim testing view
 C_SOURCES := $(wildcard csrc/*.c csrc/*.h csrc/*.hpp tests/hqp/*.c docs/examples/*.c docs/examples/*.cpp)

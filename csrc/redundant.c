@@ -1,8 +1,10 @@
 #include "redundant.h"
 
+#include <math.h>
 #include <string.h>
 
 #include "rotation.h"
+#include "spd.h"
 
 /* C (rows x n) = A (rows x n) T (n x n). */
 static void times(int rows, int n, const double *A, const double *T, double *C) {
@@ -120,5 +122,48 @@ void redundant_sweep(const redundant *r, int count, const double *q, double *x, 
         transmit(r, q, joints);
         kinematics(r, joints, NONE, x, J);
         if (dJ) derivatives(r, dJ + (size_t)(n * m * n) * (size_t)c);
+    }
+}
+
+/* Added to the diagonal of J J^T: it is singular where the hand cannot move in some direction. */
+static const double DAMPING = 1e-12;
+
+/* The least dq with J dq = e, by e = (J J^T)^-1 e. */
+static void least_step(const redundant *r, const double *J, double *e, double *dq) {
+    const int n = r->chain->n, m = r->m;
+    double A[REDUNDANT_MAX_TASK * REDUNDANT_MAX_TASK];
+    for (int a = 0; a < m; a++)
+        for (int b = 0; b <= a; b++) {
+            double sum = a == b ? DAMPING : 0.0;
+            for (int i = 0; i < n; i++) sum += J[n * a + i] * J[n * b + i];
+            A[m * a + b] = sum;
+        }
+    memset(dq, 0, sizeof(double) * (size_t)n);
+    if (spd_factor(m, A)) return;
+    spd_solve(m, A, e);
+    for (int a = 0; a < m; a++)
+        for (int i = 0; i < n; i++) dq[i] += J[n * a + i] * e[a];
+}
+
+void redundant_approach(const redundant *r, int count, double *q, const double *x, int steps, double longest,
+                        double arrived) {
+    const int n = r->chain->n, m = r->m;
+    for (int c = 0; c < count; c++, q += n, x += m) {
+        double away = INFINITY;
+        for (int step = 0; step < steps && away > arrived; step++) {
+            double joints[SERIAL_MAX_JOINTS], dq[SERIAL_MAX_JOINTS];
+            double error[REDUNDANT_MAX_TASK], J[REDUNDANT_MAX_TASK * SERIAL_MAX_JOINTS];
+            double squares = 0.0, largest = longest;
+            transmit(r, q, joints);
+            kinematics(r, joints, NONE, error, J);
+            for (int a = 0; a < m; a++) {
+                error[a] = x[a] - error[a];
+                squares += error[a] * error[a];
+            }
+            away = sqrt(squares);
+            least_step(r, J, error, dq);
+            for (int i = 0; i < n; i++) largest = fmax(largest, fabs(dq[i]));
+            for (int i = 0; i < n; i++) q[i] += longest / largest * dq[i];
+        }
     }
 }

@@ -40,4 +40,10 @@ void redundant_update(const redundant *r);
  * configurations q (count x n); dJ may be NULL. */
 void redundant_sweep(const redundant *r, int count, const double *q, double *x, double *J, double *dJ);
 
+/* Gauss-Newton steps, at most `steps`, that take the hand to x (count x m) in many configurations q (count x
+ * n), in place, each the shortest, and no motor's longer than `longest`. The last one is that from a distance
+ * of `arrived`. */
+void redundant_approach(const redundant *r, int count, double *q, const double *x, int steps, double longest,
+                        double arrived);
+
 #endif

@@ -244,16 +244,16 @@ def _ways(arm: RedundantArm, x: Array, bounds: Bounds, postures: Array) -> NDArr
 
 
 def _neighbours(postures: Array) -> NDArray[np.int64]:
-    """Every posture (k, n) with those next to it, (pairs, 2)."""
-    most, squares = min(NEIGHBOURS + 1, len(postures)), np.sum(postures**2, axis=1)
-    found = []
-    for first in range(0, len(postures), CHUNK):
+    """Every posture (k, n) with those next to it, each pair once, (pairs, 2)."""
+    count, squares = len(postures), np.sum(postures**2, axis=1)
+    most, found = min(NEIGHBOURS + 1, count), []
+    for first in range(0, count, CHUNK):
         rows = postures[first : first + CHUNK]
         distance = squares - 2.0 * rows @ postures.T  # but for the rows' own squares
-        near = np.argpartition(distance, most - 1, axis=1)[:, :most]
+        near = np.argpartition(distance, most - 1, axis=1)[:, :most].ravel()
         own = np.repeat(np.arange(first, first + len(rows)), most)
-        found.append(np.stack([own, near.ravel()], axis=1))
-    pairs: NDArray[np.int64] = np.concatenate(found)
+        found.append(np.minimum(own, near) * count + np.maximum(own, near))
+    pairs: NDArray[np.int64] = np.stack(np.divmod(np.unique(np.concatenate(found)), count), axis=1)
     return pairs
 
 

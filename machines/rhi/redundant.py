@@ -151,6 +151,21 @@ class RedundantArm:
         self._sweep(q, x, J, pointer(dJ, "double", len(q), self.n, self.m, self.n))
         return x, J, dJ
 
+    def approach(self, q: Array, x: Array, steps: int, longest: float, arrived: float) -> None:
+        """Move configurations (count, n) in place by Gauss-Newton steps until the hand is at x, (count, m).
+
+        Args:
+            q: where to begin [rad].
+            x: where the hand shall be [m].
+            steps: the most of them.
+            longest: the most that a motor turns in one [rad].
+            arrived: distance from which one more step is the last [m].
+        """
+        count = len(q)
+        postures = pointer(q, "double", count, self.n)
+        hands = pointer(x, "const double", count, self.m)
+        lib.redundant_approach(self._core, count, postures, hands, steps, longest, arrived)
+
     def _sweep(self, q: Array, x: Array, J: Array, dJ: object) -> None:
         count = len(q)
         postures = pointer(np.ascontiguousarray(q, float), "const double", count, self.n)

@@ -52,16 +52,10 @@ class Ellipsoid:
 
 def close(arm: RedundantArm, q: Array, x: Array, steps: int = CLOSING_STEPS) -> Array:
     """Move configurations (k, n) by Gauss-Newton steps onto the manifold of x, (m,) or (k, m)."""
-    q, target = np.array(q, float), np.broadcast_to(x, (len(q), arm.m))
-    away = np.arange(len(q))
-    for _ in range(steps):
-        position, J = arm.reach(q[away])
-        error = target[away] - position
-        q[away] += _limited(_pseudo_solve(J, error))
-        away = away[np.linalg.norm(error, axis=1) > ARRIVED]
-        if not len(away):
-            break
-    return q
+    found: Array = np.array(q, float, order="C")
+    targets = np.ascontiguousarray(np.broadcast_to(x, (len(found), arm.m)), float)
+    arm.approach(found, targets, steps, LARGEST_STEP, ARRIVED)
+    return found
 
 
 def scan(arm: RedundantArm, x: Array, bounds: Bounds, count: int, seed: int = 0) -> Array:

@@ -56,18 +56,35 @@ class Session:
         Raises:
             ConfigError: the configuration has no [simulation].
         """
-        if self.config.simulation is None:
-            raise ConfigError(
-                self.loaded.source,
-                [Finding(1, "simulation", "is missing", "a simulated bus needs this section")],
-            )
-        plant: Plant = self.system.plant(self.config, self.robot, self.network)
-        simulation = self.config.simulation
-        if simulation.sensors is not None:
-            plant.spoil(simulation.sensors, simulation.seed)
-        if simulation.supervisor:
-            plant.supervise([(float(press.at), press.pressed) for press in simulation.supervisor])
-        return plant
+        return _plant(self.loaded, self.system, self.robot, self.network)
+
+
+def build_plant(loaded: Loaded) -> Plant:
+    """The simulated machine of a configuration, without what controls it.
+
+    Raises:
+        ConfigError, ModelError: see ``build``; or the configuration has no [simulation].
+    """
+    system, robot = require_sound(loaded)
+    try:
+        network = Network(list(loaded.config.devices.values()))
+    except DeviceError as error:
+        raise _unfit(loaded, "devices", str(error)) from error
+    return _plant(loaded, system, robot, network)
+
+
+def _plant(loaded: Loaded, system: System[Any], robot: Robot, network: Network) -> Plant:
+    config = loaded.config
+    if config.simulation is None:
+        raise ConfigError(
+            loaded.source, [Finding(1, "simulation", "is missing", "a simulated bus needs this section")]
+        )
+    plant: Plant = system.plant(config, robot, network)
+    if config.simulation.sensors is not None:
+        plant.spoil(config.simulation.sensors, config.simulation.seed)
+    if config.simulation.supervisor:
+        plant.supervise([(float(press.at), press.pressed) for press in config.simulation.supervisor])
+    return plant
 
 
 def build(loaded: Loaded, mark: Mark = no_mark, controller: Controller | None = None) -> Session:
@@ -89,17 +106,16 @@ def build(loaded: Loaded, mark: Mark = no_mark, controller: Controller | None = 
         image = ProcessImage(network)
         machine = (controller or system.machine)(config, robot, image, mark)
     except DeviceError as error:
-        lines = key_lines(loaded.text)
-        raise ConfigError(
-            loaded.source, [Finding(line_of("devices", lines), "devices", str(error), "")]
-        ) from error
+        raise _unfit(loaded, "devices", str(error)) from error
     except UnfitError as error:
-        line = line_of(error.key, key_lines(loaded.text))
-        raise ConfigError(loaded.source, [Finding(line, error.key, error.problem, error.fix)]) from error
+        raise _unfit(loaded, error.key, error.problem, error.fix) from error
     except ModelError as error:
-        line = line_of("model", key_lines(loaded.text))
-        raise ConfigError(loaded.source, [Finding(line, "model", str(error), "")]) from error
+        raise _unfit(loaded, "model", str(error)) from error
     return Session(loaded, network, robot, Cycle(config, image, machine, mark), system)
+
+
+def _unfit(loaded: Loaded, key: str, problem: str, fix: str = "") -> ConfigError:
+    return ConfigError(loaded.source, [Finding(line_of(key, key_lines(loaded.text)), key, problem, fix)])
 
 
 def require_sound(loaded: Loaded) -> tuple[System[Any], Robot]:

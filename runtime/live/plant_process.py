@@ -32,7 +32,7 @@ from ...sim.person import Deed, Hearing, Lead
 from ..configuration import config
 from ..configuration.bus import NamedBus, bus_warnings, open_bus
 from ..configuration.config import Loaded
-from ..configuration.session import Session, build
+from ..configuration.session import build_plant
 from ..configuration.system import Connecting, Plant
 from ..errors import HapticdError
 from ..timing.realtime import PLANT_PRIORITY, become_realtime, settle_memory
@@ -164,7 +164,8 @@ def main(arguments: list[str]) -> int:
     ignore_job_control()
     daemon = Starvation(os.getppid())
     bus = SocketAdapter(socket.socket(fileno=int(fd)))
-    server = _server(build(config.load(name)), bus, daemon, person=0)
+    loaded = config.load(name)
+    server = _server(loaded, build_plant(loaded), bus, daemon, person=0)
     become_realtime(PLANT_PRIORITY)
     if report_ready():
         while server.serve():
@@ -180,10 +181,10 @@ def serve_interface(loaded: Loaded, bus: NamedBus) -> int:
         AdapterError: the bus cannot be opened.
         ConfigError: the configuration has no [simulation].
     """
-    session = build(loaded)
+    plant = build_plant(loaded)
     adapter = open_bus(bus, loaded.name)
     words, person = Words(at_the_machine(loaded.config)), STDIN if may_read(STDIN) else None
-    server = _server(session, adapter, person=person, understood=words)
+    server = _server(loaded, plant, adapter, person=person, understood=words)
     signal.signal(signal.SIGTTIN, signal.SIG_IGN)  # in the background nobody types to it
     ended = False
 
@@ -229,16 +230,16 @@ class Words:
 
 
 def _server(
-    session: Session,
+    loaded: Loaded,
+    plant: Plant,
     bus: Adapter,
     daemon: Starvation | None = None,
     person: int | None = None,
     understood: Callable[[bytes], Iterable[Deed | Lead]] | None = None,
 ) -> PlantServer:
-    loop = session.config.loop
+    loop = loaded.config.loop
     period = 1.0 / loop.rate
     clock = BusClock(bus, period) if loop.sync == "bus" else None
-    plant = session.plant()
     if isinstance(plant, Connecting):
         plant.connect()
     if daemon:

@@ -15,6 +15,7 @@ from hapticd.devices.frames import Frames
 from hapticd.devices.socket_adapter import SocketAdapter, unix_pair
 from hapticd.runtime.configuration import config
 from hapticd.runtime.configuration.bus import NamedBus
+from hapticd.runtime.configuration.session import build, build_plant
 from hapticd.runtime.core.sections import PythonCanBus, SocketCanBus
 from hapticd.runtime.live import plant_process
 from hapticd.runtime.live.bus_clock import BusClock
@@ -330,3 +331,26 @@ def test_an_interface_is_served_until_sigterm(
     said = capsys.readouterr().err
     assert "giant.toml serves vcan7" in said
     assert "warning: no SCHED_FIFO" in said
+
+
+@pytest.mark.parametrize(
+    ("machine", "controller"),
+    [
+        ("giant", "giant.machine.Giant"),
+        ("rhi", "rhi.machine.RedundantInterface"),
+        ("operator", "operator.machine.OperatorStation"),
+    ],
+)
+def test_a_plant_is_built_without_the_controller(
+    machine: str, controller: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(*_: object) -> None:
+        raise AssertionError("postures and limits of the controller take seconds")
+
+    monkeypatch.setattr(f"hapticd.machines.{controller}.__init__", refuse)
+    loaded = config.load(machine)
+    with pytest.raises(AssertionError):
+        build(loaded)
+    plant = build_plant(loaded)
+    plant.step(PERIOD)
+    assert plant.safe
