@@ -8,6 +8,9 @@
 
 #include <string.h>
 
+/* of a row's norm: with less left of it, it waits */
+static const double LITTLE = 0.03, NEXT_TO_NOTHING = 1e-6;
+
 /* row -= (row . v) v */
 static void reflect_row(const hqp_solver *s, int k, double *row) {
     const double *v = hqp_row(s, s->reflector, k);
@@ -237,21 +240,22 @@ static double length_left(const double *row, int top, int last) {
 
 /*
  * Reduce rows[0 .. count) one by one, each either giving the next reflector or found dependent on those
- * before. Rows of which little is left wait until the clear ones are in, so that a nearly parallel pair does
- * not decide a direction that another row fixes better. order: accepted positions, then dependent ones.
- * Returns the rank.
+ * before. Rows of which little is left wait until the clear ones are in, and those of which next to nothing
+ * is left until then: of a row that sees a direction by 1e-9 rounding fixes it to 1e-7, and then one that
+ * sees it better would pass for another direction. order: accepted positions, then dependent ones. Returns
+ * the rank.
  */
 int hqp_lq(hqp_solver *s, hqp_rows rows, const int *ids, int *order, int count) {
-    const double threshold[2] = {0.03, s->settings.rank};
+    const double least[] = {LITTLE, NEXT_TO_NOTHING, s->settings.rank};
     int rank = 0;
     for (int i = 0; i < count; i++) order[i] = i;
-    for (int pass = 0; pass < 2; pass++) {
+    for (int pass = 0; pass < 3; pass++) {
         for (int i = rank; i < count && s->top < s->width; i++) {
             const int r = order[i];
             double *row = hqp_row(s, rows, r);
             if (rows.last[r] <= s->top) continue;
             const double left = length_left(row, s->top, rows.last[r]);
-            if (!(left > threshold[pass] * s->norm[ids[r]])) continue;
+            if (!(left > least[pass] * s->norm[ids[r]])) continue;
             make_reflector(s, row, rows.last[r], left);
             order[i] = order[rank];
             order[rank++] = r;

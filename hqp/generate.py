@@ -252,6 +252,27 @@ def tall(rng: Draw, n: int, levels: int) -> list[Level]:
     return problem
 
 
+def faint_direction(rng: Draw, n: int, levels: int) -> list[Level]:
+    """The equalities of a level are more rows than directions, and share one that most hardly see.
+
+    One row sees it by a hundredth, the others by 1e-12 to 1e-7: contacts that do not accelerate, of feet that
+    stand in a plane but for their rounding.
+    """
+    problem = _hierarchy(rng, n, levels)
+    point = rng.normal(size=n)
+    for p, level in enumerate(problem):
+        rank, direction = int(rng.integers(1, 2 + n // levels)), rng.normal(size=n)
+        seen = 10.0 ** rng.uniform(-12, -7, size=2 * rank + 1)
+        clear = rng.integers(len(seen))
+        seen[clear] = 0.01
+        rows = rng.normal(size=(len(seen), rank)) @ rng.normal(size=(rank, n)) / np.sqrt(rank)
+        rows += np.outer(seen, direction)
+        missed = rng.normal(size=len(rows)) * (rng.random() < 0.3)
+        missed[clear] = 0.0  # or x would go far
+        problem[p] = Level(A=rows, b=rows @ point + missed, C=level.C, lb=level.lb, ub=level.ub)
+    return problem
+
+
 def mixed(rng: Draw, n: int, levels: int) -> list[Level]:
     """Each level from another kind of rows."""
     kinds = [kind for kind in OF_ROWS if kind is not mixed]
@@ -274,14 +295,16 @@ OF_ROWS = (
     mixed,
 )
 OF_STRUCTURE = (friction_pyramids, boxes_meeting_cones, no_equalities, tall)
+OF_ROUNDING = (faint_direction,)
 KINDS: dict[str, Callable[[Draw, int, int], list[Level]]] = {
-    kind.__name__: kind for kind in (*OF_ROWS, *OF_STRUCTURE)
+    kind.__name__: kind for kind in (*OF_ROWS, *OF_STRUCTURE, *OF_ROUNDING)
 }
 NUMBERS = {  # part of the seed, so kinds that come later are numbered later
     name: number
-    for kinds in (OF_ROWS, OF_STRUCTURE)
     for number, name in enumerate(
-        sorted(kind.__name__ for kind in kinds), start=0 if kinds is OF_ROWS else len(OF_ROWS)
+        name
+        for kinds in (OF_ROWS, OF_STRUCTURE, OF_ROUNDING)
+        for name in sorted(kind.__name__ for kind in kinds)
     )
 }
 

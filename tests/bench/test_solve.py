@@ -272,7 +272,7 @@ def test_a_file_that_is_no_recording_is_refused(
 def test_the_nasty_sweep_judges_every_kind(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["bench", "nasty", "--count", "2", "--json"]) == 0
     found = json.loads(capsys.readouterr().out)
-    assert len(found) == 17
+    assert len(found) == 18
     assert all(
         (kind["solved"], kind["wrong_1e6"]) == (2, 0) and kind["worst"] < 1e-6 for kind in found.values()
     )
