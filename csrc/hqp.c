@@ -455,7 +455,10 @@ static enum outcome sweep(hqp_solver *s, int first, int repair) {
     const int settled = hqp_sweep(s, 0, 0);
     s->polishing = 0;
     if (settled && is_proven(s)) return PROVEN;
-    if (proven || !settled) memcpy(s->x, s->kept, (size_t)s->ld * sizeof(double));
+    if (proven || !settled) {
+        memcpy(s->x, s->kept, (size_t)s->ld * sizeof(double));
+        hqp_find_values(s);
+    }
     return proven ? PROVEN : SETTLED;
 }
 

@@ -29,6 +29,8 @@ static const double SETTLED = 1e3, SETTLED_IF_JOINED = 2.0;
 static const double CERTAIN = 1e8;
 /* times that, by projection: what may be left of the gradient of a level, and of the last one */
 static const double PROJECTED = 10.0, PROJECTED_LAST = 300.0;
+/* times (1 + |value|): rounding of a row that hides its value */
+static const double BLURRED = 1e-3;
 /* To confirm a proof: times what may be left of a gradient otherwise; rows at a smaller angle are one row. */
 static const double LENIENT = 200.0, ONE_ROW = 1e-7;
 /* times (1 + |bound|), plus that many times rounding of row . x: a row this close is at its bound */
@@ -62,20 +64,30 @@ static int is_strict(const hqp_solver *s, int level) {
     return (s->joined[level] || s->strict[level]) && !s->is_lax;
 }
 
+/* The value of the row is, to within what a proof minds, its bound at this side. */
+int hqp_touches(const hqp_solver *s, int id, int side) {
+    const double bound = hqp_bound(s, id, side);
+    const double near = NEAR * s->settings.rounding * s->norm[id] * s->x_norm;
+    return isfinite(bound) && fabs(bound - s->value[id]) <= TOUCHING * (1.0 + fabs(bound)) + near;
+}
+
 /* Whether a level, whose slacks are known, has one worth a proof; s->none[level]: the length of a gradient
- * that counts as none. */
+ * that counts as none. It is measured by the rows that are missed, not by longer ones that are met. */
 int hqp_has_slack(hqp_solver *s, int level) {
-    double squares = 0.0, largest = 0.0, most = 0.0;
+    double squares = 0.0, largest = 0.0, longest = 0.0, most = 0.0;
     for (int i = s->row0[level]; i < s->row0[level + 1]; i++) {
         const double slack = s->lacking[i];
         if (slack == 0.0 || s->kind[i] == HQP_IDLE) continue;
         squares += slack * slack;
         most += fabs(slack) * s->norm[i];
-        if (s->norm[i] > largest) largest = s->norm[i];
+        longest = fmax(longest, s->norm[i]);
+        if (!hqp_touches(s, i, slack > 0.0 ? -1 : 1)) largest = fmax(largest, s->norm[i]);
     }
-    const double slack = sqrt(squares), rounding = s->settings.rounding * (slack + largest * s->x_norm);
+    if (!(largest > 0.0)) largest = longest;
+    const double slack = sqrt(squares);
+    const double rounding = s->settings.rounding * (largest * slack + longest * longest * s->x_norm);
     const double factor = is_strict(s, level) ? FINER : hqp_is_last(s, level) ? LAST : 1.0;
-    s->none[level] = largest * (factor * PROVEN * (1.0 + slack) + ROUNDINGS * rounding);
+    s->none[level] = largest * factor * PROVEN * (1.0 + slack) + ROUNDINGS * rounding;
     if (s->joined[level] && !s->is_lax) s->none[level] = fmin(s->none[level], of_the_next(s, level));
     if (!isfinite(s->none[level])) s->none[level] = 0.0;
     return !(most <= s->none[level]);
@@ -89,13 +101,6 @@ void hqp_gradient(const hqp_solver *s, int level, double *g) {
         if (slack == 0.0) continue;
         hqp_axpy(g, -slack, hqp_row(s, s->given, i), s->given.first[i], s->given.last[i]);
     }
-}
-
-/* The value of the row is, to within what a proof minds, its bound at this side. */
-int hqp_touches(const hqp_solver *s, int id, int side) {
-    const double bound = hqp_bound(s, id, side);
-    const double near = NEAR * s->settings.rounding * s->norm[id] * s->x_norm;
-    return isfinite(bound) && fabs(bound - s->value[id]) <= TOUCHING * (1.0 + fabs(bound)) + near;
 }
 
 /* g += lambda (+-row) over the rows that the level holds. Returns 0 where one has a wrong sign or is off its
@@ -186,14 +191,28 @@ static int is_held_by_frozen(hqp_solver *s, int level) {
     return 1;
 }
 
+/* x is so long that the rounding of a row hides its value: it proves nothing. s->value: row . x. */
+static int is_blurred(const hqp_solver *s) {
+    if (!(s->settings.rounding * s->x_norm > BLURRED)) return 0;
+    for (int i = 0; i < s->total; i++) {
+        const double *row = hqp_row(s, s->given, i);
+        double size = 0.0;
+        if (s->kind[i] == HQP_IDLE) continue;
+        for (int c = s->given.first[i]; c < s->given.last[i]; c++) size += fabs(row[c] * s->x[c]);
+        if (s->settings.rounding * size > BLURRED * (1.0 + fabs(s->value[i]))) return 1;
+    }
+    return 0;
+}
+
 /*
  * How many of the first `count` levels the multipliers at hand prove to be minimal at x, up to the first that
  * they do not. s->value: row . x.
  */
 int hqp_prove(hqp_solver *s, int count) {
+    s->is_doubtful = 0;
+    if (is_blurred(s)) return 0;
     for (int p = 0; p < s->levels; p++) s->slack[p] = (signed char)hqp_has_slack(s, p);
     int doubtful = first_doubtful(s);
-    s->is_doubtful = 0;
     for (int p = 0; p < count; p++) {
         if (!s->slack[p]) continue;
         s->is_doubtful = p > doubtful;
@@ -214,10 +233,9 @@ static int is_little(hqp_solver *s, int level, double left) {
     return left <= fmax(most, s->lenience) * s->none[level];
 }
 
-/* What is left of the gradient of a level at x, 0 without a slack worth a proof; s->descent is a way down
- * where there is one. */
+/* What is left of the gradient of a level at x, whose values are known, 0 without a slack worth a proof;
+ * s->descent is a way down where there is one. */
 static double left_of(hqp_solver *s, int level) {
-    hqp_find_values(s);
     if (!hqp_has_slack(s, level) || s->rank == s->width) return 0.0;
     return hqp_descent(s, level);
 }
@@ -263,6 +281,8 @@ int hqp_prove_by_descent(hqp_solver *s, int count) {
     hqp_rewind(s, 0);
     s->is_rough = 0;
     s->hardest = 0.0;
+    hqp_find_values(s);
+    if (is_blurred(s)) return 0;
     for (int p = 0; p < count; p++) {
         s->rank_at[p] = s->rank;
         seat_held(s, p);
@@ -290,6 +310,7 @@ int hqp_prove_by_descent(hqp_solver *s, int count) {
 
 /* Whether no way down is left for the level at x; s->descent is one where there is. */
 int hqp_is_minimal(hqp_solver *s, int level) {
+    hqp_find_values(s);
     return left_of(s, level) <= s->none[level];
 }
 

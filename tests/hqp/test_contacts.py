@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from hapticd.hqp import Level, Solver, Status, solve
-from hapticd.hqp.certificate import certificate, slack_norms
+from hapticd.hqp.certificate import certificate, slack_norms, slacks
 from hapticd.hqp.generate import KINDS, OF_STRUCTURE, jump, problem
 
 DATA = Path(__file__).with_name("data")
@@ -303,13 +303,75 @@ def test_the_certificate_does_not_take_rounding_of_large_multipliers_for_a_dista
     assert certificate(levels, x).max() > 1e-6
 
 
+def small(name):
+    """Levels of any number and size."""
+    with np.load(DATA / f"{name}.npz") as file:
+        data = dict(file)
+    found = [{k: data[f"p{p}_{k}"] for k in PARTS if f"p{p}_{k}" in data} for p in range(len(data))]
+    return [Level(**parts) for parts in found if parts]
+
+
 def test_a_row_at_its_bound_but_for_rounding_is_not_left_violated():
     """Rows 1e-13 from parallel, |x| = 1e5: one is 2e-8 outside, which would hold it against level 3."""
-    with np.load(DATA / "tilted_rows.npz") as file:
-        data = dict(file)
-    levels = [Level(**{k: data[f"p{p}_{k}"] for k in PARTS if f"p{p}_{k}" in data}) for p in range(3)]
+    levels = small("tilted_rows")
     solution = solve(levels)
     assert solution.status is Status.SOLVED and is_proven(levels, solution, 1e-8)
+
+
+def test_a_direction_is_fixed_by_the_row_that_sees_it_best():
+    """Contacts do not accelerate, in 9 rows of which 6 are enough; feet in a plane but for 1e-9 m.
+
+    A row that sees a direction by 2e-9 fixes it to 1e-7, and one that sees it by .01 then looks independent.
+    """
+    levels = small("contact_faint")
+    solution = solve(levels)
+    assert solution.status is Status.SOLVED and is_proven(levels, solution, 1e-9)
+    assert slack_norms(levels, solution.x)[-1] < 1e-9
+
+
+def test_a_long_row_that_is_met_does_not_hide_a_short_one_that_is_not():
+    levels = [
+        Level(
+            C=np.array([[1157.0], [1.34e-4]]), lb=np.array([-1545.0, -8.5e-5]), ub=np.array([np.inf, 9e-5])
+        ),
+        Level(A=np.array([[-0.016]]), b=np.array([0.122])),
+    ]
+    met = solve(levels).x[0]
+    assert met == pytest.approx(-8.5e-5 / 1.34e-4, rel=1e-9)
+    for start in 10.0 ** np.linspace(0.0, 3.0, 31):
+        solver = solver_of(levels)
+        solver.start(np.array([start]))
+        solution = solver.solve(levels)
+        assert solution.status is Status.SOLVED and solution.x[0] == pytest.approx(met, rel=1e-9)
+
+
+def test_the_slacks_given_are_those_of_the_x_given():
+    """|x| = 1e6; a sweep that puts rounding right ends elsewhere, without a proof, and is taken back."""
+    levels = small("given_back")
+    solution = solve(levels)
+    for level, w, v in zip(levels, solution.w, solution.v, strict=True):
+        plain = slacks(level, solution.x)
+        assert np.allclose(w, plain[0], atol=1e-8) and np.allclose(v, plain[1], atol=1e-8)
+
+
+def test_an_x_whose_rounding_hides_a_row_is_not_proven():
+    faint = 1.5e-9
+    levels = [
+        Level(
+            A=np.array([[1.0, 0.0, 0.0, 0.0, 0.0, 0.0], [1.0, faint, 0.0, 0.0, 0.0, 0.0]]),
+            b=np.array([0.0, 1.0]),
+        ),
+        Level(
+            A=np.array([[0.0, 0.0, 1.0, 0.0, 0.0, 0.0], [0.0, -1e-3, 1.0, faint, 0.0, 0.0]]), b=np.zeros(2)
+        ),
+        Level(
+            A=np.array([[0.0, 0.0, 0.0, 1.0, 1.0, 0.3], [0.0, 0.0, 0.0, 0.7, 0.2, 1.0]]),
+            b=np.array([1.0, 2.0]),
+        ),
+    ]
+    solution = solve(levels)
+    assert solution.status is Status.NOT_PROVEN and np.linalg.norm(solution.x) > 1e14
+    assert solve(levels[:1]).status is Status.SOLVED
 
 
 def test_what_is_not_proven_says_so():
