@@ -13,6 +13,7 @@ from collections.abc import Callable, Iterator, Sequence
 from importlib.util import find_spec
 from pathlib import Path
 from typing import NamedTuple
+from zipfile import BadZipFile
 
 import numpy as np
 from numpy.typing import NDArray
@@ -121,13 +122,17 @@ def load(folder: Path) -> Iterator[Qp]:
     """The QPs of a folder, by name, of up to LARGEST variables.
 
     Raises:
-        BenchError: no such folder, or no file of these kinds in it.
+        BenchError: no such folder, no file of these kinds in it, or one that cannot be read.
     """
     paths = sorted(path for path in folder.rglob("*") if path.suffix in (".npz", ".mat"))
     if not paths:
         raise BenchError(f"{folder} has no .npz or .mat file with a QP; clone a suite and name its folder")
     for path in paths:
-        qp = _npz(path) if path.suffix == ".npz" else _mat(path)
+        try:
+            qp = _npz(path) if path.suffix == ".npz" else _mat(path)
+        except (OSError, EOFError, ValueError, TypeError, IndexError, AttributeError, BadZipFile) as error:
+            problem = f"{path} is no QP: {error}; mend it, or take it out of the folder"
+            raise BenchError(problem) from error
         if qp and len(qp.q) <= LARGEST:
             yield qp
 
@@ -156,8 +161,12 @@ def _npz(path: Path) -> Qp | None:
 
 def _mat(path: Path) -> Qp | None:
     from scipy.io import loadmat
+    from scipy.io.matlab import MatReadError
 
-    data = loadmat(path)
+    try:
+        data = loadmat(path)
+    except MatReadError as error:
+        raise ValueError(error) from error
     if not {"P", "q", "A", "l", "u"} <= set(data) or data["P"].shape[0] > LARGEST:
         return None
     dense = (

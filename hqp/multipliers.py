@@ -52,7 +52,7 @@ def multipliers(levels: Sequence[Level], x: Array, level: int, tolerance: float 
     Raises:
         HqpError: no such level, x of another shape; or at x the level is not minimal, so that there are none.
     """
-    _check(levels, x, level)
+    _check(levels, x, level, tolerance)
     rows, signs, masks = [], [], []
     for earlier in levels[:level]:
         lower, upper = activity(earlier, x, tolerance)
@@ -73,7 +73,11 @@ def multipliers(levels: Sequence[Level], x: Array, level: int, tolerance: float 
     ]
 
 
-def _check(levels: Sequence[Level], x: Array, level: int) -> None:
+def _check(levels: Sequence[Level], x: Array, level: int, tolerance: float) -> None:
+    if not isinstance(level, int | np.integer):
+        raise HqpError("level", f"is of type {type(level).__name__}", "give its number, from 0")
+    if not 0.0 <= tolerance < 1.0:
+        raise HqpError("tolerance", f"is {tolerance}", "take one from 0 to less than 1")
     if not 0 <= level < len(levels):
         raise HqpError("level", f"is {level}", f"number the levels from 0 to {len(levels) - 1}")
     check_point(x, levels[level].n)
@@ -103,7 +107,7 @@ def conflicts(levels: Sequence[Level], x: Array, level: int, tolerance: float = 
     Raises:
         HqpError: as multipliers.
     """
-    _check(levels, x, level)
+    _check(levels, x, level, tolerance)
     w, v = weighted_slacks(levels[level], x)
     found = [*multipliers(levels, x, level), Multipliers(-w, -v)]
     size = max(np.abs(part).max(initial=0.0) for shares in found for part in shares)

@@ -40,11 +40,12 @@ def solve_scaled(data: QpData, max_iterations: int, until: float) -> tuple[QpSol
             break
         scaled = scaled._replace(initvals=found.x)
     ends = found._ends
-    if ends < 0:  # it was taken as it is, and cannot be in these units
+    with np.errstate(over="ignore", invalid="ignore"):
+        found.x = found.x * unit / (np.linalg.norm(found.x * unit) if ends == UNBOUNDED else 1.0)
+        found.objective = float(0.5 * found.x @ data.P @ found.x + data.q @ found.x)
+    if ends < 0 or not np.isfinite(found.objective):  # in one of these units it is too large
         found.x, found.objective = np.zeros(len(unit)), 0.0
         return found, NOT_PROVEN
-    found.x = found.x * unit / (np.linalg.norm(found.x * unit) if ends == UNBOUNDED else 1.0)
-    found.objective = float(0.5 * found.x @ data.P @ found.x + data.q @ found.x)
     multipliers = np.concatenate([of_A * found.y, of_G * found.z, found.z_box / unit])
     if ends != INFEASIBLE:
         multipliers = weight * multipliers

@@ -15,10 +15,9 @@ from ._hqp import ffi, lib
 from .problem import PARTS, Array, HqpError, Level
 
 MOST_LEVELS = 256
-SIZES = (
-    "take n in 1..1024, 1..256 levels, 0..4096 rows of each kind, rows times n up to 2^26,"
-    " tolerances in (0, 1), max_iterations and time_limit from 0 on"
-)
+MOST_ITERATIONS = 2**31 - 1
+FEW = 8  # levels that a message shows
+SIZES = "take n in 1..1024, 1..256 levels, 0..4096 rows of each kind, rows times n up to 2^26"
 
 
 class Status(IntEnum):
@@ -148,6 +147,9 @@ class Solver:
         max_iterations: int = 0,
         time_limit: float = 0.0,
     ) -> None:
+        tolerances = {"feasibility": feasibility, "rank": rank, "rounding": rounding}
+        _check_settings(tolerances, max_iterations, time_limit)
+        limits = {"max_iterations": operator.index(max_iterations), "time_limit": time_limit}
         try:
             counts = [
                 (operator.index(eq), operator.index(ineq)) for eq, ineq in islice(rows, MOST_LEVELS + 1)
@@ -155,12 +157,12 @@ class Solver:
             dims = ffi.new("hqp_dims *", {"n": operator.index(n), "levels": len(counts)})
             equalities, inequalities = np.array(counts, np.intc).reshape(-1, 2).T.copy()
             bind(lib, dims, equalities=equalities, inequalities=inequalities)
-            settings = (feasibility, rank, rounding, operator.index(max_iterations), time_limit)
-            solver = lib.hqp_create(dims, ffi.new("hqp_settings *", settings))
+            solver = lib.hqp_create(dims, ffi.new("hqp_settings *", tolerances | limits))
         except (TypeError, ValueError, OverflowError) as error:
             raise HqpError("Solver", f"cannot be made of this: {error}", SIZES) from error
         if solver == ffi.NULL:
-            raise HqpError(f"Solver(n={n}, rows={counts})", "is out of range, or memory is short", SIZES)
+            shown = f"{counts[:FEW]}" if len(counts) <= FEW else f"{counts[:FEW]} and more"
+            raise HqpError(f"Solver(n={n}, rows={shown})", "is out of range, or memory is short", SIZES)
         self._n, self._rows = int(dims.n), tuple(counts)
         self._solver = ffi.gc(solver, lib.hqp_destroy)
         self._info = ffi.new("hqp_info *")
@@ -361,6 +363,22 @@ def _check_types(levels: tuple[Level, ...]) -> None:
     for p, level in enumerate(levels):
         if not isinstance(level, Level):
             raise HqpError(f"level {p}", f"is of type {type(level).__name__}", "give a list of Level")
+
+
+def _check_settings(tolerances: dict[str, float], max_iterations: int, time_limit: float) -> None:
+    for name, value in {**tolerances, "time_limit": time_limit}.items():
+        if not isinstance(value, float | int | np.floating | np.integer):
+            raise HqpError(name, f"is of type {type(value).__name__}", "give a number")
+    for name, value in tolerances.items():
+        if not 0.0 < value < 1.0:
+            raise HqpError(name, f"is {value}", "take one between 0 and 1")
+    if not time_limit >= 0.0:
+        raise HqpError("time_limit", f"is {time_limit}", "give seconds, or 0 for none")
+    if not isinstance(max_iterations, int | np.integer):
+        raise HqpError("max_iterations", f"is of type {type(max_iterations).__name__}", "give a whole number")
+    if not 0 <= max_iterations <= MOST_ITERATIONS:
+        problem = f"take 0 for the usual number, or up to {MOST_ITERATIONS}"
+        raise HqpError("max_iterations", f"is {max_iterations}", problem)
 
 
 def solve(levels: Iterable[Level], **settings: Any) -> Solution:

@@ -42,6 +42,17 @@ def test_both_kinds_of_files_are_the_same_qp(folder: Path) -> None:
         list(load(folder / "nothing"))
 
 
+def test_a_file_that_is_no_qp_is_named(folder: Path) -> None:
+    for name, content in (("junk.npz", b"hello"), ("junk.mat", b"hello"), ("empty.npz", b"")):
+        (folder / name).write_bytes(content)
+        with pytest.raises(BenchError, match=f"{name} is no QP: .*; mend it, or take it out of the folder"):
+            list(load(folder))
+        (folder / name).unlink()
+    np.savez(folder / "odd.npz", P=np.eye(2), q=np.zeros(2), G=np.ones((1, 3)), h=np.ones(1))
+    with pytest.raises(BenchError, match=r"odd\.npz is no QP"):
+        list(load(folder))
+
+
 def test_the_command_prints_how_the_times_compare(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["bench", "solve", "--qp", str(folder), "--rounds", "1", "--json"]) == 0
     found = json.loads(capsys.readouterr().out)[folder.name]

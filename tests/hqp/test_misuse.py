@@ -317,10 +317,14 @@ def test_a_size_of_another_type_or_beyond_memory_is_refused(arguments):
         {"rounding": np.inf},
         {"max_iterations": 2**40},
         {"max_iterations": 1.5},
+        {"max_iterations": -1},
+        {"time_limit": -1.0},
+        {"time_limit": np.nan},
+        {"time_limit": "1"},
     ],
 )
-def test_a_setting_of_another_type_is_refused(setting):
-    with pytest.raises(HqpError, match="take n in"):
+def test_a_setting_of_another_type_or_out_of_range_is_refused_by_its_name(setting):
+    with pytest.raises(HqpError, match=f"^{next(iter(setting))} is "):
         Solver(2, [(1, 0)], **setting)
 
 
@@ -364,6 +368,22 @@ def test_a_point_that_cannot_be_judged_is_refused(judge, x, says):
 def test_a_level_that_there_is_not_is_refused(ask, level):
     with pytest.raises(HqpError, match="number the levels from 0 to 1"):
         ask([wish(1.0, 2.0), wish(0.0, 0.0)], np.zeros(2), level)
+
+
+@pytest.mark.parametrize("ask", [multipliers, conflicts])
+def test_a_level_of_another_type_and_a_tolerance_out_of_range_are_refused(ask):
+    levels = [wish(1.0, 2.0), wish(0.0, 0.0)]
+    with pytest.raises(HqpError, match="^level is of type float; give its number"):
+        ask(levels, np.zeros(2), 1.0)
+    for tolerance in (-1.0, np.nan):
+        with pytest.raises(HqpError, match="^tolerance is "):
+            ask(levels, np.zeros(2), 1, tolerance)
+
+
+def test_a_message_does_not_list_ten_thousand_levels():
+    with pytest.raises(HqpError, match="and more") as error:
+        Solver(2, [(1, 0)] * 10_000)
+    assert len(str(error.value)) < 300
 
 
 def test_a_setting_that_there_is_not_is_named_with_those_that_there_are():

@@ -157,3 +157,25 @@ def test_whole_numbers_and_lists_are_numbers():
         with warnings.catch_warnings():
             warnings.simplefilter("error")
             np.testing.assert_allclose(solve_qp(np.eye(2, dtype=int), q).x, [-1.0, -2.0])
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("seed", [1825, 2496, 5472])
+def test_what_is_too_large_in_the_units_of_the_caller_is_not_proven(seed):
+    """Units of 1e-40 to 1e40: an x of 1e200 and more was found, whose objective is no number."""
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(2, 7))
+    B = rng.normal(size=(n, int(rng.integers(1, n + 1))))
+    unit = 10.0 ** rng.uniform(-6, 6, size=n)
+    if rng.random() < 0.5:
+        unit = 10.0 ** rng.uniform(-40, 40, size=n)
+    P = unit[:, None] * (B @ B.T) * unit
+    P = 0.5 * (P + P.T)
+    if rng.random() < 0.7:
+        q = P @ rng.normal(size=n) * 10.0 ** rng.uniform(0, 30)
+    else:
+        q = rng.normal(size=n) * 10.0 ** rng.uniform(-20, 40)
+    G = rng.normal(size=(n, n)) * 10.0 ** rng.uniform(-30, 30, size=(n, 1))
+    found = solve_qp(P, q, G, rng.normal(size=n) * 10.0 ** rng.uniform(-30, 30))
+    assert found.status is Status.NOT_PROVEN and not found.found
+    assert np.isfinite(found.x).all() and np.isfinite(found.objective)
