@@ -373,10 +373,10 @@ def test_a_level_that_there_is_not_is_refused(ask, level):
 @pytest.mark.parametrize("ask", [multipliers, conflicts])
 def test_a_level_of_another_type_and_a_tolerance_out_of_range_are_refused(ask):
     levels = [wish(1.0, 2.0), wish(0.0, 0.0)]
-    with pytest.raises(HqpError, match="^level is of type float; give its number"):
+    with pytest.raises(HqpError, match=r"^level is of type float; give its number"):
         ask(levels, np.zeros(2), 1.0)
     for tolerance in (-1.0, np.nan):
-        with pytest.raises(HqpError, match="^tolerance is "):
+        with pytest.raises(HqpError, match=r"^tolerance is "):
             ask(levels, np.zeros(2), 1, tolerance)
 
 
