@@ -19,6 +19,7 @@ enum { ATTEMPTS = 3 };                                  /* walks of the levels t
 static const double HARD = 1e6;    /* times 1 + slack: a multiplier for which others should give way */
 static const double MISSED = 1e-5; /* times norm of row (1 + |x|): more than a small weight leaves or takes */
 static const double FAR = 1e-9;    /* rounding times |x| that may be seen in a slack */
+static const double CLOSER = 0.1;  /* times rounding, which rows are minded by where such an x is put right */
 enum { USUAL = 16, LEAST_USUAL = 128 }; /* times n, and at least: iterations that nearly all do with */
 enum { GLANCE = 16 };                   /* iterations to see whether joins are needed */
 enum { SOFT_GLANCE = 3 };               /* times n / 4: the same, to find x with two levels as one */
@@ -438,7 +439,8 @@ static int is_proven(hqp_solver *s) {
 /*
  * Sweep, and prove the answer. Where that fails because rounding left too much while x was far away, or over
  * many solves with a factorisation that was kept, one more sweep with the same sets puts it right. So it does
- * where x is so long that rounding may be seen.
+ * where x is so long that rounding may be seen: rows that are broken by less than counts otherwise are
+ * brought to their bounds.
  */
 static enum outcome sweep(hqp_solver *s, int first, int repair) {
     s->is_rough = 0;
@@ -446,13 +448,16 @@ static enum outcome sweep(hqp_solver *s, int first, int repair) {
     hqp_rewind(s, first);
     if (!hqp_sweep(s, first, repair)) return LOST;
     const int proven = is_proven(s);
-    const int is_far = s->settings.rounding * s->x_norm > FAR;
+    const double rounding = s->settings.rounding;
+    const int is_far = rounding * s->x_norm > FAR;
     if (proven && !s->is_lax && !is_far) return PROVEN; /* small weights cost digits, and so does a long x */
     if (s->is_doubtful) return SETTLED;
     memcpy(s->kept, s->x, (size_t)s->ld * sizeof(double));
     hqp_rewind(s, 0);
     s->polishing = 1;
+    s->settings.rounding = is_far ? CLOSER * rounding : rounding;
     const int settled = hqp_sweep(s, 0, 0);
+    s->settings.rounding = rounding;
     s->polishing = 0;
     if (settled && is_proven(s)) return PROVEN;
     if (proven || !settled) {
