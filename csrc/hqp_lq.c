@@ -246,7 +246,7 @@ static double length_left(const double *row, int top, int last) {
  * the rank.
  */
 int hqp_lq(hqp_solver *s, hqp_rows rows, const int *ids, int *order, int count) {
-    const double least[] = {LITTLE, NEXT_TO_NOTHING, s->settings.rank};
+    const double none = s->settings.rank, least[] = {fmax(LITTLE, none), fmax(NEXT_TO_NOTHING, none), none};
     int rank = 0;
     for (int i = 0; i < count; i++) order[i] = i;
     for (int pass = 0; pass < 3; pass++) {

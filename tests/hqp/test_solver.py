@@ -114,6 +114,14 @@ def test_a_setting_out_of_range_is_refused(setting):
         Solver(2, [(1, 0)], **setting)
 
 
+@pytest.mark.parametrize("angle", [1e-5, 1e-4, 1e-2])
+def test_rows_at_a_smaller_angle_than_rank_are_one_row(angle):
+    """They are missed by less than counts, so that nobody looks for another rank."""
+    levels = [Level(A=np.array([[1.0, 0.0, 0.0], [1.0, angle, 0.0]]), b=np.array([0.0, 1e-10]))]
+    assert solve(levels, rank=0.1 * angle).x[1] == pytest.approx(1e-10 / angle, rel=1e-6)
+    assert abs(solve(levels, rank=10.0 * angle).x[1]) <= 1e-10 * angle
+
+
 @pytest.mark.parametrize(
     ("part", "value", "status"),
     [
