@@ -29,6 +29,14 @@ def recorded(name):
             ticks[-1].append(Level(**{k: part.copy() for k, part in parts.items() if part is not None}))
 
 
+def small(name):
+    """Levels of any number and size."""
+    with np.load(DATA / f"{name}.npz") as file:
+        data = dict(file)
+    found = [{k: data[f"p{p}_{k}"] for k in PARTS if f"p{p}_{k}" in data} for p in range(len(data))]
+    return [Level(**parts) for parts in found if parts]
+
+
 def solver_of(levels, **settings):
     return Solver(levels[0].n, [level.rows for level in levels], **settings)
 
@@ -302,14 +310,6 @@ def test_the_certificate_does_not_take_rounding_of_large_multipliers_for_a_dista
     assert certificate(levels, x).max() < 1e-7
     x[0] += 1e-3
     assert certificate(levels, x).max() > 1e-6
-
-
-def small(name):
-    """Levels of any number and size."""
-    with np.load(DATA / f"{name}.npz") as file:
-        data = dict(file)
-    found = [{k: data[f"p{p}_{k}"] for k in PARTS if f"p{p}_{k}" in data} for p in range(len(data))]
-    return [Level(**parts) for parts in found if parts]
 
 
 def test_a_row_at_its_bound_but_for_rounding_is_not_left_violated():
