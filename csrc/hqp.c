@@ -21,6 +21,7 @@ static const double MISSED = 1e-5; /* times norm of row (1 + |x|): more than a s
 static const double FAR = 1e-9;    /* rounding times |x| that may be seen in a slack */
 static const double CLOSER = 0.1;  /* times rounding, which rows are minded by where such an x is put right */
 enum { USUAL = 16, LEAST_USUAL = 128 }; /* times n, and at least: iterations that nearly all do with */
+enum { SHARES = 3 };                    /* times that: the cap, if none is given */
 enum { GLANCE = 16 };                   /* iterations to see whether joins are needed */
 enum { SOFT_GLANCE = 3 };               /* times n / 4: the same, to find x with two levels as one */
 enum { LEAST_SOFTENED = 2, MOST_SOFTENED = 3 }; /* levels as one on the way */
@@ -123,10 +124,12 @@ static void lay_out_reals(hqp_solver *s, char *arena, size_t *used) {
         {&s->bundle.pull, (size_t)s->bundle.most},
         {&s->bundle.x, ld},
         {&s->none, levels},
+        {&s->little, levels},
         {&s->then, levels},
         {&s->kept, ld},
         {&s->path, ld * (levels + 1)},
         {&s->apart.x, ld},
+        {&s->before.x, ld},
     };
     for (size_t i = 0; i < sizeof reals / sizeof *reals; i++) {
         *reals[i].at = slice(arena, used, reals[i].count * sizeof(double));
@@ -151,12 +154,14 @@ static size_t lay_out(hqp_solver *s, char *arena) {
     for (size_t i = 0; i < sizeof ints / sizeof *ints; i++)
         *ints[i] = slice(arena, &used, most * sizeof(int));
     signed char **const flags[] = {
-        &s->kind,      &s->side,  &s->forced,     &s->guess_side,      &s->guess_held_side, &s->clash.side,
-        &s->cone.kind, &s->clear, &s->apart.side, &s->apart.held_side, &s->bundle.side};
+        &s->kind,        &s->side,        &s->forced,          &s->guess_side, &s->guess_held_side,
+        &s->clash.side,  &s->cone.kind,   &s->clear,           &s->apart.side, &s->apart.held_side,
+        &s->bundle.side, &s->before.side, &s->before.held_side};
     for (size_t i = 0; i < sizeof flags / sizeof *flags; i++) *flags[i] = slice(arena, &used, most);
     s->guess_held_at = slice(arena, &used, rows * sizeof(short));
     s->frozen_at = slice(arena, &used, rows * sizeof(short));
     s->apart.held_at = slice(arena, &used, rows * sizeof(short));
+    s->before.held_at = slice(arena, &used, rows * sizeof(short));
     s->place = slice(arena, &used, (ld + 1) * sizeof(int));
     s->fixed_column = slice(arena, &used, n);
     s->fixing = slice(arena, &used, rows);
@@ -170,6 +175,7 @@ static size_t lay_out(hqp_solver *s, char *arena) {
     s->weighted = slice(arena, &used, levels);
     s->joined = slice(arena, &used, levels);
     s->strict = slice(arena, &used, levels);
+    s->before.joined = slice(arena, &used, levels);
     return used;
 }
 
@@ -194,7 +200,7 @@ hqp_solver *hqp_create(const hqp_dims *dims, const hqp_settings *settings) {
     hqp_solver shape = {
         .n = dims->n, .levels = dims->levels, .ld = hqp_ceil4(dims->n), .settings = *settings};
     const int usually = usual(shape.n);
-    if (shape.settings.max_iterations == 0) shape.settings.max_iterations = usually + usually / 2;
+    if (shape.settings.max_iterations == 0) shape.settings.max_iterations = SHARES * usually;
     for (int p = 0, before[2] = {0, 0}; p < dims->levels; p++) {
         const int rows = dims->equalities[p] + dims->inequalities[p];
         const int joined = before[0] + before[1] + rows; /* of three levels, should they be joined */
@@ -486,7 +492,7 @@ static enum outcome try_sweeps(hqp_solver *s, int *first) {
 
 /* Prove the first `count` levels by projection, with a factorisation that hqp_resolve cannot take up. */
 static int is_proven_by_descent(hqp_solver *s, int count) {
-    const int rank = s->rank_at[s->levels], leans = s->leans;
+    const int rank = hqp_rank(s), leans = s->leans;
     const double least = s->least;
     s->resumable = 0;
     s->levels_done = hqp_prove_by_descent(s, count);
@@ -494,7 +500,7 @@ static int is_proven_by_descent(hqp_solver *s, int count) {
         s->leans = leans;
         s->least = least;
     }
-    s->rank_at[s->levels] = rank; /* with the rows that the levels hold */
+    s->rank_at[s->levels] = rank; /* with the rows that the levels hold, and of all columns */
     return s->levels_done == s->levels;
 }
 
@@ -505,9 +511,12 @@ static int is_confirmed(hqp_solver *s) {
 /* Whether x, where the walk ended, is proven as it is or after a sweep with the walk's sets, which puts right
  * what rounding left. If not, s->levels_done levels are, and the next can be walked again. */
 static int is_walk_proven(hqp_solver *s, hqp_status of_walk) {
+    const int rank = hqp_rank(s);
     memcpy(s->kept, s->x, (size_t)s->ld * sizeof(double));
     if (of_walk == HQP_SOLVED && sweep(s, 0, 0) == PROVEN && is_confirmed(s)) return 1;
     memcpy(s->x, s->kept, (size_t)s->ld * sizeof(double));
+    hqp_unfix(s);
+    s->rank_at[s->levels] = rank;
     return is_proven_by_descent(s, of_walk == HQP_ITERATION_CAP ? s->levels_done : s->levels);
 }
 
@@ -664,12 +673,17 @@ static hqp_status try_softened(hqp_solver *s, hqp_status status) {
     return status;
 }
 
+/* Two thirds of the iterations, or as many as are usual. */
+static int share(const hqp_solver *s, int most) {
+    const int part = most - most / 3, enough = part > usual(s->n) ? part : usual(s->n);
+    return enough < most ? enough : most;
+}
+
 /* Both methods, with two thirds of the iterations or as many as are usual; where they find nothing that is
  * proven well, the other way; and where they were cut short by that, on with the rest. */
 static hqp_status try_first(hqp_solver *s, int first) {
-    const int most = s->settings.max_iterations, part = most - most / 3;
-    const int enough = part > usual(s->n) ? part : usual(s->n);
-    s->settings.max_iterations = enough < most ? enough : most;
+    const int most = s->settings.max_iterations;
+    s->settings.max_iterations = share(s, most);
     const hqp_status status = try_both(s, first);
     s->settings.max_iterations = most;
     if (status == HQP_SOLVED ? s->softened || (!s->is_rough && !is_hard(s))
@@ -747,30 +761,66 @@ static hqp_status try_joined(hqp_solver *s, int first) {
     }
 }
 
+/* Put x, the guesses and the joins aside. */
+static void keep_start(hqp_solver *s) {
+    memcpy(s->before.x, s->x, (size_t)s->ld * sizeof(double));
+    memcpy(s->before.side, s->guess_side, (size_t)s->total);
+    memcpy(s->before.held_side, s->guess_held_side, (size_t)s->total);
+    memcpy(s->before.held_at, s->guess_held_at, (size_t)s->total * sizeof(short));
+    memcpy(s->before.joined, s->joined, (size_t)s->levels);
+    s->before.warm = s->warm;
+    s->before.softest = s->softest;
+}
+
+/* Back to that. */
+static void back_to_start(hqp_solver *s) {
+    memcpy(s->x, s->before.x, (size_t)s->ld * sizeof(double));
+    memcpy(s->guess_side, s->before.side, (size_t)s->total);
+    memcpy(s->guess_held_side, s->before.held_side, (size_t)s->total);
+    memcpy(s->guess_held_at, s->before.held_at, (size_t)s->total * sizeof(short));
+    memcpy(s->joined, s->before.joined, (size_t)s->levels);
+    hqp_join(s);
+    s->warm = s->before.warm;
+    s->softest = s->before.softest;
+}
+
+/* With two thirds of the iterations, as no proof may be that exact, or as many as are usual. */
+static hqp_status try_exact(hqp_solver *s, int first) {
+    const int most = s->settings.max_iterations;
+    s->settings.max_iterations = share(s, most);
+    s->is_exact = 1;
+    const hqp_status status = try_joined(s, first);
+    s->is_exact = 0;
+    s->settings.max_iterations = most;
+    return status;
+}
+
 /*
- * Only what is proven is solved. Where nothing is, rows at a tiny angle may be one row but for the rounding
- * of the data, which decides everything then: all is tried from cold with other ideas of rank, first a finer
- * one, and at last with the first. The one that led to a proof is kept.
+ * Only what is proven is solved, and exactly if that can be done: of several answers that are proven less
+ * well the start decides. Where nothing is, rows at a tiny angle may be one row but for the rounding of the
+ * data, which decides everything then: all is tried from cold with other ideas of rank, first a finer one,
+ * and at last with the first. The one that led to a proof is kept.
  */
 static hqp_status solve_from(hqp_solver *s, int first) {
     const double rank = s->settings.rank, asked = s->rank_asked;
     const double coarser = COARSER * asked < COARSEST ? COARSER * asked : asked / COARSER;
     const double other = rank == asked ? coarser : asked, ranks[] = {rank, asked / FINER, other, rank};
-    hqp_status status = HQP_NOT_PROVEN;
     s->lenience = 1.0;
     if (!(hqp_length(s, s->x) < FARTHEST)) forget(s);
     memset(s->strict, 0, (size_t)s->levels);
     hqp_take_up(s);
     if (s->resumable < first) first = 0;
-    for (int attempt = 0, last = s->warm ? 3 : 2; attempt <= last; attempt++) {
+    keep_start(s);
+    hqp_status status = try_exact(s, first);
+    for (int attempt = 0, last = s->before.warm ? 3 : 2; attempt <= last; attempt++) {
+        const int is_spent = attempt > 0 || s->is_late || s->iterations >= s->settings.max_iterations;
+        if (status == HQP_SOLVED || (status == HQP_ITERATION_CAP && is_spent)) break;
+        if (attempt > 1 && hqp_any_strict(s)) break; /* a coarser one is not what decides there */
         s->settings.rank = ranks[attempt];
-        if (attempt > 0) {
-            forget(s);
-            hqp_unjoin(s);
-        }
-        status = try_joined(s, attempt > 0 ? 0 : first);
-        if (status == HQP_SOLVED || status == HQP_ITERATION_CAP) break;
-        if (attempt > 0 && hqp_any_strict(s)) break; /* a coarser one is not what decides there */
+        hqp_unjoin(s);
+        forget(s);
+        if (attempt == 0) back_to_start(s);
+        status = try_joined(s, 0);
     }
     if (status != HQP_SOLVED) s->settings.rank = rank;
     hqp_part(s);
@@ -800,7 +850,7 @@ hqp_status hqp_resolve(hqp_solver *s, const hqp_level *levels, int first, double
     info->status = status;
     info->iterations = s->iterations;
     info->levels_done = s->levels_done;
-    info->rank = s->rank_at[s->levels] + s->n - s->width;
+    info->rank = hqp_rank(s);
     info->bad_level = -1;
     return status;
 }

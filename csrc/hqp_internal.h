@@ -114,7 +114,8 @@ struct hqp_solver {
     struct {
         int *held, *count; /* [2 levels][n]: by level, 1 + row, negative at lb; [2 levels] */
     } proof; /* what held the projections that proved the levels last, apart and then with levels joined */
-    double *none;          /* [levels] length of a gradient that counts as none */
+    double *none;          /* [levels] length of a gradient that counts as none, */
+    double *little;        /* and next to no multiplier, times the norm of its row: the level leans on it */
     signed char *weighted; /* [levels] its rows have weights of their own */
     signed char *joined; /* [levels] the next level is a part of this one: -log2 of the root of its weight */
     signed char *strict; /* [levels] PARTED or UNPROVEN: the next level was or could not be joined */
@@ -125,6 +126,12 @@ struct hqp_solver {
         short *held_at;
         int level;
     } apart;
+    struct {
+        double *x;
+        signed char *side, *held_side, *joined;
+        short *held_at;
+        int warm, softest;
+    } before;           /* x, the guesses and the joins at the start of the solve */
     int leans;          /* first level that holds a row by next to nothing, or -1; */
     double least;       /* its smallest multiplier, times the norm of the row */
     double *then;       /* [levels] s->none where the level's multipliers were found */
@@ -133,6 +140,7 @@ struct hqp_solver {
     double lenience;    /* times what a proof by projection minds otherwise */
     int is_rough;       /* the last proof minded no more than that only because it was one by projection */
     int is_lax;         /* no more is asked of joined levels than of others */
+    int is_exact;       /* the first try: less counts as none */
     double hardest;     /* the largest multiplier of the last level, times the norm of its row */
     int softened;       /* x was found with two levels as one */
     int softest;        /* how many levels as one led to a proof the last time; 0: not so many */
@@ -239,9 +247,9 @@ static inline double hqp_bound(const hqp_solver *s, int id, int side) {
     return side < 0 ? s->lb[id] : s->ub[id];
 }
 
-/* next to no multiplier, times the norm of its row: a level leans on a row that it holds by less */
-static inline double hqp_little(const hqp_solver *s, int level) {
-    return 2e3 * s->none[level];
+/* of all that was held or fitted, with the variables that were fixed ahead of their turn */
+static inline int hqp_rank(const hqp_solver *s) {
+    return s->rank_at[s->levels] + s->n - s->width;
 }
 
 /* no rows come after those of this level */

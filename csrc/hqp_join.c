@@ -14,7 +14,9 @@
 
 /* times 1 + slack: what a level may lose by a join, and what the next one must gain at least */
 static const double LOSS = 3e-7, GAIN = 4e-6;
-/* times the same: a loss that counts as none */
+/* times what the weight alone gains: what a join must gain at least */
+static const double CLEARLY = 2.0;
+/* times 1 + slack: a loss that counts as none */
 static const double NOTHING = 1e-9;
 /* times the root of half of a level's squared slack: how hard it may pull at a row that the one before holds
  */
@@ -90,13 +92,17 @@ void hqp_unjoin(hqp_solver *s) {
     memset(s->strict, 0, (size_t)s->levels);
 }
 
+/* What the value of the row lacks at this x. */
+static double slack_at(const hqp_solver *s, int id, const double *x) {
+    const double value = hqp_value(s, id, x);
+    return fmax(s->lb[id] - value, 0.0) + fmin(s->ub[id] - value, 0.0);
+}
+
 /* Half of the squared slack of the caller's level at this x. */
 static double half_square_at(const hqp_solver *s, int level, const double *x) {
     double sum = 0.0;
     for (int i = s->first_row[level]; i < s->first_row[level + 1]; i++) {
-        const double value = hqp_value(s, i, x);
-        const double below = s->lb[i] - value, above = value - s->ub[i];
-        const double slack = fmax(fmax(below, above), 0.0);
+        const double slack = slack_at(s, i, x);
         if (s->kind[i] != HQP_IDLE) sum += 0.5 * slack * slack;
     }
     return sum;
@@ -112,8 +118,24 @@ static int gains(const hqp_solver *s, int level, const double *joined, const dou
     return sqrt(2.0 * half_square_at(s, level + 1, joined)) < size - GAIN * (1.0 + size);
 }
 
-/* The same, at next to no cost. */
-static int is_better(const hqp_solver *s, int level, const double *joined, const double *apart) {
+/*
+ * What the weight 2^-2k alone may gain of half of the next level's square: rows that the level meets apart
+ * from the join are missed by next to nothing, and the next level has a multiplier for each. That is no gain.
+ */
+static double gain_by_weight(const hqp_solver *s, int level, int k, const double *joined,
+                             const double *apart) {
+    double squares = 0.0;
+    for (int i = s->first_row[level]; i < s->first_row[level + 1]; i++) {
+        const double change = slack_at(s, i, joined) - slack_at(s, i, apart);
+        if (s->kind[i] != HQP_IDLE) squares += change * change;
+    }
+    return ldexp(squares, 2 * k);
+}
+
+/* The same by more than the weight alone, 2^-2k, at next to no cost. */
+static int is_better(const hqp_solver *s, int level, int k, const double *joined, const double *apart) {
+    const double gain = half_square_at(s, level + 1, apart) - half_square_at(s, level + 1, joined);
+    if (!(gain > CLEARLY * gain_by_weight(s, level, k, joined, apart))) return 0;
     const double size = sqrt(2.0 * half_square_at(s, level, apart));
     return sqrt(2.0 * half_square_at(s, level, joined)) <= size + LOSS * (1.0 + size) &&
            gains(s, level, joined, apart);
@@ -276,7 +298,7 @@ hqp_status hqp_choose(hqp_solver *s, hqp_status status) {
     const int level = s->apart.level, joined = s->joined[level];
     if (joined) set(s, level, MOST + 1);
     exchange_guesses(s);
-    const int better = joined && is_better(s, level, s->x, s->apart.x);
+    const int better = joined && is_better(s, level, joined, s->x, s->apart.x);
     if (!(better && status == HQP_SOLVED)) {
         const int refuted = better && loses_nothing(s, level);
         memcpy(s->x, s->apart.x, (size_t)s->ld * sizeof(double));
@@ -302,7 +324,7 @@ int hqp_set_apart(hqp_solver *s, signed char *joined) {
 /* Whether one of those joins, of which x is the proven answer without, gains anything. */
 int hqp_is_worth_joins(const hqp_solver *s, const signed char *joined) {
     for (int p = 0; p + 1 < s->levels; p++) {
-        if (joined[p] && is_better(s, p, s->apart.x, s->x)) return 1;
+        if (joined[p] && is_better(s, p, joined[p], s->apart.x, s->x)) return 1;
     }
     return 0;
 }

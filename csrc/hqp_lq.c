@@ -296,9 +296,17 @@ static void fold_column(hqp_solver *s, int column, int c, double length) {
 /*
  * The fitted rows are [L; M] z ~ rhs in columns column .. column + fit_rank, rows by fit_order, L lower
  * triangular and M the dependent rows. Reflectors from the left fold M into L, last column first, so that L
- * stays triangular: [L; M] -> [L'; 0], rhs -> [rhs'; residual].
+ * stays triangular: [L; M] -> [L'; 0], rhs -> [rhs'; residual]. A row of M that is but the rounding of the
+ * whole row sees none of these columns: by a large residual it would pull at rows that are much shorter.
  */
 static void fold_dependent(hqp_solver *s, int column) {
+    const size_t size = (size_t)s->fit_rank * sizeof(double);
+    for (int i = s->fit_rank; i < s->fit_count; i++) {
+        const int r = s->fit_order[i];
+        double *row = hqp_row(s, s->fit_rows, r) + column;
+        const double rounding = s->settings.rounding * s->norm[s->fit[r]];
+        if (hqp_inner(row, row, s->fit_rank) <= rounding * rounding) memset(row, 0, size);
+    }
     for (int c = s->fit_rank - 1; c >= 0; c--) {
         const double diagonal = hqp_row(s, s->fit_rows, s->fit_order[c])[column + c];
         double below = 0.0;

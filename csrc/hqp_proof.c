@@ -16,19 +16,25 @@
 
 /* times norm of row (1 + slack): a gradient that counts as none; and times rounding of row . x: the same */
 static const double PROVEN = 1e-9, ROUNDINGS = 1.0;
-/* times that, of the last level: no other leans on what is left of its gradient */
+/* times these, in the first try: so exactly there is mostly but one answer proven */
+static const double EXACT = 3e-3, EXACT_ROUNDINGS = 0.1;
+/* times PROVEN, of the last level: no other leans on what is left of its gradient */
 static const double LAST = 3.0;
 /* times PROVEN, where levels are joined or were: the gradient of one with a small weight counts, too */
 static const double FINER = 1e-4;
 /* the same for such a level by itself, times norm of row (1 + slack), both scaled by the root of its weight
  */
 static const double PART = 2e-6;
-/* times that: a smaller multiplier settles no row, or lower levels could lean on it a million times over */
-static const double SETTLED = 1e3, SETTLED_IF_JOINED = 2.0;
+/* times what counts as none, but for EXACT: next to no multiplier, times the norm of its row */
+static const double LITTLE = 2e3;
+/* times that, or times what counts as none: a smaller multiplier settles no row, or lower levels could lean
+ * on it a million times over */
+static const double SETTLED = 0.5, SETTLED_IF_JOINED = 2.0;
 /* times what a level's multipliers leave of its gradient: the same */
 static const double CERTAIN = 1e8;
-/* times that, by projection: what may be left of the gradient of a level, and of the last one */
-static const double PROJECTED = 10.0, PROJECTED_LAST = 300.0;
+/* times that, by projection: what may be left of the gradient of a level, in the first try and then, and of
+ * the last one */
+static const double PROJECTED_EXACT = 3.0, PROJECTED = 10.0, PROJECTED_LAST = 300.0;
 /* times (1 + |value|): rounding of a row that hides its value */
 static const double BLURRED = 1e-3;
 /* To confirm a proof: times what may be left of a gradient otherwise; rows at a smaller angle are one row. */
@@ -72,7 +78,8 @@ int hqp_touches(const hqp_solver *s, int id, int side) {
 }
 
 /* Whether a level, whose slacks are known, has one worth a proof; s->none[level]: the length of a gradient
- * that counts as none. It is measured by the rows that are missed, not by longer ones that are met. */
+ * that counts as none, s->little[level]: the same of a multiplier, times the norm of its row, on which a
+ * level leans. They are measured by the rows that are missed, not by longer ones that are met. */
 int hqp_has_slack(hqp_solver *s, int level) {
     double squares = 0.0, largest = 0.0, longest = 0.0, most = 0.0;
     for (int i = s->row0[level]; i < s->row0[level + 1]; i++) {
@@ -86,10 +93,14 @@ int hqp_has_slack(hqp_solver *s, int level) {
     if (!(largest > 0.0)) largest = longest;
     const double slack = sqrt(squares);
     const double rounding = s->settings.rounding * (largest * slack + longest * longest * s->x_norm);
-    const double factor = is_strict(s, level) ? FINER : hqp_is_last(s, level) ? LAST : 1.0;
-    s->none[level] = largest * factor * PROVEN * (1.0 + slack) + ROUNDINGS * rounding;
+    const int is_finer = is_strict(s, level), is_last = hqp_is_last(s, level);
+    const int is_exact = s->is_exact && !is_finer && !is_last;
+    const double factor = is_finer ? FINER : is_last ? LAST : is_exact ? EXACT : 1.0;
+    const double roundings = is_exact ? EXACT_ROUNDINGS : ROUNDINGS;
+    s->none[level] = largest * factor * PROVEN * (1.0 + slack) + roundings * rounding;
     if (s->joined[level] && !s->is_lax) s->none[level] = fmin(s->none[level], of_the_next(s, level));
     if (!isfinite(s->none[level])) s->none[level] = 0.0;
+    s->little[level] = LITTLE * s->none[level] / (is_exact ? EXACT : 1.0);
     return !(most <= s->none[level]);
 }
 
@@ -140,8 +151,8 @@ static int is_missed(const hqp_solver *s, int level, int id) {
 static int is_certain(const hqp_solver *s, int id) {
     const int at = s->frozen_at[id];
     if (id >= s->row0[at]) return is_missed(s, at, id);
-    const double settled = is_strict(s, at) ? SETTLED_IF_JOINED : SETTLED;
-    return s->clear[id] && s->strength[id] > settled * s->none[at];
+    const double settled = is_strict(s, at) ? SETTLED_IF_JOINED * s->none[at] : SETTLED * s->little[at];
+    return s->clear[id] && s->strength[id] > settled;
 }
 
 /* The first level that settles the value of a row without being clear about its multiplier or violation. */
@@ -184,7 +195,7 @@ static int is_held_by_frozen(hqp_solver *s, int level) {
         if (!(strength >= -s->none[level] && hqp_touches(s, id, side))) return 0;
         if (strength > s->none[level] && strength < least) least = strength;
     }
-    if (s->leans < 0 && least < hqp_little(s, level) && !hqp_is_last(s, level)) {
+    if (s->leans < 0 && least < s->little[level] && !hqp_is_last(s, level)) {
         s->leans = level;
         s->least = least;
     }
@@ -228,7 +239,8 @@ int hqp_prove(hqp_solver *s, int count) {
 
 /* Whether so little is left of the gradient of a level that its projection proves it minimal. */
 static int is_little(hqp_solver *s, int level, double left) {
-    const double most = is_strict(s, level) ? 1.0 : hqp_is_last(s, level) ? PROJECTED_LAST : PROJECTED;
+    const double upper = s->is_exact ? PROJECTED_EXACT : PROJECTED;
+    const double most = is_strict(s, level) ? 1.0 : hqp_is_last(s, level) ? PROJECTED_LAST : upper;
     s->is_rough |= !(left <= s->lenience * s->none[level]);
     return left <= fmax(most, s->lenience) * s->none[level];
 }
@@ -289,7 +301,7 @@ int hqp_prove_by_descent(hqp_solver *s, int count) {
         s->cone.least = INFINITY;
         if (!is_little(s, p, left_of(s, p))) return p;
         remember(s, p);
-        if (s->leans < 0 && s->cone.least < hqp_little(s, p) && !hqp_is_last(s, p)) {
+        if (s->leans < 0 && s->cone.least < s->little[p] && !hqp_is_last(s, p)) {
             s->leans = p;
             s->least = s->cone.least;
         }
@@ -321,7 +333,7 @@ int hqp_is_minimal(hqp_solver *s, int level) {
  */
 int hqp_confirm(hqp_solver *s) {
     const double rank = s->settings.rank;
-    const int rank_at_end = s->rank_at[s->levels], leans = s->leans;
+    const int rank_at_end = hqp_rank(s), leans = s->leans;
     s->settings.rank = ONE_ROW;
     s->lenience = LENIENT;
     s->resumable = 0;

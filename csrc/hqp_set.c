@@ -155,14 +155,15 @@ int hqp_out_of_iterations(hqp_solver *s) {
     return 0;
 }
 
-/* What counts as next to no multiplier, times the norm of its row; 0: it does not matter. */
+/* What counts as next to no multiplier, times the norm of its row; 0: it does not matter. A row that is held
+ * by none, but for rounding, is left to lower levels anyway. */
 static double leaning(hqp_solver *s, int level) {
     if (s->strict[level] == PARTED || (s->leans >= 0 && s->leans != level) || s->row0[level + 1] == s->total)
         return 0.0;
     hqp_find_slacks(s, s->row0[level], s->row0[level + 1]);
     const int has_slack = hqp_has_slack(s, level);
     s->then[level] = s->none[level];
-    return has_slack ? hqp_little(s, level) : 0.0;
+    return has_slack ? s->little[level] : 0.0;
 }
 
 /* Take out of the working set what need not be frozen. Returns how many rows. */
@@ -172,7 +173,7 @@ static int release_doubtful(hqp_solver *s, int level) {
     hqp_find_multipliers(s, s->value, s->x_norm);
     for (int i = 0; i < s->work_rank; i++) {
         const int id = s->work[s->work_order[i]], is_clear = s->multiplier[i] > CLEAR * s->rounding[i];
-        if (s->multiplier[i] < little) {
+        if (is_clear && s->multiplier[i] < little) {
             s->leans = level;
             s->least = little = s->multiplier[i];
         }

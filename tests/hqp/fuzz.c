@@ -244,7 +244,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *bytes, size_t size) {
         info.active = exact(v, 1);
     }
     read_problem(&p, &in);
-    play(&p, &in, s, &info, t.max_iterations ? t.max_iterations : 192);
+    play(&p, &in, s, &info, t.max_iterations ? t.max_iterations : 384);
     for (int l = 0; l < p.count; l++) {
         for (int k = 0; k < PARTS; k++) free(p.part[l][k]);
     }

@@ -151,7 +151,7 @@ def test_the_status_says_what_is_proven_however_often_one_problem_is_solved(seed
     for _ in range(4):
         solution = solver.solve(levels)
         assert (solution.status is Status.SOLVED) == (solution.levels_done == len(levels))
-        assert solution.status is not Status.ITERATION_CAP or solution.iterations == max(24 * solver.n, 192)
+        assert solution.status is not Status.ITERATION_CAP or solution.iterations == max(48 * solver.n, 384)
 
 
 def test_an_answer_that_was_found_with_a_join_is_proven_as_it_is():
@@ -197,13 +197,13 @@ def test_multipliers_so_large_that_their_rounding_counts_prove_nothing(tick):
     assert solution.status is not Status.SOLVED or is_proven(levels, solution)
 
 
-@pytest.mark.parametrize("tick", [0, 1])
-def test_where_a_sweep_is_lost_one_with_two_levels_as_one_is_next(tick):
-    """A walk takes 153 and 162 working sets."""
+@pytest.mark.parametrize(("tick", "most"), [(0, 80), (1, 162)])
+def test_where_a_sweep_is_lost_one_with_two_levels_as_one_is_next(tick, most):
+    """A walk takes 153 and 162 working sets; at the second tick it is needed for an exact proof."""
     levels = recorded("contact_lost")[tick]
     solution = solve(levels)
     assert solution.status is Status.SOLVED and is_proven(levels, solution)
-    assert solution.iterations < 80
+    assert solution.iterations < most
 
 
 @pytest.mark.parametrize(("tick", "most"), [(0, 190), (1, 370)])

@@ -1,0 +1,112 @@
+"""One answer whatever the start, where rows are longer than those above, or are held by next to nothing."""
+
+import numpy as np
+import pytest
+from hapticd.hqp import Level, Solver, Status, solve
+from hapticd.hqp.certificate import certificate, slack_norms
+
+from .test_contacts import recorded, solver_of
+
+
+def one_corner(short, target, long):
+    """Level 1 leaves the slack 40 and meets its row of length `short`: x = (-1/3, 0, 1/3) is all that level 2
+    can do."""
+    return [
+        Level(C=np.array([[1.0, 1, -2], [2, 1, 2]]), lb=np.array([-2.0, 0]), ub=np.array([-1.0, 1])),
+        Level(
+            A=np.array([[-short] * 3, [40, 20, 40]]),
+            b=np.array([0.0, -40]),
+            C=np.array([[-1.0, 1, 1]]),
+            lb=np.zeros(1),
+            ub=np.ones(1),
+        ),
+        Level(A=long * np.array([[-1.0, 3, -2]]), b=np.array([long * target])),
+    ]
+
+
+@pytest.mark.parametrize("short", [1.0, 0.1, 0.01, 1e-3, 1e-4])
+@pytest.mark.parametrize("long", [1.0, 10.0])
+def test_a_row_that_can_be_met_is_met_however_short_it_is(short, long):
+    for target in (20.0, 200.0, 777.0, 2000.0):
+        solution = solve(one_corner(short, target, long))
+        assert solution.status is Status.SOLVED
+        assert np.allclose(solution.x, [-1 / 3, 0, 1 / 3], rtol=0, atol=1e-9)
+
+
+@pytest.mark.parametrize("long", [1.0, 30.0, 100.0, 1e4])
+def test_the_weight_of_a_join_alone_is_no_gain(long):
+    """Far starts leave it open whether level 1 leans on a row, and two levels as one are tried."""
+    levels = [
+        Level(C=np.array([[2.0, -1]]), lb=np.zeros(1), ub=np.ones(1)),
+        Level(
+            A=np.array([[-4.0, 2]]),
+            b=np.array([7.0]),
+            C=np.array([[1.0, -1]]),
+            lb=-2 * np.ones(1),
+            ub=-np.ones(1),
+        ),
+        Level(A=long * np.array([[2.0, 1]]), b=np.array([-2 * long])),
+    ]
+    for seed in range(40):
+        solver = solver_of(levels)
+        solver.start(np.random.default_rng(seed).normal(size=2) * 10.0 ** (seed % 4))
+        solution = solver.solve(levels)
+        assert solution.status is Status.SOLVED and np.allclose(solution.x, [1, 2], rtol=0, atol=1e-9), seed
+
+
+def rows_in_the_span(rng, factor):
+    """Three levels in small whole numbers, each `factor` times longer than the one before; all ask again for
+    combinations of the rows above, for other values."""
+    n = int(rng.integers(2, 6))
+    above = rng.integers(-2, 3, (2, n)).astype(float)
+    levels = []
+    for p in range(3):
+        scale = factor**p
+        again = rng.integers(-2, 3, (2, len(above))) @ above
+        rows = rng.integers(-2, 3, (int(rng.integers(1, 4)), n)).astype(float)
+        lb = rng.integers(-2, 2, len(rows)).astype(float)
+        ub = lb + rng.integers(0, 3, len(rows))
+        b = rng.integers(-9, 10, 2).astype(float)
+        levels.append(Level(A=scale * again, b=scale * b, C=scale * rows, lb=scale * lb, ub=scale * ub))
+        above = np.vstack([above, rows])
+    return levels
+
+
+@pytest.mark.parametrize(("factor", "known"), [(10.0, (2262, 2411)), (100.0, (574, 731, 969, 1245))])
+def test_longer_rows_below_leave_one_answer_from_any_of_these_starts(factor, known):
+    for seed in (*range(100), *known):
+        rng = np.random.default_rng([seed, int(factor)])
+        levels = rows_in_the_span(rng, factor)
+        norms = []
+        for k in range(4):
+            solver = solver_of(levels)
+            if k:
+                solver.start(rng.normal(size=solver.n) * 10.0**k)
+            solution = solver.solve(levels)
+            assert solution.status is Status.SOLVED, seed
+            norms.append(slack_norms(levels, solution.x))
+        assert all(np.allclose(other, norms[0], rtol=1e-6, atol=1e-6) for other in norms), seed
+
+
+@pytest.mark.parametrize("tick", range(3))
+def test_an_answer_that_is_proven_exactly_stands_before_one_that_is_not(tick):
+    """Level 6 holds a row by so little that an answer that leaves it is proven to 1e-9, too."""
+    levels = recorded("contact_exact")[tick]
+    norms = []
+    for scale in (0.0, 1.0, 1000.0):
+        solver = solver_of(levels)
+        solver.start(scale * np.random.default_rng(tick).normal(size=solver.n))
+        solution = solver.solve(levels)
+        assert solution.status is Status.SOLVED and certificate(levels, solution.x)[5] < 1e-14
+        norms.append(slack_norms(levels, solution.x))
+    assert np.allclose(norms, norms[0], rtol=1e-7, atol=1e-7)
+
+
+def test_the_unique_x_is_known_to_be_so_where_the_walk_found_it(recordings):
+    """Variables that were fixed ahead of their turn count."""
+    recording = recordings["excavator"]
+    solver = Solver(recording.x.shape[1], [level.rows for level in recording.levels(0)])
+    for tick, levels in recording.replay():
+        if tick in (398, 402, 409, 412, 419):
+            solver.reset()
+            assert solver.solve(levels).unique
