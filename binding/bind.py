@@ -35,8 +35,11 @@ class BindError(ValueError):
     """
 
     def __init__(self, field: str, problem: str, expected: str) -> None:
-        super().__init__(f"{field} {problem}; expected {expected}")
+        super().__init__(field, problem, expected)  # what a copy in another process is made of
         self.field, self.problem, self.expected = field, problem, expected
+
+    def __str__(self) -> str:
+        return f"{self.field} {self.problem}; expected {self.expected}"
 
 
 class Field(NamedTuple):

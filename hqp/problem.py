@@ -18,8 +18,11 @@ class HqpError(Exception):
     """
 
     def __init__(self, what: str, why: str, mend: str) -> None:
-        super().__init__(f"{what} {why}; {mend}")
+        super().__init__(what, why, mend)  # what a copy in another process is made of
         self.what, self.why, self.mend = what, why, mend
+
+    def __str__(self) -> str:
+        return f"{self.what} {self.why}; {self.mend}"
 
 
 PARTS = {"A": 2, "b": 1, "C": 2, "lb": 1, "ub": 1, "weights": 1}

@@ -16,6 +16,7 @@ class UnboundedError(HqpError):
             "is unbounded below: P ray = 0, q ray < 0 and no constraint ends the ray",
             "bound x along the ray that this error carries, or correct the sign of q",
         )
+        self.args = (ray,)
         self.ray = ray
 
 

@@ -11,7 +11,18 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hapticd.hqp import HqpError, Level, Solver, Status, conflicts, multipliers, solve
+from hapticd.binding.bind import BindError
+from hapticd.hqp import (
+    HqpError,
+    Level,
+    Solver,
+    Status,
+    UnboundedError,
+    conflicts,
+    multipliers,
+    solve,
+    solve_qp,
+)
 from hapticd.hqp.certificate import certificate
 from hapticd.hqp.generate import problem
 
@@ -140,6 +151,19 @@ def test_solvers_and_solutions_are_not_copied_and_levels_are(duplicate):
     twin = copy.deepcopy(levels) if duplicate is not pickle.dumps else pickle.loads(pickle.dumps(levels))
     twin[0].b[0] = 4.0
     assert solver.solve(levels).x == [1.0] and solver.solve(twin).x == [4.0]
+
+
+def test_an_error_comes_whole_out_of_another_process():
+    with pytest.raises(HqpError) as refused:
+        Level(A=np.eye(2))
+    with pytest.raises(BindError) as unfit:
+        raise BindError("solver.x", "has 2 entries", "3")
+    with pytest.raises(UnboundedError) as unbounded:
+        solve_qp(np.zeros((2, 2)), np.ones(2))
+    for error in (refused.value, unfit.value, unbounded.value):
+        again = pickle.loads(pickle.dumps(error))
+        assert type(again) is type(error) and str(again) == str(error)
+        assert again.__dict__.keys() == error.__dict__.keys()
 
 
 def test_what_the_solver_owns_cannot_be_exchanged():
