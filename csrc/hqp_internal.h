@@ -337,6 +337,7 @@ void hqp_find_slacks(hqp_solver *s, int from, int to);
 void hqp_find_values(hqp_solver *s);
 int hqp_has_slack(hqp_solver *s, int level);
 void hqp_gradient(const hqp_solver *s, int level, double *g);
+int hqp_touches_with(const hqp_solver *s, int id, int side, double value, double x_norm);
 int hqp_touches(const hqp_solver *s, int id, int side);
 int hqp_prove(hqp_solver *s, int count);
 int hqp_prove_by_descent(hqp_solver *s, int count);

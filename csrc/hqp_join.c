@@ -132,8 +132,19 @@ static double gain_by_weight(const hqp_solver *s, int level, int k, const double
     return ldexp(squares, 2 * k);
 }
 
-/* The same by more than the weight alone, 2^-2k, at next to no cost. */
+/* Whether `joined` leaves a row that the level holds in the answer apart, whose guesses are at hand. */
+static int leaves_a_row(const hqp_solver *s, int level, const double *joined) {
+    const double x_norm = hqp_length(s, joined);
+    for (int i = 0; i < s->first_row[level]; i++) {
+        if (s->guess_held_at[i] != level || s->kind[i] != HQP_RANGE) continue;
+        if (!hqp_touches_with(s, i, s->guess_held_side[i], hqp_value(s, i, joined), x_norm)) return 1;
+    }
+    return 0;
+}
+
+/* The same by leaving a row, and by more than the weight alone, 2^-2k, at next to no cost. */
 static int is_better(const hqp_solver *s, int level, int k, const double *joined, const double *apart) {
+    if (!leaves_a_row(s, level, joined)) return 0;
     const double gain = half_square_at(s, level + 1, apart) - half_square_at(s, level + 1, joined);
     if (!(gain > CLEARLY * gain_by_weight(s, level, k, joined, apart))) return 0;
     const double size = sqrt(2.0 * half_square_at(s, level, apart));

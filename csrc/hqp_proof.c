@@ -70,11 +70,15 @@ static int is_strict(const hqp_solver *s, int level) {
     return (s->joined[level] || s->strict[level]) && !s->is_lax;
 }
 
-/* The value of the row is, to within what a proof minds, its bound at this side. */
-int hqp_touches(const hqp_solver *s, int id, int side) {
+/* A value of the row is, to within what a proof minds, its bound at this side; and so is its value at x. */
+int hqp_touches_with(const hqp_solver *s, int id, int side, double value, double x_norm) {
     const double bound = hqp_bound(s, id, side);
-    const double near = NEAR * s->settings.rounding * s->norm[id] * s->x_norm;
-    return isfinite(bound) && fabs(bound - s->value[id]) <= TOUCHING * (1.0 + fabs(bound)) + near;
+    const double near = NEAR * s->settings.rounding * s->norm[id] * x_norm;
+    return isfinite(bound) && fabs(bound - value) <= TOUCHING * (1.0 + fabs(bound)) + near;
+}
+
+int hqp_touches(const hqp_solver *s, int id, int side) {
+    return hqp_touches_with(s, id, side, s->value[id], s->x_norm);
 }
 
 /* Whether a level, whose slacks are known, has one worth a proof; s->none[level]: the length of a gradient
