@@ -725,7 +725,7 @@ static int needs_no_joins(hqp_solver *s) {
 /*
  * The same; and again with levels joined, where it fails, or where a level leans on rows. Of two proven
  * answers the one with the join is kept if the level below gains by it. Where that cannot be told nothing is
- * proven.
+ * proven. That levels are joined for want of a proof is not for the first try.
  */
 static hqp_status try_joined(hqp_solver *s, int first) {
     int kept = 0, more = 1; /* more: no levels were joined in this solve yet */
@@ -754,6 +754,8 @@ static hqp_status try_joined(hqp_solver *s, int first) {
             }
             if (!hqp_try_join(s)) return status;
             kept = 1;
+        } else if (s->is_exact) {
+            return status;
         } else if (status == HQP_ITERATION_CAP ||
                    !(hqp_join_next(s, failed - 1) || hqp_join_next(s, failed) || hqp_part_last(s))) {
             return is_proven_apart(s) ? HQP_SOLVED : status;
