@@ -128,8 +128,8 @@ static void lay_out_reals(hqp_solver *s, char *arena, size_t *used) {
         {&s->then, levels},
         {&s->kept, ld},
         {&s->path, ld * (levels + 1)},
-        {&s->apart.x, ld},
-        {&s->before.x, ld},
+        {&s->apart.at.x, ld},
+        {&s->before.at.x, ld},
     };
     for (size_t i = 0; i < sizeof reals / sizeof *reals; i++) {
         *reals[i].at = slice(arena, used, reals[i].count * sizeof(double));
@@ -153,15 +153,24 @@ static size_t lay_out(hqp_solver *s, char *arena) {
                           &s->held.id, &s->clash.id,   &s->bundle.id, &s->bundle.slot};
     for (size_t i = 0; i < sizeof ints / sizeof *ints; i++)
         *ints[i] = slice(arena, &used, most * sizeof(int));
-    signed char **const flags[] = {
-        &s->kind,        &s->side,        &s->forced,          &s->guess_side, &s->guess_held_side,
-        &s->clash.side,  &s->cone.kind,   &s->clear,           &s->apart.side, &s->apart.held_side,
-        &s->bundle.side, &s->before.side, &s->before.held_side};
+    signed char **const flags[] = {&s->kind,
+                                   &s->side,
+                                   &s->forced,
+                                   &s->guess_side,
+                                   &s->guess_held_side,
+                                   &s->clash.side,
+                                   &s->cone.kind,
+                                   &s->clear,
+                                   &s->apart.at.side,
+                                   &s->apart.at.held_side,
+                                   &s->bundle.side,
+                                   &s->before.at.side,
+                                   &s->before.at.held_side};
     for (size_t i = 0; i < sizeof flags / sizeof *flags; i++) *flags[i] = slice(arena, &used, most);
     s->guess_held_at = slice(arena, &used, rows * sizeof(short));
     s->frozen_at = slice(arena, &used, rows * sizeof(short));
-    s->apart.held_at = slice(arena, &used, rows * sizeof(short));
-    s->before.held_at = slice(arena, &used, rows * sizeof(short));
+    s->apart.at.held_at = slice(arena, &used, rows * sizeof(short));
+    s->before.at.held_at = slice(arena, &used, rows * sizeof(short));
     s->place = slice(arena, &used, (ld + 1) * sizeof(int));
     s->fixed_column = slice(arena, &used, n);
     s->fixing = slice(arena, &used, rows);
@@ -765,10 +774,7 @@ static hqp_status try_joined(hqp_solver *s, int first) {
 
 /* Put x, the guesses and the joins aside. */
 static void keep_start(hqp_solver *s) {
-    memcpy(s->before.x, s->x, (size_t)s->ld * sizeof(double));
-    memcpy(s->before.side, s->guess_side, (size_t)s->total);
-    memcpy(s->before.held_side, s->guess_held_side, (size_t)s->total);
-    memcpy(s->before.held_at, s->guess_held_at, (size_t)s->total * sizeof(short));
+    hqp_keep(s, s->before.at);
     memcpy(s->before.joined, s->joined, (size_t)s->levels);
     s->before.warm = s->warm;
     s->before.softest = s->softest;
@@ -776,10 +782,10 @@ static void keep_start(hqp_solver *s) {
 
 /* Back to that. */
 static void back_to_start(hqp_solver *s) {
-    memcpy(s->x, s->before.x, (size_t)s->ld * sizeof(double));
-    memcpy(s->guess_side, s->before.side, (size_t)s->total);
-    memcpy(s->guess_held_side, s->before.held_side, (size_t)s->total);
-    memcpy(s->guess_held_at, s->before.held_at, (size_t)s->total * sizeof(short));
+    memcpy(s->x, s->before.at.x, (size_t)s->ld * sizeof(double));
+    memcpy(s->guess_side, s->before.at.side, (size_t)s->total);
+    memcpy(s->guess_held_side, s->before.at.held_side, (size_t)s->total);
+    memcpy(s->guess_held_at, s->before.at.held_at, (size_t)s->total * sizeof(short));
     memcpy(s->joined, s->before.joined, (size_t)s->levels);
     hqp_join(s);
     s->warm = s->before.warm;

@@ -25,6 +25,13 @@ enum { PARTED = 1, UNPROVEN = 2 };
 /* A row that cannot act (all zero, or no bound), an equality (lb == ub), or a range. */
 enum { HQP_IDLE = 0, HQP_EQUALITY = 1, HQP_RANGE = 2 };
 
+/* An x and the guesses of the working sets there. */
+typedef struct hqp_place {
+    double *x;
+    signed char *side, *held_side;
+    short *held_at;
+} hqp_place;
+
 /*
  * Rows are numbered through all levels: those of level p are row0[p] .. row0[p + 1] - 1, A_p before C_p.
  * Q = H_0 H_1 .. H_{top-1} with H_k = I - v_k v_k^T; the first `rank` reflectors belong to the frozen rows.
@@ -121,15 +128,12 @@ struct hqp_solver {
     signed char *strict; /* [levels] PARTED or UNPROVEN: the next level was or could not be joined */
     int polishing;       /* joined levels are fitted row by row */
     struct {
-        double *x;                     /* the answer without joins, or with those before */
-        signed char *side, *held_side; /* and its guesses */
-        short *held_at;
+        hqp_place at; /* the answer without joins, or with those before */
         int level;
     } apart;
     struct {
-        double *x;
-        signed char *side, *held_side, *joined;
-        short *held_at;
+        hqp_place at;
+        signed char *joined;
         int warm, softest;
     } before;           /* x, the guesses and the joins at the start of the solve */
     int leans;          /* first level that holds a row by next to nothing, or -1; */
@@ -302,6 +306,7 @@ int hqp_is_worth_joins(const hqp_solver *s, const signed char *joined);
 void hqp_take_back(hqp_solver *s, const signed char *joined);
 int hqp_soften(hqp_solver *s, int count);
 void hqp_harden(hqp_solver *s);
+void hqp_keep(const hqp_solver *s, hqp_place to);
 void hqp_bring_back(hqp_solver *s);
 int hqp_is_kept_better(const hqp_solver *s);
 

@@ -155,7 +155,7 @@ static int is_better(const hqp_solver *s, int level, int k, const double *joined
 /* Whether the levels before this one are as small at x as at the answer apart from joins. */
 static int loses_nothing(const hqp_solver *s, int level) {
     for (int p = 0; p < level; p++) {
-        const double size = sqrt(2.0 * half_square_at(s, p, s->apart.x));
+        const double size = sqrt(2.0 * half_square_at(s, p, s->apart.at.x));
         if (!(sqrt(2.0 * half_square(s, p)) <= size + NOTHING * (1.0 + size))) return 0;
     }
     return 1;
@@ -222,7 +222,7 @@ int hqp_part_last(hqp_solver *s) {
 int hqp_weigh(hqp_solver *s, int kept) {
     int level = -1, k = 0;
     hqp_part(s);
-    const int is_vain = kept && !gains(s, s->apart.level, s->x, s->apart.x);
+    const int is_vain = kept && !gains(s, s->apart.level, s->x, s->apart.at.x);
     for (int p = 0; p + 1 < s->levels && level < 0 && !is_vain; p++) {
         if (!s->joined[p]) continue;
         k = needed(s, p);
@@ -242,25 +242,30 @@ static void swap_flags(signed char **a, signed char **b) {
 /* Exchange the guesses of the solve without joins for those of the one with this. */
 static void exchange_guesses(hqp_solver *s) {
     short *const kept = s->guess_held_at;
-    s->guess_held_at = s->apart.held_at;
-    s->apart.held_at = kept;
-    swap_flags(&s->guess_side, &s->apart.side);
-    swap_flags(&s->guess_held_side, &s->apart.held_side);
+    s->guess_held_at = s->apart.at.held_at;
+    s->apart.at.held_at = kept;
+    swap_flags(&s->guess_side, &s->apart.at.side);
+    swap_flags(&s->guess_held_side, &s->apart.at.held_side);
 }
 
-/* Put x and its guesses aside, for no join of one level. */
+/* Put x and its guesses aside. */
+void hqp_keep(const hqp_solver *s, hqp_place to) {
+    memcpy(to.x, s->x, (size_t)s->ld * sizeof(double));
+    memcpy(to.side, s->guess_side, (size_t)s->total);
+    memcpy(to.held_side, s->guess_held_side, (size_t)s->total);
+    memcpy(to.held_at, s->guess_held_at, (size_t)s->total * sizeof(short));
+}
+
+/* The same for no join of one level. */
 static void keep(hqp_solver *s) {
     s->apart.level = -1;
-    memcpy(s->apart.x, s->x, (size_t)s->ld * sizeof(double));
-    memcpy(s->apart.side, s->guess_side, (size_t)s->total);
-    memcpy(s->apart.held_side, s->guess_held_side, (size_t)s->total);
-    memcpy(s->apart.held_at, s->guess_held_at, (size_t)s->total * sizeof(short));
+    hqp_keep(s, s->apart.at);
 }
 
 /* Back to what was put aside. */
 void hqp_bring_back(hqp_solver *s) {
     exchange_guesses(s);
-    memcpy(s->x, s->apart.x, (size_t)s->ld * sizeof(double));
+    memcpy(s->x, s->apart.at.x, (size_t)s->ld * sizeof(double));
     hqp_find_values(s);
     s->resumable = 0;
 }
@@ -290,7 +295,7 @@ int hqp_try_join(hqp_solver *s) {
     const int level = s->leans;
     const int known = s->apart.level == level, may = needed(s, level) <= MOST;
     if (known)
-        memcpy(s->apart.x, s->x, (size_t)s->ld * sizeof(double));
+        memcpy(s->apart.at.x, s->x, (size_t)s->ld * sizeof(double));
     else
         keep(s);
     s->apart.level = level;
@@ -309,10 +314,10 @@ hqp_status hqp_choose(hqp_solver *s, hqp_status status) {
     const int level = s->apart.level, joined = s->joined[level];
     if (joined) set(s, level, MOST + 1);
     exchange_guesses(s);
-    const int better = joined && is_better(s, level, joined, s->x, s->apart.x);
+    const int better = joined && is_better(s, level, joined, s->x, s->apart.at.x);
     if (!(better && status == HQP_SOLVED)) {
         const int refuted = better && loses_nothing(s, level);
-        memcpy(s->x, s->apart.x, (size_t)s->ld * sizeof(double));
+        memcpy(s->x, s->apart.at.x, (size_t)s->ld * sizeof(double));
         status = refuted ? HQP_NOT_PROVEN : HQP_SOLVED;
     }
     hqp_find_values(s);
@@ -335,7 +340,7 @@ int hqp_set_apart(hqp_solver *s, signed char *joined) {
 /* Whether one of those joins, of which x is the proven answer without, gains anything. */
 int hqp_is_worth_joins(const hqp_solver *s, const signed char *joined) {
     for (int p = 0; p + 1 < s->levels; p++) {
-        if (joined[p] && is_better(s, p, joined[p], s->apart.x, s->x)) return 1;
+        if (joined[p] && is_better(s, p, joined[p], s->apart.at.x, s->x)) return 1;
     }
     return 0;
 }
@@ -377,7 +382,7 @@ void hqp_harden(hqp_solver *s) {
 int hqp_is_kept_better(const hqp_solver *s) {
     for (int p = 0; p < s->levels; p++) {
         const double now = sqrt(2.0 * half_square(s, p));
-        const double kept = sqrt(2.0 * half_square_at(s, p, s->apart.x));
+        const double kept = sqrt(2.0 * half_square_at(s, p, s->apart.at.x));
         if (fabs(now - kept) > LOSS * (1.0 + fmin(now, kept))) return kept < now;
     }
     return 0;
