@@ -5,6 +5,7 @@ Each is made when asked for: the solver's distribution has the files of its own 
 
 from __future__ import annotations
 
+import platform
 import re
 from collections.abc import Sequence
 from functools import partial
@@ -93,13 +94,12 @@ control = partial(
     ("-O3",),
 )
 QP = [path.name for path in sorted(HERE.glob("hqp_qp*.c"))]
-hqp = partial(
-    module,
-    "hapticd.hqp._hqp",
-    ["hqp.h"],
-    [path.name for path in sorted(HERE.glob("hqp*.c")) if path.name not in QP],
-    FAST_AND_SMALL,
-)
+HIERARCHIES = [path.name for path in sorted(HERE.glob("hqp*.c")) if path.name not in QP]
+HEADERS = ["hqp.h", "hqp_machine.h"]
+hqp = partial(module, "hapticd.hqp._hqp", HEADERS, HIERARCHIES, FAST_AND_SMALL)
+hqp_avx2 = partial(module, "hapticd.hqp._hqp_avx2", HEADERS, HIERARCHIES, (*FAST_AND_SMALL, "-mavx2"))
+SOLVERS = ["hqp", "hqp_avx2"] if platform.machine() in {"x86_64", "AMD64"} else ["hqp"]
+"""What is built of the solver of hierarchies; of two, hqp/core.py takes the one that suits the machine."""
 
 
 def qp() -> Extension:

@@ -95,7 +95,6 @@ static void lay_out_reals(hqp_solver *s, char *arena, size_t *used) {
         {&s->rhs, widest},
         {&s->line, ld * n},
         {&s->cross, 4 * n},
-        {&s->zeros, ld},
         {&s->held.rows, ld * (n + 1)},
         {&s->held.basis, ld * (n + 1)},
         {&s->held.triangle, ld * (n + 1)},

@@ -192,25 +192,24 @@ static double to_t_space(const hqp_solver *s, int id, int side, double *row) {
 
 /* along[0 .. 4) = four lines of `rows` . a over [0, to) */
 static void dot_four(const hqp_solver *s, const double *rows, const double *a, int to, double *along) {
-    hqp_pair low[4] = {{0.0, 0.0}, {0.0, 0.0}, {0.0, 0.0}, {0.0, 0.0}},
-             high[4] = {low[0], low[0], low[0], low[0]};
+    hqp_four sum[4] = {hqp_no_four(), hqp_no_four(), hqp_no_four(), hqp_no_four()};
     for (int j = 0; j < to; j += 4) {
-        const hqp_pair first = hqp_load(a + j), second = hqp_load(a + j + 2);
-        for (int i = 0; i < 4; i++) {
-            low[i] += hqp_load(rows + i * s->ld + j) * first;
-            high[i] += hqp_load(rows + i * s->ld + j + 2) * second;
-        }
+        const hqp_four aj = hqp_load_four(a + j);
+        for (int i = 0; i < 4; i++)
+            sum[i] = hqp_with_product(sum[i], hqp_load_four(rows + i * s->ld + j), aj);
     }
-    for (int i = 0; i < 4; i++) along[i] = (low[i][0] + low[i][1]) + (high[i][0] + high[i][1]);
+    for (int i = 0; i < 4; i++) along[i] = hqp_total(sum[i]);
 }
 
 /* a -= along[0 .. 4) . four lines of `rows` */
 static void take_four(const hqp_solver *s, double *a, const double *along, const double *rows, int to) {
     const double *const second = rows + s->ld, *const third = second + s->ld, *const fourth = third + s->ld;
-    for (int j = 0; j < to; j += 2) {
-        const hqp_pair left = along[0] * hqp_load(rows + j) + along[1] * hqp_load(second + j);
-        const hqp_pair right = along[2] * hqp_load(third + j) + along[3] * hqp_load(fourth + j);
-        *(hqp_pair *)(a + j) = hqp_load(a + j) - (left + right);
+    for (int j = 0; j < to; j += 4) {
+        const hqp_four left = hqp_plus(hqp_scaled(along[0], hqp_load_four(rows + j)),
+                                       hqp_scaled(along[1], hqp_load_four(second + j)));
+        const hqp_four right = hqp_plus(hqp_scaled(along[2], hqp_load_four(third + j)),
+                                        hqp_scaled(along[3], hqp_load_four(fourth + j)));
+        hqp_store_four(a + j, hqp_minus(hqp_load_four(a + j), hqp_plus(left, right)));
     }
 }
 

@@ -8,7 +8,7 @@
 #include "hqp.h"
 
 /* Two doubles added lane by lane: the order of every sum is fixed by the source, not by the machine. Two are
- * what each x86-64 and ARM64 has; wider vectors cost more where the compiler has to split them. */
+ * what each x86-64 and ARM64 has. */
 typedef double hqp_pair __attribute__((vector_size(16), may_alias));
 
 /* Rows of `ld` doubles, 32-byte aligned, zero outside the window [first, last), whose ends are multiples
@@ -70,7 +70,6 @@ struct hqp_solver {
 
     /* the shared factorisation, in the columns in play */
     hqp_rows reflector; /* [n] v_k */
-    double *zeros;      /* [ld] */
     double *cross;      /* [n][4] v_k . v_i for i from k rounded down to a multiple of 4 on */
     int rank, top;
     int *rank_at;    /* [levels + 1] rank at the start of each level */
@@ -145,10 +144,10 @@ struct hqp_solver {
     int is_rough;       /* the last proof minded no more than that only because it was one by projection */
     int is_lax;         /* no more is asked of joined levels than of others */
     int is_exact;       /* the first try: less counts as none */
-    double hardest;     /* the largest multiplier of the last level, times the norm of its row */
-    int softened;       /* x was found with two levels as one */
-    int softest;        /* how many levels as one led to a proof the last time; 0: not so many */
-    double *path;       /* [levels + 1][ld] x at the start of each level of a sweep */
+    double hardest; /* the largest multiplier of the last level, times the norm of its row */
+    int softened;   /* x was found with two levels as one */
+    int softest;    /* how many levels as one led to a proof the last time; 0: not so many */
+    double *path;   /* [levels + 1][ld] x at the start of each level of a sweep */
     double x_norm, trial_norm;
     int iterations, iteration_limit;
     int levels_done;
@@ -170,27 +169,89 @@ static inline double *hqp_row(const hqp_solver *s, hqp_rows rows, int i) {
     return rows.cell + i * s->ld;
 }
 
-static inline hqp_pair hqp_load(const double *a) {
-    return *(const hqp_pair *)a;
+/* Four doubles, added lane by lane: one vector with AVX2, else two pairs. The sums have the same order. */
+#ifdef __AVX2__
+typedef double hqp_four __attribute__((vector_size(32), may_alias));
+enum { HQP_ROWS_AT_ONCE = 2 };
+
+static inline hqp_four hqp_no_four(void) {
+    return (hqp_four){0.0, 0.0, 0.0, 0.0};
+}
+static inline hqp_four hqp_load_four(const double *a) {
+    return *(const hqp_four *)a;
+}
+static inline void hqp_store_four(double *a, hqp_four b) {
+    *(hqp_four *)a = b;
+}
+static inline hqp_four hqp_plus(hqp_four a, hqp_four b) {
+    return a + b;
+}
+static inline hqp_four hqp_minus(hqp_four a, hqp_four b) {
+    return a - b;
+}
+static inline hqp_four hqp_product(hqp_four a, hqp_four b) {
+    return a * b;
+}
+static inline hqp_four hqp_scaled(double t, hqp_four a) {
+    return t * a;
+}
+static inline double hqp_total(hqp_four a) {
+    return (a[0] + a[1]) + (a[2] + a[3]);
+}
+#else
+typedef struct hqp_four {
+    hqp_pair low, high;
+} hqp_four;
+enum { HQP_ROWS_AT_ONCE = 1 }; /* for two there are too few registers */
+
+static inline hqp_four hqp_no_four(void) {
+    return (hqp_four){{0.0, 0.0}, {0.0, 0.0}};
+}
+static inline hqp_four hqp_load_four(const double *a) {
+    return (hqp_four){*(const hqp_pair *)a, *(const hqp_pair *)(a + 2)};
+}
+static inline void hqp_store_four(double *a, hqp_four b) {
+    *(hqp_pair *)a = b.low;
+    *(hqp_pair *)(a + 2) = b.high;
+}
+static inline hqp_four hqp_plus(hqp_four a, hqp_four b) {
+    return (hqp_four){a.low + b.low, a.high + b.high};
+}
+static inline hqp_four hqp_minus(hqp_four a, hqp_four b) {
+    return (hqp_four){a.low - b.low, a.high - b.high};
+}
+static inline hqp_four hqp_product(hqp_four a, hqp_four b) {
+    return (hqp_four){a.low * b.low, a.high * b.high};
+}
+static inline hqp_four hqp_scaled(double t, hqp_four a) {
+    return (hqp_four){t * a.low, t * a.high};
+}
+static inline double hqp_total(hqp_four a) {
+    return (a.low[0] + a.low[1]) + (a.high[0] + a.high[1]);
+}
+#endif
+
+/* sum + a b */
+static inline hqp_four hqp_with_product(hqp_four sum, hqp_four a, hqp_four b) {
+    return hqp_plus(sum, hqp_product(a, b));
 }
 
 /* sum a_i b_i over [from, to), multiples of 4, aligned */
 static inline double hqp_dot(const double *a, const double *b, int from, int to) {
-    hqp_pair sum[4] = {{0.0, 0.0}, {0.0, 0.0}, {0.0, 0.0}, {0.0, 0.0}};
+    hqp_four sum = hqp_no_four(), next = sum;
     int i = from;
     for (; i + 8 <= to; i += 8) {
-        for (int k = 0; k < 4; k++) sum[k] += hqp_load(a + i + 2 * k) * hqp_load(b + i + 2 * k);
+        sum = hqp_with_product(sum, hqp_load_four(a + i), hqp_load_four(b + i));
+        next = hqp_with_product(next, hqp_load_four(a + i + 4), hqp_load_four(b + i + 4));
     }
-    if (i < to) {
-        for (int k = 0; k < 2; k++) sum[k] += hqp_load(a + i + 2 * k) * hqp_load(b + i + 2 * k);
-    }
-    const hqp_pair low = sum[0] + sum[2], high = sum[1] + sum[3];
-    return (low[0] + low[1]) + (high[0] + high[1]);
+    if (i < to) sum = hqp_with_product(sum, hqp_load_four(a + i), hqp_load_four(b + i));
+    return hqp_total(hqp_plus(sum, next));
 }
 
 /* a += t b over [from, to), multiples of 4, aligned */
 static inline void hqp_axpy(double *a, double t, const double *b, int from, int to) {
-    for (int i = from; i < to; i += 2) *(hqp_pair *)(a + i) = hqp_load(a + i) + t * hqp_load(b + i);
+    for (int i = from; i < to; i += 4)
+        hqp_store_four(a + i, hqp_plus(hqp_load_four(a + i), hqp_scaled(t, hqp_load_four(b + i))));
 }
 
 typedef double hqp_loose __attribute__((vector_size(16), aligned(8), may_alias));

@@ -18,33 +18,27 @@ static void reflect_row(const hqp_solver *s, int k, double *row) {
     hqp_axpy(row, -hqp_dot(row, v, from, to), v, from, to);
 }
 
-static double sum_of(hqp_pair low, hqp_pair high) {
-    return (low[0] + low[1]) + (high[0] + high[1]);
-}
-
 /* the same for four rows at once: the loads of v are shared and the sums do not wait for each other */
 static void reflect_four(double *const rows[4], const double *v, int from, int to) {
-    double *const a = rows[0], *const b = rows[1], *const c = rows[2], *const d = rows[3];
-    hqp_pair a0 = {0.0, 0.0}, a2 = a0, b0 = a0, b2 = a0, c0 = a0, c2 = a0, d0 = a0, d2 = a0;
+    hqp_four sum[4] = {hqp_no_four(), hqp_no_four(), hqp_no_four(), hqp_no_four()};
     for (int i = from; i < to; i += 4) {
-        const hqp_pair v0 = hqp_load(v + i), v2 = hqp_load(v + i + 2);
-        a0 += hqp_load(a + i) * v0;
-        a2 += hqp_load(a + i + 2) * v2;
-        b0 += hqp_load(b + i) * v0;
-        b2 += hqp_load(b + i + 2) * v2;
-        c0 += hqp_load(c + i) * v0;
-        c2 += hqp_load(c + i + 2) * v2;
-        d0 += hqp_load(d + i) * v0;
-        d2 += hqp_load(d + i + 2) * v2;
+        const hqp_four vi = hqp_load_four(v + i);
+        for (int r = 0; r < 4; r++) sum[r] = hqp_with_product(sum[r], hqp_load_four(rows[r] + i), vi);
     }
-    const double ta = sum_of(a0, a2), tb = sum_of(b0, b2), tc = sum_of(c0, c2), td = sum_of(d0, d2);
-    for (int i = from; i < to; i += 2) {
-        const hqp_pair vi = hqp_load(v + i);
-        *(hqp_pair *)(a + i) -= ta * vi;
-        *(hqp_pair *)(b + i) -= tb * vi;
-        *(hqp_pair *)(c + i) -= tc * vi;
-        *(hqp_pair *)(d + i) -= td * vi;
+    const double t[4] = {hqp_total(sum[0]), hqp_total(sum[1]), hqp_total(sum[2]), hqp_total(sum[3])};
+    for (int i = from; i < to; i += 4) {
+        const hqp_four vi = hqp_load_four(v + i);
+        for (int r = 0; r < 4; r++)
+            hqp_store_four(rows[r] + i, hqp_minus(hqp_load_four(rows[r] + i), hqp_scaled(t[r], vi)));
     }
+}
+
+/* Let the window of row r cover this one; returns 0, and changes nothing, where they do not meet. */
+static int widen(hqp_rows rows, int r, int from, int to) {
+    if (rows.last[r] <= from || rows.first[r] >= to) return 0;
+    if (rows.first[r] > from) rows.first[r] = from;
+    if (rows.last[r] < to) rows.last[r] = to;
+    return 1;
 }
 
 /* rows[idx] H_k; rows that do not meet the reflector's window are left alone */
@@ -53,11 +47,8 @@ static void reflect(const hqp_solver *s, int k, hqp_rows rows, const int *idx, i
     double *batch[4];
     int filled = 0;
     for (int i = 0; i < count; i++) {
-        const int r = idx[i];
-        if (rows.last[r] <= from || rows.first[r] >= to) continue;
-        if (rows.first[r] > from) rows.first[r] = from;
-        if (rows.last[r] < to) rows.last[r] = to;
-        batch[filled++] = hqp_row(s, rows, r);
+        if (!widen(rows, idx[i], from, to)) continue;
+        batch[filled++] = hqp_row(s, rows, idx[i]);
         if (filled < 4) continue;
         reflect_four(batch, hqp_row(s, s->reflector, k), from, to);
         filled = 0;
@@ -65,45 +56,76 @@ static void reflect(const hqp_solver *s, int k, hqp_rows rows, const int *idx, i
     for (int i = 0; i < filled; i++) reflect_row(s, k, batch[i]);
 }
 
-/* The sums of two pairs' lanes. */
-static hqp_pair lanes(hqp_pair a, hqp_pair b) {
-    return (hqp_pair){a[0] + a[1], b[0] + b[1]};
-}
-
-/* Reflectors k .. k + 3, of one window, as one (Schreiber, Van Loan 1989): their products with two rows at
- * once, which then lose a combination of all four. With `back` they come in the order H_{k+3} .. H_k. */
-static void reflect_two(const hqp_solver *s, int k, int back, double *a, double *b) {
+/*
+ * Reflectors k .. k + 3, of one window, as one (Schreiber, Van Loan 1989): their products with `count` rows,
+ * which then lose a combination of all four. With `back` they come in the order H_{k+3} .. H_k.
+ */
+static inline void reflect_by_four(const hqp_solver *s, int k, int back, double *const *rows,
+                                   const int count) {
     const int from = s->reflector.first[k], to = s->reflector.last[k];
     const double *const v = hqp_row(s, s->reflector, k), *const w = v + s->ld, *const y = w + s->ld,
                         *const z = y + s->ld;
     const double *const of_w = s->cross + 4 * (k + 1), *const of_y = of_w + 4, *const of_z = of_y + 4;
-    hqp_pair av = {0.0, 0.0}, aw = av, ay = av, az = av, bv = av, bw = av, by = av, bz = av;
-    for (int i = from; i < to; i += 2) {
-        const hqp_pair left = hqp_load(a + i), right = hqp_load(b + i);
-        av += left * hqp_load(v + i);
-        aw += left * hqp_load(w + i);
-        ay += left * hqp_load(y + i);
-        az += left * hqp_load(z + i);
-        bv += right * hqp_load(v + i);
-        bw += right * hqp_load(w + i);
-        by += right * hqp_load(y + i);
-        bz += right * hqp_load(z + i);
+    hqp_four sum[HQP_ROWS_AT_ONCE][4];
+    double t[HQP_ROWS_AT_ONCE][4];
+    for (int r = 0; r < count; r++) {
+        for (int j = 0; j < 4; j++) sum[r][j] = hqp_no_four();
     }
-    hqp_pair in_v = lanes(av, bv), in_w = lanes(aw, bw), in_y = lanes(ay, by), in_z = lanes(az, bz);
-    if (back) {
-        in_y -= in_z * of_z[2];
-        in_w -= in_z * of_z[1] + in_y * of_y[1];
-        in_v -= in_z * of_z[0] + in_y * of_y[0] + in_w * of_w[0];
-    } else {
-        in_w -= in_v * of_w[0];
-        in_y -= in_v * of_y[0] + in_w * of_y[1];
-        in_z -= in_v * of_z[0] + in_w * of_z[1] + in_y * of_z[2];
+    for (int i = from; i < to; i += 4) {
+        const hqp_four vi = hqp_load_four(v + i), wi = hqp_load_four(w + i);
+        const hqp_four yi = hqp_load_four(y + i), zi = hqp_load_four(z + i);
+        for (int r = 0; r < count; r++) {
+            const hqp_four a = hqp_load_four(rows[r] + i);
+            sum[r][0] = hqp_with_product(sum[r][0], a, vi);
+            sum[r][1] = hqp_with_product(sum[r][1], a, wi);
+            sum[r][2] = hqp_with_product(sum[r][2], a, yi);
+            sum[r][3] = hqp_with_product(sum[r][3], a, zi);
+        }
     }
-    for (int i = from; i < to; i += 2) {
-        const hqp_pair v0 = hqp_load(v + i), w0 = hqp_load(w + i), y0 = hqp_load(y + i), z0 = hqp_load(z + i);
-        *(hqp_pair *)(a + i) -= (in_v[0] * v0 + in_w[0] * w0) + (in_y[0] * y0 + in_z[0] * z0);
-        *(hqp_pair *)(b + i) -= (in_v[1] * v0 + in_w[1] * w0) + (in_y[1] * y0 + in_z[1] * z0);
+    for (int r = 0; r < count; r++) {
+        double *const in = t[r];
+        for (int j = 0; j < 4; j++) in[j] = hqp_total(sum[r][j]);
+        if (back) {
+            in[2] -= in[3] * of_z[2];
+            in[1] -= in[3] * of_z[1] + in[2] * of_y[1];
+            in[0] -= in[3] * of_z[0] + in[2] * of_y[0] + in[1] * of_w[0];
+        } else {
+            in[1] -= in[0] * of_w[0];
+            in[2] -= in[0] * of_y[0] + in[1] * of_y[1];
+            in[3] -= in[0] * of_z[0] + in[1] * of_z[1] + in[2] * of_z[2];
+        }
     }
+    for (int i = from; i < to; i += 4) {
+        const hqp_four vi = hqp_load_four(v + i), wi = hqp_load_four(w + i);
+        const hqp_four yi = hqp_load_four(y + i), zi = hqp_load_four(z + i);
+        for (int r = 0; r < count; r++) {
+            const double *const in = t[r];
+            const hqp_four left = hqp_plus(hqp_scaled(in[0], vi), hqp_scaled(in[1], wi));
+            const hqp_four right = hqp_plus(hqp_scaled(in[2], yi), hqp_scaled(in[3], zi));
+            hqp_store_four(rows[r] + i, hqp_minus(hqp_load_four(rows[r] + i), hqp_plus(left, right)));
+        }
+    }
+}
+
+/* The same for one row. */
+static void reflect_one(const hqp_solver *s, int k, int back, double *row) {
+    reflect_by_four(s, k, back, &row, 1);
+}
+
+/* The same for rows[idx]; those that do not meet the reflectors' window are left alone. */
+static void reflect_rows_by_four(const hqp_solver *s, int k, int back, hqp_rows rows, const int *idx,
+                                 int count) {
+    const int from = s->reflector.first[k], to = s->reflector.last[k];
+    double *batch[HQP_ROWS_AT_ONCE];
+    int filled = 0;
+    for (int i = 0; i < count; i++) {
+        if (!widen(rows, idx[i], from, to)) continue;
+        batch[filled++] = hqp_row(s, rows, idx[i]);
+        if (filled < HQP_ROWS_AT_ONCE) continue;
+        reflect_by_four(s, k, back, batch, HQP_ROWS_AT_ONCE);
+        filled = 0;
+    }
+    if (filled) reflect_one(s, k, back, batch[0]);
 }
 
 /* Whether the reflectors k .. k + 3 are all in this range and have one window. */
@@ -113,24 +135,6 @@ static int are_four(const hqp_solver *s, int k, int from, int to) {
            last[3] == last[0];
 }
 
-static void reflect_by_four(const hqp_solver *s, int k, int back, hqp_rows rows, const int *idx, int count) {
-    const int from = s->reflector.first[k], to = s->reflector.last[k];
-    double *waiting = NULL;
-    for (int i = 0; i < count; i++) {
-        const int r = idx[i];
-        if (rows.last[r] <= from || rows.first[r] >= to) continue;
-        if (rows.first[r] > from) rows.first[r] = from;
-        if (rows.last[r] < to) rows.last[r] = to;
-        if (waiting) {
-            reflect_two(s, k, back, waiting, hqp_row(s, rows, r));
-            waiting = NULL;
-        } else {
-            waiting = hqp_row(s, rows, r);
-        }
-    }
-    if (waiting) reflect_two(s, k, back, waiting, s->zeros);
-}
-
 /* rows[idx] H_from .. H_{to-1} */
 void hqp_reflect_all(const hqp_solver *s, int from, int to, hqp_rows rows, const int *idx, int count) {
     for (int k = from; k < to; k++) {
@@ -138,7 +142,7 @@ void hqp_reflect_all(const hqp_solver *s, int from, int to, hqp_rows rows, const
             reflect(s, k, rows, idx, count);
             continue;
         }
-        reflect_by_four(s, k, 0, rows, idx, count);
+        reflect_rows_by_four(s, k, 0, rows, idx, count);
         k += 3;
     }
 }
@@ -150,7 +154,7 @@ void hqp_reflect_back(const hqp_solver *s, int from, hqp_rows rows, const int *i
             reflect(s, k, rows, idx, count);
             continue;
         }
-        reflect_by_four(s, k - 3, 1, rows, idx, count);
+        reflect_rows_by_four(s, k - 3, 1, rows, idx, count);
         k -= 3;
     }
 }
@@ -159,7 +163,7 @@ void hqp_reflect_back(const hqp_solver *s, int from, hqp_rows rows, const int *i
 void hqp_reflect_row(const hqp_solver *s, int to, double *row) {
     for (int k = 0; k < to; k++) {
         if (are_four(s, k, 0, to)) {
-            reflect_two(s, k, 0, row, s->zeros);
+            reflect_one(s, k, 0, row);
             k += 3;
         } else {
             reflect_row(s, k, row);
@@ -172,7 +176,7 @@ void hqp_reflect_row_back(const hqp_solver *s, int from, double *row) {
     for (int k = from - 1; k >= 0; k--) {
         if (k >= 3 && are_four(s, k - 3, 0, from)) {
             k -= 3;
-            reflect_two(s, k, 1, row, s->zeros);
+            reflect_one(s, k, 1, row);
         } else {
             reflect_row(s, k, row);
         }

@@ -50,8 +50,12 @@ import runpy
 
 from setuptools import setup
 
+build = runpy.run_path("csrc/build.py")
 # neither has a pyproject key
-setup(cffi_modules=["csrc/build.py:hqp"], ext_modules=[runpy.run_path("csrc/build.py")["qp"]()])
+setup(
+    cffi_modules=[f"csrc/build.py:{solver}" for solver in build["SOLVERS"]],
+    ext_modules=[build["qp"]()],
+)
 """
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..binding import BindError, bind, hold, places, pointer, put
-from ._hqp import ffi, lib
+from .core import ffi, lib
 from .problem import PARTS, Array, HqpError, Level
 
 MOST_LEVELS = 256
