@@ -129,6 +129,7 @@ static void lay_out_reals(hqp_solver *s, char *arena, size_t *used) {
         {&s->path, ld * (levels + 1)},
         {&s->apart.at.x, ld},
         {&s->before.at.x, ld},
+        {&s->close.at.x, ld},
     };
     for (size_t i = 0; i < sizeof reals / sizeof *reals; i++) {
         *reals[i].at = slice(arena, used, reals[i].count * sizeof(double));
@@ -164,12 +165,15 @@ static size_t lay_out(hqp_solver *s, char *arena) {
                                    &s->apart.at.held_side,
                                    &s->bundle.side,
                                    &s->before.at.side,
-                                   &s->before.at.held_side};
+                                   &s->before.at.held_side,
+                                   &s->close.at.side,
+                                   &s->close.at.held_side};
     for (size_t i = 0; i < sizeof flags / sizeof *flags; i++) *flags[i] = slice(arena, &used, most);
     s->guess_held_at = slice(arena, &used, rows * sizeof(short));
     s->frozen_at = slice(arena, &used, rows * sizeof(short));
     s->apart.at.held_at = slice(arena, &used, rows * sizeof(short));
     s->before.at.held_at = slice(arena, &used, rows * sizeof(short));
+    s->close.at.held_at = slice(arena, &used, rows * sizeof(short));
     s->place = slice(arena, &used, (ld + 1) * sizeof(int));
     s->fixed_column = slice(arena, &used, n);
     s->fixing = slice(arena, &used, rows);
@@ -528,18 +532,14 @@ static int is_walk_proven(hqp_solver *s, hqp_status of_walk) {
     return is_proven_by_descent(s, of_walk == HQP_ITERATION_CAP ? s->levels_done : s->levels);
 }
 
-/* The second method: walk, from what the sweep found or else from the start; and again from the first level
- * without proof. */
+/* The second method: walk, from what the sweep found, of which levels before `first` are proven, or else from
+ * the start; and again from the first level without proof. */
 static hqp_status try_walk(hqp_solver *s, enum outcome of_sweep, int first) {
     hqp_status status = HQP_NOT_PROVEN;
     s->iteration_limit = s->settings.max_iterations;
-    if (of_sweep == LOST)
-        start_at(s, s->start, first);
-    else if (is_proven_by_descent(s, s->levels))
-        status = HQP_SOLVED;
-    else
-        first = s->levels_done;
-    const int attempts = hqp_any_strict(s) || s->leans >= 0 ? 1 : ATTEMPTS; /* joining levels may help */
+    if (of_sweep == LOST) start_at(s, s->start, first);
+    const int is_brief = s->is_exact || hqp_any_strict(s) || s->leans >= 0; /* there are other ways yet */
+    const int attempts = is_brief ? 1 : ATTEMPTS;
     for (int i = 0; i < attempts && status != HQP_SOLVED && status != HQP_ITERATION_CAP; i++) {
         status = walk_from(s, first);
         if (is_walk_proven(s, status))
@@ -610,21 +610,31 @@ static int is_clearly_missed(const hqp_solver *s, int level) {
     return 0;
 }
 
-/* Whether a short sweep with two levels as one, from the start, finds x, which is proven without, and misses
- * both clearly. */
+/* Whether a short sweep from the start with levels as one finds x, which is proven without. They are as many
+ * as led to a proof the last time, or else two, both of which x must miss clearly. */
 static int is_found_softened(hqp_solver *s) {
     memcpy(s->x, s->start, (size_t)s->ld * sizeof(double));
     hqp_find_values(s);
-    const int level = hqp_soften(s, LEAST_SOFTENED);
+    const int known = s->softest, level = hqp_soften(s, known ? known : LEAST_SOFTENED);
     if (level < 0) return 0;
     const int half = (s->settings.max_iterations - s->iterations) / 2, most = SOFT_GLANCE * s->n / 4;
     const enum outcome outcome = glance(s, half < most ? half : most);
     hqp_harden(s);
-    if (outcome != LOST && is_proven_softened(s, level) && is_clearly_missed(s, level) &&
-        is_clearly_missed(s, level + 1))
+    if (outcome != LOST && is_proven_softened(s, level) &&
+        (known || (is_clearly_missed(s, level) && is_clearly_missed(s, level + 1))))
         return 1;
     hqp_bring_back(s);
+    s->softest = 0;
     return 0;
+}
+
+/* The first try could not prove x: keep the best of these. */
+static void keep_close(hqp_solver *s) {
+    const size_t size = (size_t)(s->levels + 1) * sizeof(int);
+    if (!s->is_exact || memcmp(s->row0, s->first_row, size) != 0) return;
+    if (s->close.any && hqp_is_kept_better(s, s->close.at.x)) return;
+    hqp_keep(s, s->close.at);
+    s->close.any = 1;
 }
 
 /* Both methods, one after the other. */
@@ -637,10 +647,17 @@ static hqp_status try_both(hqp_solver *s, int first) {
         hqp_unfix(s); /* the walk needs the columns that the last solve had fixed */
         return try_walk(s, LOST, first);
     }
-    const enum outcome outcome = try_sweeps(s, &first);
+    enum outcome outcome = try_sweeps(s, &first);
     if (outcome == PROVEN && is_confirmed(s)) return HQP_SOLVED;
-    s->softened = outcome == LOST && is_found_softened(s);
-    return s->softened ? HQP_SOLVED : try_walk(s, outcome, first);
+    if (outcome != LOST && is_proven_here(s)) return HQP_SOLVED;
+    if (outcome == LOST || (s->softest && !s->is_lax)) {
+        s->softened = is_found_softened(s);
+        if (s->softened) return HQP_SOLVED;
+        outcome = LOST;
+    }
+    const hqp_status status = try_walk(s, outcome, outcome == LOST ? 0 : s->levels_done);
+    if (status == HQP_NOT_PROVEN) keep_close(s);
+    return status;
 }
 
 /* Whether the last level would gain a lot, were others to give way by next to nothing. */
@@ -664,10 +681,11 @@ static hqp_status try_softened(hqp_solver *s, hqp_status status) {
         const int level = hqp_soften(s, count);
         if (level < 0) continue;
         s->warm = 1;
-        try_both(s, 0);
+        const int found = try_both(s, 0) == HQP_SOLVED;
         hqp_harden(s);
         const int proven = is_proven_softened(s, level);
-        if (proven && (status != HQP_SOLVED || !hqp_is_kept_better(s))) {
+        if (found && !proven && status != HQP_SOLVED) keep_close(s);
+        if (proven && (status != HQP_SOLVED || !hqp_is_kept_better(s, s->apart.at.x))) {
             s->softest = count;
             return HQP_SOLVED;
         }
@@ -730,19 +748,26 @@ static int needs_no_joins(hqp_solver *s) {
     return 0;
 }
 
+/* No level is known to lean on a row. */
+static void forget_leaning(hqp_solver *s) {
+    s->leans = -1;
+    memset(s->then, 0, (size_t)s->levels * sizeof(double));
+}
+
+static hqp_status try_again(hqp_solver *s, int is_first) {
+    forget_leaning(s);
+    return is_first ? try_first(s, 0) : try_both(s, 0);
+}
+
 /*
- * The same; and again with levels joined, where it fails, or where a level leans on rows. Of two proven
- * answers the one with the join is kept if the level below gains by it. Where that cannot be told nothing is
- * proven. That levels are joined for want of a proof is not for the first try.
+ * What was tried ended like this: again with levels joined, where it failed, or where a level leans on rows.
+ * Of two proven answers the one with the join is kept if the level below gains by it. Where that cannot be
+ * told nothing is proven. That levels are joined for want of a proof is not for the first try.
  */
-static hqp_status try_joined(hqp_solver *s, int first) {
+static hqp_status weigh_joins(hqp_solver *s, hqp_status status) {
     int kept = 0, more = 1; /* more: no levels were joined in this solve yet */
-    for (;;) {
-        s->leans = -1;
-        memset(s->then, 0, (size_t)s->levels * sizeof(double));
-        const hqp_status status = more ? try_first(s, first) : try_both(s, first);
+    for (;; status = try_again(s, more)) {
         const int failed = s->levels_done;
-        first = 0;
         s->warm = 1;
         if (s->is_late && !kept) return status;
         if (status == HQP_SOLVED && more && needs_no_joins(s)) return status;
@@ -771,6 +796,12 @@ static hqp_status try_joined(hqp_solver *s, int first) {
     }
 }
 
+/* Both methods, and joins. */
+static hqp_status try_joined(hqp_solver *s, int first) {
+    forget_leaning(s);
+    return weigh_joins(s, try_first(s, first));
+}
+
 /* Put x, the guesses and the joins aside. */
 static void keep_start(hqp_solver *s) {
     hqp_keep(s, s->before.at);
@@ -779,12 +810,16 @@ static void keep_start(hqp_solver *s) {
     s->before.softest = s->softest;
 }
 
+static void go_to(hqp_solver *s, hqp_place at) {
+    memcpy(s->x, at.x, (size_t)s->ld * sizeof(double));
+    memcpy(s->guess_side, at.side, (size_t)s->total);
+    memcpy(s->guess_held_side, at.held_side, (size_t)s->total);
+    memcpy(s->guess_held_at, at.held_at, (size_t)s->total * sizeof(short));
+}
+
 /* Back to that. */
 static void back_to_start(hqp_solver *s) {
-    memcpy(s->x, s->before.at.x, (size_t)s->ld * sizeof(double));
-    memcpy(s->guess_side, s->before.at.side, (size_t)s->total);
-    memcpy(s->guess_held_side, s->before.at.held_side, (size_t)s->total);
-    memcpy(s->guess_held_at, s->before.at.held_at, (size_t)s->total * sizeof(short));
+    go_to(s, s->before.at);
     memcpy(s->joined, s->before.joined, (size_t)s->levels);
     hqp_join(s);
     s->warm = s->before.warm;
@@ -796,10 +831,21 @@ static hqp_status try_exact(hqp_solver *s, int first) {
     const int most = s->settings.max_iterations;
     s->settings.max_iterations = share(s, most);
     s->is_exact = 1;
+    s->close.any = 0;
     const hqp_status status = try_joined(s, first);
     s->is_exact = 0;
     s->settings.max_iterations = most;
     return status;
+}
+
+/* What that found and could not prove may be proven less exactly. */
+static hqp_status try_close(hqp_solver *s) {
+    if (!s->close.any) return HQP_NOT_PROVEN;
+    hqp_unjoin(s);
+    go_to(s, s->close.at);
+    s->warm = 1;
+    forget_leaning(s);
+    return is_proven_fitted(s) ? weigh_joins(s, HQP_SOLVED) : HQP_NOT_PROVEN;
 }
 
 /*
@@ -819,6 +865,7 @@ static hqp_status solve_from(hqp_solver *s, int first) {
     if (s->resumable < first) first = 0;
     keep_start(s);
     hqp_status status = try_exact(s, first);
+    if (status != HQP_SOLVED && try_close(s) == HQP_SOLVED) status = HQP_SOLVED;
     for (int attempt = 0, last = s->before.warm ? 3 : 2; attempt <= last; attempt++) {
         const int is_spent = attempt > 0 || s->is_late || s->iterations >= s->settings.max_iterations;
         if (status == HQP_SOLVED || (status == HQP_ITERATION_CAP && is_spent)) break;

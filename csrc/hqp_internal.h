@@ -144,6 +144,10 @@ struct hqp_solver {
     int is_rough;       /* the last proof minded no more than that only because it was one by projection */
     int is_lax;         /* no more is asked of joined levels than of others */
     int is_exact;       /* the first try: less counts as none */
+    struct {
+        hqp_place at;
+        int any;
+    } close;        /* the best x of the first try that it could not prove, and its guesses */
     double hardest; /* the largest multiplier of the last level, times the norm of its row */
     int softened;   /* x was found with two levels as one */
     int softest;    /* how many levels as one led to a proof the last time; 0: not so many */
@@ -369,7 +373,7 @@ int hqp_soften(hqp_solver *s, int count);
 void hqp_harden(hqp_solver *s);
 void hqp_keep(const hqp_solver *s, hqp_place to);
 void hqp_bring_back(hqp_solver *s);
-int hqp_is_kept_better(const hqp_solver *s);
+int hqp_is_kept_better(const hqp_solver *s, const double *kept);
 
 /* hqp_lq.c: the factorisation */
 void hqp_bring(hqp_solver *s, const int *ids, int count);

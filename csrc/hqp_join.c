@@ -378,11 +378,11 @@ void hqp_harden(hqp_solver *s) {
     s->is_lax = 0;
 }
 
-/* Whether the first level that differs is smaller at what was put aside than at x. */
-int hqp_is_kept_better(const hqp_solver *s) {
+/* Whether the first level that differs is smaller at what was kept than at x. */
+int hqp_is_kept_better(const hqp_solver *s, const double *kept_x) {
     for (int p = 0; p < s->levels; p++) {
         const double now = sqrt(2.0 * half_square(s, p));
-        const double kept = sqrt(2.0 * half_square_at(s, p, s->apart.at.x));
+        const double kept = sqrt(2.0 * half_square_at(s, p, kept_x));
         if (fabs(now - kept) > LOSS * (1.0 + fmin(now, kept))) return kept < now;
     }
     return 0;
