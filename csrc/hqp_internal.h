@@ -373,7 +373,7 @@ int hqp_soften(hqp_solver *s, int count);
 void hqp_harden(hqp_solver *s);
 void hqp_keep(const hqp_solver *s, hqp_place to);
 void hqp_bring_back(hqp_solver *s);
-int hqp_is_kept_better(const hqp_solver *s, const double *kept);
+int hqp_is_kept_better(const hqp_solver *s, const double *kept_x);
 
 /* hqp_lq.c: the factorisation */
 void hqp_bring(hqp_solver *s, const int *ids, int count);
