@@ -20,6 +20,7 @@ typedef struct hqp_rows {
 } hqp_rows;
 
 /* Levels are not joined (again) in this solve: it would cost one too much, or no proof is found for both. */
+enum { HQP_MOST_LEVELS = 256 };
 enum { PARTED = 1, UNPROVEN = 2 };
 
 /* A row that cannot act (all zero, or no bound), an equality (lb == ub), or a range. */
@@ -374,6 +375,13 @@ void hqp_harden(hqp_solver *s);
 void hqp_keep(const hqp_solver *s, hqp_place to);
 void hqp_bring_back(hqp_solver *s);
 int hqp_is_kept_better(const hqp_solver *s, const double *kept_x);
+
+/* hqp.c: all that is known of earlier solves is forgotten, and x = 0 */
+void hqp_forget(hqp_solver *s);
+
+/* hqp_tries.c: all ways, one after the other */
+int hqp_usual(int n);
+hqp_status hqp_solve_from(hqp_solver *s, int first);
 
 /* hqp_lq.c: the factorisation */
 void hqp_bring(hqp_solver *s, const int *ids, int count);

@@ -1,0 +1,481 @@
+/*
+ * What is tried, one way after the other, until x is proven: sweeps (hqp_sweep.c), walks (hqp_walk.c), both
+ * with levels as one, and joins (hqp_join.c); exactly at first, and in the end from cold.
+ */
+#include "hqp_internal.h"
+
+#include <string.h>
+
+static const double FARTHEST = 1e75;                   /* a start from which nothing can be said of slacks */
+static const double COARSER = 1000.0, COARSEST = 1e-3; /* times the rank that was asked for */
+static const double FINER = 10.0;                      /* that over this: the next try */
+enum { ATTEMPTS = 3 };                                 /* walks of the levels that are not proven */
+static const double HARD = 1e6;    /* times 1 + slack: a multiplier for which others should give way */
+static const double MISSED = 1e-5; /* times norm of row (1 + |x|): more than a small weight leaves or takes */
+static const double FAR = 1e-9;    /* rounding times |x| that may be seen in a slack */
+static const double CLOSER = 0.1;  /* times rounding, which rows are minded by where such an x is put right */
+enum { USUAL = 16, LEAST_USUAL = 128 }; /* times n, and at least: iterations that nearly all do with */
+enum { GLANCE = 16 };                   /* iterations to see whether joins are needed */
+enum { SOFT_GLANCE = 3 };               /* times n / 4: the same, to find x with two levels as one */
+enum { LEAST_SOFTENED = 2, MOST_SOFTENED = 3 }; /* levels as one on the way */
+
+/* Iterations that nearly all solves do with. */
+int hqp_usual(int n) {
+    return USUAL * n > LEAST_USUAL ? USUAL * n : LEAST_USUAL;
+}
+
+/* Level by level from `first` on. */
+static hqp_status walk_from(hqp_solver *s, int first) {
+    hqp_status status = HQP_SOLVED;
+    memset(s->forced, 0, (size_t)s->total);
+    s->levels_done = first;
+    for (int p = first; p < s->levels; p++) {
+        s->rank_at[p] = s->rank;
+        const hqp_status of_level = hqp_walk(s, p);
+        if (of_level == HQP_SOLVED && status == HQP_SOLVED) s->levels_done = p + 1;
+        if (of_level != HQP_SOLVED) status = of_level;
+        if (of_level == HQP_ITERATION_CAP) break;
+    }
+    s->rank_at[s->levels] = s->rank;
+    return status;
+}
+
+/* Take the factorisation and x to the start of level `first`. */
+static void start_at(hqp_solver *s, const double *x, int first) {
+    memcpy(s->x, x, (size_t)s->ld * sizeof(double));
+    hqp_rewind(s, first);
+}
+
+enum outcome { LOST, SETTLED, PROVEN }; /* SETTLED: x is likely, its proof is missing */
+
+/* By the multipliers at hand. */
+static int is_proven(hqp_solver *s) {
+    hqp_find_values(s);
+    return hqp_prove(s, s->levels) == s->levels;
+}
+
+/*
+ * Sweep, and prove the answer. Where that fails because rounding left too much while x was far away, or over
+ * many solves with a factorisation that was kept, one more sweep with the same sets puts it right. So it does
+ * where x is so long that rounding may be seen: rows that are broken by less than counts otherwise are
+ * brought to their bounds.
+ */
+static enum outcome sweep(hqp_solver *s, int first, int repair) {
+    s->is_rough = 0;
+    s->hardest = 0.0;
+    hqp_rewind(s, first);
+    if (!hqp_sweep(s, first, repair)) return LOST;
+    const int proven = is_proven(s);
+    const double rounding = s->settings.rounding;
+    const int is_far = rounding * s->x_norm > FAR;
+    if (proven && !s->is_lax && !is_far) return PROVEN; /* small weights cost digits, and so does a long x */
+    if (s->is_doubtful) return SETTLED;
+    memcpy(s->kept, s->x, (size_t)s->ld * sizeof(double));
+    hqp_rewind(s, 0);
+    s->polishing = 1;
+    s->settings.rounding = is_far ? CLOSER * rounding : rounding;
+    const int settled = hqp_sweep(s, 0, 0);
+    s->settings.rounding = rounding;
+    s->polishing = 0;
+    if (settled && is_proven(s)) return PROVEN;
+    if (proven || !settled) {
+        memcpy(s->x, s->kept, (size_t)s->ld * sizeof(double));
+        hqp_find_values(s);
+    }
+    return proven ? PROVEN : SETTLED;
+}
+
+/* The first method: sweep, at first with fixings taken ahead of their turn. */
+static enum outcome try_sweeps(hqp_solver *s, int *first) {
+    const int left = s->settings.max_iterations - s->iterations, limit = left - left / 8;
+    const int begin = s->iterations;
+    s->iteration_limit = begin + limit / 2;
+    *first = hqp_fix(s, *first);
+    if (s->fixed_through >= 0) {
+        const enum outcome outcome = sweep(s, *first, 1);
+        if (outcome != LOST) return outcome;
+        hqp_unfix(s);
+        memcpy(s->x, s->start, (size_t)s->ld * sizeof(double));
+        *first = 0;
+    }
+    s->iteration_limit = begin + limit;
+    return sweep(s, *first, 1);
+}
+
+/* Prove the first `count` levels by projection, with a factorisation that hqp_resolve cannot take up. */
+static int is_proven_by_descent(hqp_solver *s, int count) {
+    const int rank = hqp_rank(s), leans = s->leans;
+    const double least = s->least;
+    s->resumable = 0;
+    s->levels_done = hqp_prove_by_descent(s, count);
+    if (leans >= 0) {
+        s->leans = leans;
+        s->least = least;
+    }
+    s->rank_at[s->levels] = rank; /* with the rows that the levels hold, and of all columns */
+    return s->levels_done == s->levels;
+}
+
+static int is_confirmed(hqp_solver *s) {
+    return s->settings.rank <= s->rank_asked || hqp_confirm(s);
+}
+
+/* Whether x, where the walk ended, is proven as it is or after a sweep with the walk's sets, which puts right
+ * what rounding left. If not, s->levels_done levels are, and the next can be walked again. */
+static int is_walk_proven(hqp_solver *s, hqp_status of_walk) {
+    const int rank = hqp_rank(s);
+    memcpy(s->kept, s->x, (size_t)s->ld * sizeof(double));
+    if (of_walk == HQP_SOLVED && sweep(s, 0, 0) == PROVEN && is_confirmed(s)) return 1;
+    memcpy(s->x, s->kept, (size_t)s->ld * sizeof(double));
+    hqp_unfix(s);
+    s->rank_at[s->levels] = rank;
+    return is_proven_by_descent(s, of_walk == HQP_ITERATION_CAP ? s->levels_done : s->levels);
+}
+
+/* The second method: walk, from what the sweep found, of which levels before `first` are proven, or else from
+ * the start; and again from the first level without proof. */
+static hqp_status try_walk(hqp_solver *s, enum outcome of_sweep, int first) {
+    hqp_status status = HQP_NOT_PROVEN;
+    s->iteration_limit = s->settings.max_iterations;
+    if (of_sweep == LOST) start_at(s, s->start, first);
+    const int is_brief = s->is_exact || hqp_any_strict(s) || s->leans >= 0; /* there are other ways yet */
+    const int attempts = is_brief ? 1 : ATTEMPTS;
+    for (int i = 0; i < attempts && status != HQP_SOLVED && status != HQP_ITERATION_CAP; i++) {
+        status = walk_from(s, first);
+        if (is_walk_proven(s, status))
+            status = HQP_SOLVED;
+        else if (status == HQP_SOLVED)
+            status = HQP_NOT_PROVEN;
+        first = s->levels_done;
+    }
+    hqp_find_values(s);
+    return status;
+}
+
+/* A sweep finds what is to be held, and not what is to be fitted: rows to fit should be known for half of x.
+ */
+static int is_worth_a_sweep(const hqp_solver *s) {
+    int known = 0;
+    for (int i = s->total - 1; i >= 0 && 2 * known < s->n; i--)
+        known += s->kind[i] == HQP_EQUALITY || (s->kind[i] == HQP_RANGE && s->guess_side[i]);
+    return 2 * known >= s->n;
+}
+
+/* A sweep of so many iterations at most. */
+static enum outcome glance(hqp_solver *s, int most) {
+    const int limit = s->iterations + most;
+    s->iteration_limit = limit < s->settings.max_iterations ? limit : s->settings.max_iterations;
+    return sweep(s, 0, 1);
+}
+
+/* Whether x is proven by projection. */
+static int is_proven_here(hqp_solver *s) {
+    const int proven = is_proven_by_descent(s, s->levels);
+    hqp_find_values(s);
+    return proven;
+}
+
+/* The same as it is or, where that does not go well, moved to the minimum of the face it is on, where
+ * multipliers may have any size. */
+static int is_proven_fitted(hqp_solver *s) {
+    const int proven = is_proven_here(s);
+    if (proven && !s->is_rough) return 1;
+    const int leans = s->leans, done = s->levels_done;
+    const double least = s->least, hardest = s->hardest;
+    memcpy(s->kept, s->x, (size_t)s->ld * sizeof(double));
+    hqp_fit_face(s);
+    if (is_proven_here(s)) return 1;
+    memcpy(s->x, s->kept, (size_t)s->ld * sizeof(double));
+    hqp_find_values(s);
+    s->leans = leans;
+    s->least = least;
+    s->hardest = hardest;
+    s->levels_done = done;
+    s->is_rough = 1;
+    return proven;
+}
+
+/* The same of an x that was found with this level and the next ones as one. */
+static int is_proven_softened(hqp_solver *s, int level) {
+    const int proven = is_proven_fitted(s);
+    if (proven && s->leans >= level) s->leans = -1;
+    return proven;
+}
+
+/* The level is missed by more than a small weight leaves of it, or takes from the one before. */
+static int is_clearly_missed(const hqp_solver *s, int level) {
+    for (int i = s->first_row[level]; i < s->first_row[level + 1]; i++) {
+        if (fabs(s->lacking[i]) > MISSED * s->norm[i] * (1.0 + s->x_norm)) return 1;
+    }
+    return 0;
+}
+
+/* Whether a short sweep from the start with levels as one finds x, which is proven without. They are as many
+ * as led to a proof the last time, or else two, both of which x must miss clearly. */
+static int is_found_softened(hqp_solver *s) {
+    memcpy(s->x, s->start, (size_t)s->ld * sizeof(double));
+    hqp_find_values(s);
+    const int known = s->softest, level = hqp_soften(s, known ? known : LEAST_SOFTENED);
+    if (level < 0) return 0;
+    const int half = (s->settings.max_iterations - s->iterations) / 2, most = SOFT_GLANCE * s->n / 4;
+    const enum outcome outcome = glance(s, half < most ? half : most);
+    hqp_harden(s);
+    if (outcome != LOST && is_proven_softened(s, level) &&
+        (known || (is_clearly_missed(s, level) && is_clearly_missed(s, level + 1))))
+        return 1;
+    hqp_bring_back(s);
+    s->softest = 0;
+    return 0;
+}
+
+/* The first try could not prove x: keep the best of these. */
+static void keep_close(hqp_solver *s) {
+    const size_t size = (size_t)(s->levels + 1) * sizeof(int);
+    if (!s->is_exact || memcmp(s->row0, s->first_row, size) != 0) return;
+    if (s->close.any && hqp_is_kept_better(s, s->close.at.x)) return;
+    hqp_keep(s, s->close.at);
+    s->close.any = 1;
+}
+
+/* Both methods, one after the other. */
+static hqp_status try_both(hqp_solver *s, int first) {
+    memcpy(s->start, s->x, (size_t)s->ld * sizeof(double));
+    s->resumable = s->levels_done = s->levels;
+    s->softened = 0;
+    if (!is_worth_a_sweep(s)) {
+        if (s->fixed_through >= 0) first = 0;
+        hqp_unfix(s); /* the walk needs the columns that the last solve had fixed */
+        return try_walk(s, LOST, first);
+    }
+    enum outcome outcome = try_sweeps(s, &first);
+    if (outcome == PROVEN && is_confirmed(s)) return HQP_SOLVED;
+    if (outcome != LOST && is_proven_here(s)) return HQP_SOLVED;
+    if (outcome == LOST || (s->softest && !s->is_lax)) {
+        s->softened = is_found_softened(s);
+        if (s->softened) return HQP_SOLVED;
+        outcome = LOST;
+    }
+    const hqp_status status = try_walk(s, outcome, outcome == LOST ? 0 : s->levels_done);
+    if (status == HQP_NOT_PROVEN) keep_close(s);
+    return status;
+}
+
+/* Whether the last level would gain a lot, were others to give way by next to nothing. */
+static int is_hard(const hqp_solver *s) {
+    double squares = 0.0;
+    for (int i = s->first_row[s->levels - 1]; i < s->total; i++) squares += s->lacking[i] * s->lacking[i];
+    return s->hardest > HARD * (1.0 + sqrt(squares));
+}
+
+/*
+ * Look for x with the last two levels that have a slack as one, or the last three, which needs no large
+ * multipliers, and prove it without. The better of this and of what was found before stands. Where nothing is
+ * proven yet, what led to a proof the last time comes first: mostly the other does not.
+ */
+static hqp_status try_softened(hqp_solver *s, hqp_status status) {
+    const int leans = s->leans, begin = status != HQP_SOLVED && s->softest ? s->softest : LEAST_SOFTENED;
+    const double least = s->least;
+    s->softest = 0;
+    for (int k = 0; k < 2 && !s->is_late; k++) {
+        const int count = k == 0 ? begin : LEAST_SOFTENED + MOST_SOFTENED - begin;
+        const int level = hqp_soften(s, count);
+        if (level < 0) continue;
+        s->warm = 1;
+        const int found = try_both(s, 0) == HQP_SOLVED;
+        hqp_harden(s);
+        const int proven = is_proven_softened(s, level);
+        if (found && !proven && status != HQP_SOLVED) keep_close(s);
+        if (proven && (status != HQP_SOLVED || !hqp_is_kept_better(s, s->apart.at.x))) {
+            s->softest = count;
+            return HQP_SOLVED;
+        }
+        if (status == HQP_SOLVED) {
+            hqp_bring_back(s);
+            s->levels_done = s->levels;
+            s->leans = leans;
+            s->least = least;
+        }
+    }
+    return status;
+}
+
+/* Two thirds of the iterations, or as many as are usual. */
+static int share(const hqp_solver *s, int most) {
+    const int part = most - most / 3, enough = part > hqp_usual(s->n) ? part : hqp_usual(s->n);
+    return enough < most ? enough : most;
+}
+
+/* Both methods, with two thirds of the iterations or as many as are usual; where they find nothing that is
+ * proven well, the other way; and where they were cut short by that, on with the rest. */
+static hqp_status try_first(hqp_solver *s, int first) {
+    const int most = s->settings.max_iterations;
+    s->settings.max_iterations = share(s, most);
+    const hqp_status status = try_both(s, first);
+    s->settings.max_iterations = most;
+    if (status == HQP_SOLVED ? s->softened || (!s->is_rough && !is_hard(s))
+                             : s->is_late || s->iterations >= most)
+        return status;
+    const hqp_status softened = try_softened(s, status);
+    const int is_cut = softened == HQP_ITERATION_CAP && s->iterations < most && !s->is_late;
+    return is_cut ? try_both(s, 0) : softened;
+}
+
+/* Whether x, however it was found, is proven with no levels joined. */
+static int is_proven_apart(hqp_solver *s) {
+    if (s->is_late) return 0;
+    hqp_part(s);
+    memset(s->joined, 0, (size_t)s->levels);
+    s->is_lax = 1;
+    const int proven = is_proven_fitted(s);
+    s->is_lax = 0;
+    return proven;
+}
+
+/* x is proven with joins that an earlier solve needed. Whether it is found without them now, and no worse. */
+static int needs_no_joins(hqp_solver *s) {
+    signed char joined[HQP_MOST_LEVELS];
+    const int leans = s->leans;
+    if (!hqp_set_apart(s, joined)) return 0;
+    hqp_unfix(s); /* what was fixed was so with the joins */
+    s->leans = -1;
+    const enum outcome outcome = glance(s, GLANCE);
+    if (outcome == PROVEN ? is_confirmed(s) : outcome == SETTLED && is_proven_by_descent(s, s->levels)) {
+        if (!hqp_may_gain(s) || !hqp_is_worth_joins(s, joined)) return 1;
+    }
+    hqp_take_back(s, joined);
+    s->leans = leans;
+    s->levels_done = s->levels;
+    return 0;
+}
+
+/* No level is known to lean on a row. */
+static void forget_leaning(hqp_solver *s) {
+    s->leans = -1;
+    memset(s->then, 0, (size_t)s->levels * sizeof(double));
+}
+
+static hqp_status try_again(hqp_solver *s, int is_first) {
+    forget_leaning(s);
+    return is_first ? try_first(s, 0) : try_both(s, 0);
+}
+
+/*
+ * What was tried ended like this: again with levels joined, where it failed, or where a level leans on rows.
+ * Of two proven answers the one with the join is kept if the level below gains by it. Where that cannot be
+ * told nothing is proven. That levels are joined for want of a proof is not for the first try.
+ */
+static hqp_status weigh_joins(hqp_solver *s, hqp_status status) {
+    int kept = 0, more = 1; /* more: no levels were joined in this solve yet */
+    for (;; status = try_again(s, more)) {
+        const int failed = s->levels_done;
+        s->warm = 1;
+        if (s->is_late && !kept) return status;
+        if (status == HQP_SOLVED && more && needs_no_joins(s)) return status;
+        if (status == HQP_SOLVED && hqp_weigh(s, kept)) {
+            if (more) hqp_unjoin(s);
+            continue;
+        }
+        more = 0;
+        if (kept) return hqp_choose(s, status);
+        if (status == HQP_SOLVED) {
+            if (!hqp_may_gain(s)) return status;
+            if (s->strict[s->leans] == UNPROVEN) {
+                const int level = s->leans;
+                if (is_proven_apart(s)) return HQP_SOLVED;
+                s->levels_done = level + 1;
+                return HQP_NOT_PROVEN;
+            }
+            if (!hqp_try_join(s)) return status;
+            kept = 1;
+        } else if (s->is_exact) {
+            return status;
+        } else if (status == HQP_ITERATION_CAP ||
+                   !(hqp_join_next(s, failed - 1) || hqp_join_next(s, failed) || hqp_part_last(s))) {
+            return is_proven_apart(s) ? HQP_SOLVED : status;
+        }
+    }
+}
+
+/* What is tried first, and then joins. */
+static hqp_status try_joined(hqp_solver *s, int first) {
+    forget_leaning(s);
+    return weigh_joins(s, try_first(s, first));
+}
+
+/* Put the start of the solve aside. */
+static void keep_start(hqp_solver *s) {
+    hqp_keep(s, s->before.at);
+    memcpy(s->before.joined, s->joined, (size_t)s->levels);
+    s->before.warm = s->warm;
+    s->before.softest = s->softest;
+}
+
+static void go_to(hqp_solver *s, hqp_place at) {
+    memcpy(s->x, at.x, (size_t)s->ld * sizeof(double));
+    memcpy(s->guess_side, at.side, (size_t)s->total);
+    memcpy(s->guess_held_side, at.held_side, (size_t)s->total);
+    memcpy(s->guess_held_at, at.held_at, (size_t)s->total * sizeof(short));
+}
+
+static void back_to_start(hqp_solver *s) {
+    go_to(s, s->before.at);
+    memcpy(s->joined, s->before.joined, (size_t)s->levels);
+    hqp_join(s);
+    s->warm = s->before.warm;
+    s->softest = s->before.softest;
+}
+
+/* With two thirds of the iterations, as no proof may be that exact, or as many as are usual. */
+static hqp_status try_exact(hqp_solver *s, int first) {
+    const int most = s->settings.max_iterations;
+    s->settings.max_iterations = share(s, most);
+    s->is_exact = 1;
+    s->close.any = 0;
+    const hqp_status status = try_joined(s, first);
+    s->is_exact = 0;
+    s->settings.max_iterations = most;
+    return status;
+}
+
+/* What that found and could not prove may be proven less exactly. */
+static hqp_status try_close(hqp_solver *s) {
+    if (!s->close.any) return HQP_NOT_PROVEN;
+    hqp_unjoin(s);
+    go_to(s, s->close.at);
+    s->warm = 1;
+    forget_leaning(s);
+    return is_proven_fitted(s) ? weigh_joins(s, HQP_SOLVED) : HQP_NOT_PROVEN;
+}
+
+/*
+ * Only what is proven is solved, and exactly if that can be done: of several answers that are proven less
+ * well the start decides. Where nothing is, rows at a tiny angle may be one row but for the rounding of the
+ * data, which decides everything then: all is tried from cold with other ideas of rank, first a finer one,
+ * and at last with the first. The one that led to a proof is kept.
+ */
+hqp_status hqp_solve_from(hqp_solver *s, int first) {
+    const double rank = s->settings.rank, asked = s->rank_asked;
+    const double coarser = COARSER * asked < COARSEST ? COARSER * asked : asked / COARSER;
+    const double other = rank == asked ? coarser : asked, ranks[] = {rank, asked / FINER, other, rank};
+    s->lenience = 1.0;
+    if (!(hqp_length(s, s->x) < FARTHEST)) hqp_forget(s);
+    memset(s->strict, 0, (size_t)s->levels);
+    hqp_take_up(s);
+    if (s->resumable < first) first = 0;
+    keep_start(s);
+    hqp_status status = try_exact(s, first);
+    if (status != HQP_SOLVED && try_close(s) == HQP_SOLVED) status = HQP_SOLVED;
+    for (int attempt = 0, last = s->before.warm ? 3 : 2; attempt <= last; attempt++) {
+        const int is_spent = attempt > 0 || s->is_late || s->iterations >= s->settings.max_iterations;
+        if (status == HQP_SOLVED || (status == HQP_ITERATION_CAP && is_spent)) break;
+        if (attempt > 1 && hqp_any_strict(s)) break; /* a coarser one is not what decides there */
+        s->settings.rank = ranks[attempt];
+        hqp_unjoin(s);
+        hqp_forget(s);
+        if (attempt == 0) back_to_start(s);
+        status = try_joined(s, 0);
+    }
+    if (status != HQP_SOLVED) s->settings.rank = rank;
+    hqp_part(s);
+    return status;
+}
