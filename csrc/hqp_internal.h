@@ -7,10 +7,6 @@
 
 #include "hqp.h"
 
-/* Two doubles added lane by lane: the order of every sum is fixed by the source, not by the machine. Two are
- * what each x86-64 and ARM64 has. */
-typedef double hqp_pair __attribute__((vector_size(16), may_alias));
-
 /* Rows of `ld` doubles, 32-byte aligned, zero outside the window [first, last), whose ends are multiples
  * of 4. */
 typedef struct hqp_rows {
@@ -174,7 +170,8 @@ static inline double *hqp_row(const hqp_solver *s, hqp_rows rows, int i) {
     return rows.cell + i * s->ld;
 }
 
-/* Four doubles, added lane by lane: one vector with AVX2, else two pairs. The sums have the same order. */
+/* Four doubles added lane by lane: the order of every sum is fixed by the source, not by the machine. With
+ * AVX2 they are one vector, else two pairs, which each x86-64 and ARM64 has. */
 #ifdef __AVX2__
 typedef double hqp_four __attribute__((vector_size(32), may_alias));
 enum { HQP_ROWS_AT_ONCE = 2 };
@@ -204,6 +201,7 @@ static inline double hqp_total(hqp_four a) {
     return (a[0] + a[1]) + (a[2] + a[3]);
 }
 #else
+typedef double hqp_pair __attribute__((vector_size(16), may_alias));
 typedef struct hqp_four {
     hqp_pair low, high;
 } hqp_four;
