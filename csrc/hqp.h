@@ -101,8 +101,8 @@ hqp_status hqp_resolve(hqp_solver *s, const hqp_level *levels, int first_changed
 /* Forget the last solution and its working sets. */
 void hqp_reset(hqp_solver *s);
 
-/* The next solve starts from x [n], and from what is violated or at its bound there. Returns 0, and changes
- * nothing, where an entry is not finite. */
+/* The next solve starts from x [n], and from what is violated or at its bound there, unless x is 1e7 long or
+ * longer. Returns 0, and changes nothing, where an entry is not finite. */
 int hqp_start(hqp_solver *s, const double *x);
 
 void hqp_destroy(hqp_solver *s);

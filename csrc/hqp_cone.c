@@ -14,7 +14,6 @@
 enum { STEPS = 4 };                    /* times n + 1: rows held or released by a projection at most */
 static const double DIRECTION = 1e-10; /* times its length: what a direction may break a row by */
 static const double LARGE = 1e6;       /* a multiplier, times the norm of its row, that costs digits */
-static const double UNIT = 1.1e-16;    /* the rounding of a double */
 
 static void exchange(double **a, double **b) {
     double *const kept = *a;
@@ -52,7 +51,7 @@ static double most_held(const hqp_solver *s) {
 
 /* Length of this rest, with what the rounding of the held rows may have left of it. */
 static double length_of(const hqp_solver *s, const double *rest) {
-    return sqrt(hqp_inner(rest, rest, s->width - s->rank)) + UNIT * most_held(s);
+    return sqrt(hqp_inner(rest, rest, s->width - s->rank)) + HQP_UNIT * most_held(s);
 }
 
 /* Length of what the held rows, with multipliers >= 0, leave of the target: s->reduced. */

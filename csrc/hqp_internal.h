@@ -17,6 +17,7 @@ typedef struct hqp_rows {
 
 /* Levels are not joined (again) in this solve: it would cost one too much, or no proof is found for both. */
 enum { HQP_MOST_LEVELS = 256 };
+static const double HQP_UNIT = 1.1e-16; /* the rounding of a double */
 enum { PARTED = 1, UNPROVEN = 2 };
 
 /* A row that cannot act (all zero, or no bound), an equality (lb == ub), or a range. */

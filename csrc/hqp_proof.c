@@ -184,15 +184,18 @@ static int any_unclear(hqp_solver *s, int level, double rest) {
 /*
  * Whether what earlier levels have frozen holds the gradient, which left_by_held has put into their columns,
  * with multipliers of the right sign where a row's value is in doubt: it then is a hard row at its bound.
+ * Multipliers of which the rounding is more than what counts as none hold nothing: they are those of an
+ * earlier level, times as much as it takes to make good what was wrong in the last digit.
  */
 static int is_held_by_frozen(hqp_solver *s, int level) {
-    double *rest = s->reduced, least = INFINITY;
+    double *rest = s->reduced, least = INFINITY, most = 0.0;
     if (s->rank_at[level] > s->lines) return 0;
     for (int k = s->rank_at[level] - 1; k >= 0; k--) {
         const int id = s->column_row[k];
         const double *row = s->line + k * s->ld;
         const double multiplier = -rest[k] / row[k];
         hqp_add(rest, multiplier, row, k);
+        most = fmax(most, fabs(multiplier) * s->norm[id]);
         if (s->kind[id] != HQP_RANGE || is_certain(s, id)) continue;
         const int side = id >= s->row0[s->frozen_at[id]] ? s->guess_side[id] : s->guess_held_side[id];
         const double strength = side * multiplier * s->norm[id];
@@ -203,7 +206,7 @@ static int is_held_by_frozen(hqp_solver *s, int level) {
         s->leans = level;
         s->least = least;
     }
-    return 1;
+    return HQP_UNIT * most <= s->none[level];
 }
 
 /* x is so long that the rounding of a row hides its value: it proves nothing. s->value: row . x. */

@@ -6,7 +6,7 @@
 
 #include <string.h>
 
-static const double FARTHEST = 1e75;                   /* a start from which nothing can be said of slacks */
+static const double FARTHEST = 1e7; /* the length of a start of which the rounding hides what rows lack */
 static const double COARSER = 1000.0, COARSEST = 1e-3; /* times the rank that was asked for */
 static const double FINER = 10.0;                      /* that over this: the next try */
 enum { ATTEMPTS = 3 };                                 /* walks of the levels that are not proven */

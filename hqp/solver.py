@@ -237,8 +237,9 @@ class Solver:
     def start(self, x: Array) -> None:
         """Let the next solve start from x, and from the rows that are violated or at their bound there.
 
-        What is remembered of the last solve is forgotten. A wrong guess costs time, not accuracy. The solver
-        belongs to the thread of its next solve.
+        What is remembered of the last solve is forgotten. A wrong guess costs time, not accuracy: one of
+        length 1e7 or more, of which rounding hides what rows lack, is not used. The solver belongs to the
+        thread of its next solve.
 
         Args:
             x: (n,), finite.
