@@ -3,18 +3,18 @@
 from contextlib import suppress
 from importlib import import_module
 from types import ModuleType
-
-from . import _hqp
+from typing import Any
 
 
 def best() -> ModuleType:
     """The module for this machine, of those that were built."""
-    if _hqp.lib.hqp_has_avx2():
+    portable = import_module("._hqp", __package__)
+    if portable.lib.hqp_has_avx2():
         with suppress(ModuleNotFoundError):
             return import_module("._hqp_avx2", __package__)
-    portable: ModuleType = _hqp
     return portable
 
 
 _module = best()
-ffi, lib = _module.ffi, _module.lib
+ffi: Any = _module.ffi
+lib: Any = _module.lib
