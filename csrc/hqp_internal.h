@@ -6,6 +6,7 @@
 #include <stddef.h>
 
 #include "hqp.h"
+#include "hqp_lanes.h"
 
 /* Rows of `ld` doubles, 32-byte aligned, zero outside the window [first, last), whose ends are multiples
  * of 4. */
@@ -171,115 +172,6 @@ static inline double *hqp_row(const hqp_solver *s, hqp_rows rows, int i) {
     return rows.cell + i * s->ld;
 }
 
-/* Four doubles added lane by lane: the order of every sum is fixed by the source, not by the machine. With
- * AVX2 they are one vector, else two pairs, which each x86-64 and ARM64 has. */
-#ifdef __AVX2__
-typedef double hqp_four __attribute__((vector_size(32), may_alias));
-enum { HQP_ROWS_AT_ONCE = 2 };
-
-static inline hqp_four hqp_no_four(void) {
-    return (hqp_four){0.0, 0.0, 0.0, 0.0};
-}
-static inline hqp_four hqp_load_four(const double *a) {
-    return *(const hqp_four *)a;
-}
-static inline void hqp_store_four(double *a, hqp_four b) {
-    *(hqp_four *)a = b;
-}
-static inline hqp_four hqp_plus(hqp_four a, hqp_four b) {
-    return a + b;
-}
-static inline hqp_four hqp_minus(hqp_four a, hqp_four b) {
-    return a - b;
-}
-static inline hqp_four hqp_product(hqp_four a, hqp_four b) {
-    return a * b;
-}
-static inline hqp_four hqp_scaled(double t, hqp_four a) {
-    return t * a;
-}
-static inline double hqp_total(hqp_four a) {
-    return (a[0] + a[1]) + (a[2] + a[3]);
-}
-#else
-typedef double hqp_pair __attribute__((vector_size(16), may_alias));
-typedef struct hqp_four {
-    hqp_pair low, high;
-} hqp_four;
-enum { HQP_ROWS_AT_ONCE = 1 }; /* for two there are too few registers */
-
-static inline hqp_four hqp_no_four(void) {
-    return (hqp_four){{0.0, 0.0}, {0.0, 0.0}};
-}
-static inline hqp_four hqp_load_four(const double *a) {
-    return (hqp_four){*(const hqp_pair *)a, *(const hqp_pair *)(a + 2)};
-}
-static inline void hqp_store_four(double *a, hqp_four b) {
-    *(hqp_pair *)a = b.low;
-    *(hqp_pair *)(a + 2) = b.high;
-}
-static inline hqp_four hqp_plus(hqp_four a, hqp_four b) {
-    return (hqp_four){a.low + b.low, a.high + b.high};
-}
-static inline hqp_four hqp_minus(hqp_four a, hqp_four b) {
-    return (hqp_four){a.low - b.low, a.high - b.high};
-}
-static inline hqp_four hqp_product(hqp_four a, hqp_four b) {
-    return (hqp_four){a.low * b.low, a.high * b.high};
-}
-static inline hqp_four hqp_scaled(double t, hqp_four a) {
-    return (hqp_four){t * a.low, t * a.high};
-}
-static inline double hqp_total(hqp_four a) {
-    return (a.low[0] + a.low[1]) + (a.high[0] + a.high[1]);
-}
-#endif
-
-/* sum + a b */
-static inline hqp_four hqp_with_product(hqp_four sum, hqp_four a, hqp_four b) {
-    return hqp_plus(sum, hqp_product(a, b));
-}
-
-/* sum a_i b_i over [from, to), multiples of 4, aligned */
-static inline double hqp_dot(const double *a, const double *b, int from, int to) {
-    hqp_four sum = hqp_no_four(), next = sum;
-    int i = from;
-    for (; i + 8 <= to; i += 8) {
-        sum = hqp_with_product(sum, hqp_load_four(a + i), hqp_load_four(b + i));
-        next = hqp_with_product(next, hqp_load_four(a + i + 4), hqp_load_four(b + i + 4));
-    }
-    if (i < to) sum = hqp_with_product(sum, hqp_load_four(a + i), hqp_load_four(b + i));
-    return hqp_total(hqp_plus(sum, next));
-}
-
-/* a += t b over [from, to), multiples of 4, aligned */
-static inline void hqp_axpy(double *a, double t, const double *b, int from, int to) {
-    for (int i = from; i < to; i += 4)
-        hqp_store_four(a + i, hqp_plus(hqp_load_four(a + i), hqp_scaled(t, hqp_load_four(b + i))));
-}
-
-typedef double hqp_loose __attribute__((vector_size(16), aligned(8), may_alias));
-
-/* sum a_i b_i over [0, count), anywhere in memory */
-static inline double hqp_inner(const double *a, const double *b, int count) {
-    hqp_loose low = {0.0, 0.0}, high = {0.0, 0.0};
-    double rest = 0.0;
-    int i = 0;
-    for (; i + 4 <= count; i += 4) {
-        low += *(const hqp_loose *)(a + i) * *(const hqp_loose *)(b + i);
-        high += *(const hqp_loose *)(a + i + 2) * *(const hqp_loose *)(b + i + 2);
-    }
-    for (; i < count; i++) rest += a[i] * b[i];
-    return (low[0] + low[1]) + (high[0] + high[1]) + rest;
-}
-
-/* a += t b over [0, count), anywhere in memory */
-static inline void hqp_add(double *a, double t, const double *b, int count) {
-    int i = 0;
-    for (; i + 2 <= count; i += 2) *(hqp_loose *)(a + i) += t * *(const hqp_loose *)(b + i);
-    if (i < count) a[i] += t * b[i];
-}
-
 static inline double hqp_length(const hqp_solver *s, const double *a) {
     return sqrt(hqp_dot(a, a, 0, (int)s->ld));
 }
@@ -372,6 +264,8 @@ void hqp_take_back(hqp_solver *s, const signed char *joined);
 int hqp_soften(hqp_solver *s, int count);
 void hqp_harden(hqp_solver *s);
 void hqp_keep(const hqp_solver *s, hqp_place to);
+void hqp_go_to(hqp_solver *s, hqp_place from);
+int hqp_any_joined(const hqp_solver *s);
 void hqp_bring_back(hqp_solver *s);
 int hqp_is_kept_better(const hqp_solver *s, const double *kept_x);
 

@@ -43,7 +43,7 @@ static void scale(hqp_solver *s, int sign) {
     }
 }
 
-static int any_joined(const hqp_solver *s) {
+int hqp_any_joined(const hqp_solver *s) {
     int any = 0;
     for (int p = 0; p < s->levels; p++) any |= s->joined[p];
     return any;
@@ -59,7 +59,7 @@ int hqp_any_strict(const hqp_solver *s) {
 /* Number rows with the levels that are joined as one. */
 void hqp_join(hqp_solver *s) {
     memcpy(s->row0, s->first_row, (size_t)(s->levels + 1) * sizeof(int));
-    if (!any_joined(s)) return;
+    if (!hqp_any_joined(s)) return;
     scale(s, 1);
     for (int p = s->levels - 2; p >= 0; p--) {
         if (s->joined[p]) s->row0[p + 1] = s->row0[p + 2];
@@ -79,7 +79,7 @@ void hqp_take_up(hqp_solver *s) {
 /* The caller's levels again, with values and slacks. */
 void hqp_part(hqp_solver *s) {
     memcpy(s->row0, s->first_row, (size_t)(s->levels + 1) * sizeof(int));
-    if (!any_joined(s)) return;
+    if (!hqp_any_joined(s)) return;
     scale(s, -1);
     hqp_find_values(s);
     s->resumable = 0;
@@ -256,7 +256,15 @@ void hqp_keep(const hqp_solver *s, hqp_place to) {
     memcpy(to.held_at, s->guess_held_at, (size_t)s->total * sizeof(short));
 }
 
-/* The same for no join of one level. */
+/* Go to what was put aside there. */
+void hqp_go_to(hqp_solver *s, hqp_place from) {
+    memcpy(s->x, from.x, (size_t)s->ld * sizeof(double));
+    memcpy(s->guess_side, from.side, (size_t)s->total);
+    memcpy(s->guess_held_side, from.held_side, (size_t)s->total);
+    memcpy(s->guess_held_at, from.held_at, (size_t)s->total * sizeof(short));
+}
+
+/* Put them aside for no join of one level. */
 static void keep(hqp_solver *s) {
     s->apart.level = -1;
     hqp_keep(s, s->apart.at);
@@ -329,7 +337,7 @@ hqp_status hqp_choose(hqp_solver *s, hqp_status status) {
 /* x is proven with the joins of an earlier solve: put it aside, and part the levels. Returns whether any were
  * joined. */
 int hqp_set_apart(hqp_solver *s, signed char *joined) {
-    if (!any_joined(s)) return 0;
+    if (!hqp_any_joined(s)) return 0;
     memcpy(joined, s->joined, (size_t)s->levels);
     keep(s);
     hqp_part(s);
@@ -359,7 +367,7 @@ void hqp_take_back(hqp_solver *s, const signed char *joined) {
 int hqp_soften(hqp_solver *s, int count) {
     int level = s->levels, run = 0;
     while (level > 0 && run < count) run = hqp_has_slack(s, --level) ? run + 1 : 0;
-    if (run < count || any_joined(s)) return -1;
+    if (run < count || hqp_any_joined(s)) return -1;
     keep(s);
     for (int q = 1; q < count; q++) s->joined[level + q - 1] = (signed char)(q * LEAST);
     for (int i = 0; i < s->first_row[level + count - 1]; i++) {

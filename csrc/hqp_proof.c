@@ -202,11 +202,12 @@ static int is_held_by_frozen(hqp_solver *s, int level) {
         if (!(strength >= -s->none[level] && hqp_touches(s, id, side))) return 0;
         if (strength > s->none[level] && strength < least) least = strength;
     }
+    if (!(HQP_UNIT * most <= s->none[level])) return 0;
     if (s->leans < 0 && least < s->little[level] && !hqp_is_last(s, level)) {
         s->leans = level;
         s->least = least;
     }
-    return HQP_UNIT * most <= s->none[level];
+    return 1;
 }
 
 /* x is so long that the rounding of a row hides its value: it proves nothing. s->value: row . x. */

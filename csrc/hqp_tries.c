@@ -230,8 +230,7 @@ static int is_found_softened(hqp_solver *s) {
 
 /* The first try could not prove x: keep the best of these. */
 static void keep_close(hqp_solver *s) {
-    const size_t size = (size_t)(s->levels + 1) * sizeof(int);
-    if (!s->is_exact || memcmp(s->row0, s->first_row, size) != 0) return;
+    if (!s->is_exact || hqp_any_joined(s)) return;
     if (s->close.any && hqp_is_kept_better(s, s->close.at.x)) return;
     hqp_keep(s, s->close.at);
     s->close.any = 1;
@@ -410,15 +409,9 @@ static void keep_start(hqp_solver *s) {
     s->before.softest = s->softest;
 }
 
-static void go_to(hqp_solver *s, hqp_place at) {
-    memcpy(s->x, at.x, (size_t)s->ld * sizeof(double));
-    memcpy(s->guess_side, at.side, (size_t)s->total);
-    memcpy(s->guess_held_side, at.held_side, (size_t)s->total);
-    memcpy(s->guess_held_at, at.held_at, (size_t)s->total * sizeof(short));
-}
-
+/* Back to that. */
 static void back_to_start(hqp_solver *s) {
-    go_to(s, s->before.at);
+    hqp_go_to(s, s->before.at);
     memcpy(s->joined, s->before.joined, (size_t)s->levels);
     hqp_join(s);
     s->warm = s->before.warm;
@@ -439,9 +432,9 @@ static hqp_status try_exact(hqp_solver *s, int first) {
 
 /* What that found and could not prove may be proven less exactly. */
 static hqp_status try_close(hqp_solver *s) {
-    if (!s->close.any) return HQP_NOT_PROVEN;
+    if (!s->close.any || s->is_late) return HQP_NOT_PROVEN;
     hqp_unjoin(s);
-    go_to(s, s->close.at);
+    hqp_go_to(s, s->close.at);
     s->warm = 1;
     forget_leaning(s);
     return is_proven_fitted(s) ? weigh_joins(s, HQP_SOLVED) : HQP_NOT_PROVEN;
