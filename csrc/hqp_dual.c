@@ -64,14 +64,6 @@ static void reduce_column(hqp_solver *s, int c, double norm) {
     }
 }
 
-static void swap_rows(double *a, double *b, int count) {
-    for (int i = 0; i < count; i++) {
-        const double kept = a[i];
-        a[i] = b[i];
-        b[i] = kept;
-    }
-}
-
 static double square_below(const hqp_solver *s, int c, int from) {
     double sum = 0.0;
     for (int i = from; i < s->fit_count; i++) {
@@ -100,7 +92,7 @@ static void pivot_column(hqp_solver *s, int c) {
         row[c] = row[best];
         row[best] = kept;
     }
-    swap_rows(hqp_row(s, s->direction, c), hqp_row(s, s->direction, best), (int)s->ld);
+    hqp_swap_rows(hqp_row(s, s->direction, c), hqp_row(s, s->direction, best), (int)s->ld);
 }
 
 /* Householder QR of fit_rows, rhs to Q^T rhs. Returns 0 where its columns are not clearly independent. */

@@ -172,6 +172,14 @@ static inline double *hqp_row(const hqp_solver *s, hqp_rows rows, int i) {
     return rows.cell + i * s->ld;
 }
 
+static inline void hqp_swap_rows(double *a, double *b, int count) {
+    for (int i = 0; i < count; i++) {
+        const double kept = a[i];
+        a[i] = b[i];
+        b[i] = kept;
+    }
+}
+
 static inline double hqp_length(const hqp_solver *s, const double *a) {
     return sqrt(hqp_dot(a, a, 0, (int)s->ld));
 }
@@ -256,7 +264,7 @@ int hqp_may_gain(hqp_solver *s);
 int hqp_try_join(hqp_solver *s);
 hqp_status hqp_choose(hqp_solver *s, hqp_status status);
 int hqp_join_next(hqp_solver *s, int level);
-void hqp_take_up(hqp_solver *s);
+void hqp_take_up(hqp_solver *s, const signed char *joined, int smaller);
 int hqp_weigh(hqp_solver *s, int kept);
 int hqp_set_apart(hqp_solver *s, signed char *joined);
 int hqp_is_worth_joins(const hqp_solver *s, const signed char *joined);

@@ -67,12 +67,10 @@ void hqp_join(hqp_solver *s) {
     s->resumable = 0;
 }
 
-/* Take up the joins of the solve before that have the largest weight. A smaller one is found from there, as
- * more than one may be right by its own answer. */
-void hqp_take_up(hqp_solver *s) {
-    for (int p = 0; p < s->levels; p++) {
-        if (s->joined[p] > LEAST) s->joined[p] = 0;
-    }
+/* Take up the joins of the solve before that had the largest weight, and with that weight those that had a
+ * `smaller` one: it is found from there, as more than one may be right by its own answer. */
+void hqp_take_up(hqp_solver *s, const signed char *joined, int smaller) {
+    for (int p = 0; p < s->levels; p++) s->joined[p] = joined[p] <= LEAST ? joined[p] : smaller ? LEAST : 0;
     hqp_join(s);
 }
 

@@ -175,24 +175,41 @@ static int is_proven_here(hqp_solver *s) {
     return proven;
 }
 
-/* The same as it is or, where that does not go well, moved to the minimum of the face it is on, where
- * multipliers may have any size. */
+/* What a proof says of x. */
+typedef struct verdict {
+    int is_rough, leans, levels_done;
+    double least, hardest;
+} verdict;
+
+static verdict get_verdict(const hqp_solver *s) {
+    return (verdict){s->is_rough, s->leans, s->levels_done, s->least, s->hardest};
+}
+
+static void set_verdict(hqp_solver *s, verdict of) {
+    s->is_rough = of.is_rough;
+    s->leans = of.leans;
+    s->levels_done = of.levels_done;
+    s->least = of.least;
+    s->hardest = of.hardest;
+}
+
+/* The same at the minimum of the face that x is on, where multipliers may have any size or, where that does
+ * not go well, where x is. */
 static int is_proven_fitted(hqp_solver *s) {
-    const int proven = is_proven_here(s);
-    if (proven && !s->is_rough) return 1;
-    const int leans = s->leans, done = s->levels_done;
-    const double least = s->least, hardest = s->hardest;
+    const verdict before = get_verdict(s);
     memcpy(s->kept, s->x, (size_t)s->ld * sizeof(double));
     hqp_fit_face(s);
-    if (is_proven_here(s)) return 1;
+    const int is_fitted = is_proven_here(s);
+    if (is_fitted && !s->is_rough) return 1;
+    const verdict fitted = get_verdict(s);
+    hqp_swap_rows(s->x, s->kept, (int)s->ld);
+    set_verdict(s, before);
+    const int is_proven = is_proven_here(s);
+    if (!is_fitted || (is_proven && !s->is_rough)) return is_proven;
     memcpy(s->x, s->kept, (size_t)s->ld * sizeof(double));
     hqp_find_values(s);
-    s->leans = leans;
-    s->least = least;
-    s->hardest = hardest;
-    s->levels_done = done;
-    s->is_rough = 1;
-    return proven;
+    set_verdict(s, fitted);
+    return 1;
 }
 
 /* The same of an x that was found with this level and the next ones as one. */
@@ -361,7 +378,8 @@ static hqp_status try_again(hqp_solver *s, int is_first) {
 /*
  * What was tried ended like this: again with levels joined, where it failed, or where a level leans on rows.
  * Of two proven answers the one with the join is kept if the level below gains by it. Where that cannot be
- * told nothing is proven. That levels are joined for want of a proof is not for the first try.
+ * told nothing is proven. That levels are joined for want of a proof, or by a smaller weight than in the
+ * solve before, is not for the first try.
  */
 static hqp_status weigh_joins(hqp_solver *s, hqp_status status) {
     int kept = 0, more = 1; /* more: no levels were joined in this solve yet */
@@ -371,7 +389,7 @@ static hqp_status weigh_joins(hqp_solver *s, hqp_status status) {
         if (s->is_late && !kept) return status;
         if (status == HQP_SOLVED && more && needs_no_joins(s)) return status;
         if (status == HQP_SOLVED && hqp_weigh(s, kept)) {
-            if (more) hqp_unjoin(s);
+            if (more && s->is_exact) hqp_unjoin(s);
             continue;
         }
         more = 0;
@@ -412,8 +430,7 @@ static void keep_start(hqp_solver *s) {
 /* Back to that. */
 static void back_to_start(hqp_solver *s) {
     hqp_go_to(s, s->before.at);
-    memcpy(s->joined, s->before.joined, (size_t)s->levels);
-    hqp_join(s);
+    hqp_take_up(s, s->before.joined, 1);
     s->warm = s->before.warm;
     s->softest = s->before.softest;
 }
@@ -453,9 +470,9 @@ hqp_status hqp_solve_from(hqp_solver *s, int first) {
     s->lenience = 1.0;
     if (!(hqp_length(s, s->x) < FARTHEST)) hqp_forget(s);
     memset(s->strict, 0, (size_t)s->levels);
-    hqp_take_up(s);
-    if (s->resumable < first) first = 0;
     keep_start(s);
+    hqp_take_up(s, s->before.joined, 0);
+    if (s->resumable < first) first = 0;
     hqp_status status = try_exact(s, first);
     if (status != HQP_SOLVED && try_close(s) == HQP_SOLVED) status = HQP_SOLVED;
     for (int attempt = 0, last = s->before.warm ? 3 : 2; attempt <= last; attempt++) {

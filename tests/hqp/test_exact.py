@@ -110,6 +110,20 @@ def test_what_cannot_be_proven_exactly_is_not_looked_for_again():
     assert solution.iterations < 400
 
 
+def test_a_join_by_a_small_weight_leads_to_the_next_answer():
+    """Level 7 and 8 are proven as one, by 2^-32, and not apart: the second tick begins with that, once the first
+    try has found no better."""
+    ticks = recorded("contact_streak")
+    solver = solver_of(ticks[0])
+    for levels in ticks:
+        warm, cold = solver.solve(levels), solve(levels)
+        assert warm.status is cold.status is Status.SOLVED
+        assert certificate(levels, warm.x).max() < 1e-6
+        norms = [slack_norms(levels, solution.x) for solution in (warm, cold)]
+        np.testing.assert_allclose(*norms, rtol=1e-6, atol=1e-9)
+    assert warm.iterations < 150 < cold.iterations
+
+
 def test_multipliers_that_are_all_rounding_prove_nothing():
     """Level 7 meets its own equation to the last digit: times 5e12 that passed for what holds level 8."""
     ticks = recorded("contact_vain")
