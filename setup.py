@@ -1,10 +1,13 @@
+import runpy
+
 from setuptools import setup
 
+build = runpy.run_path("csrc/build.py")
 # cffi and scripts have no pyproject key
 setup(
     scripts=["deploy/hapticd"],
     cffi_modules=[
-        "csrc/build.py:bench",
+        *(f"csrc/build.py:{floor}" for floor in build["FLOORS"]),
         "csrc/build.py:control",
         "csrc/build.py:devices",
         "csrc/build.py:link",

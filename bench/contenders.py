@@ -12,10 +12,11 @@ from numpy.typing import NDArray
 from ..binding import pointer
 from ..hqp import Level, Solver
 from ..hqp.certificate import activity
-from ._floor import ffi, lib
+from ..hqp.core import best
 from .recorded import Recording
 
 Array = NDArray[np.float64]
+_floor = best("._floor", __package__)
 
 
 class Answer(NamedTuple):
@@ -60,7 +61,7 @@ class Floor:
         self.n = ours.solver.n
         self.problems = [_active(levels, ours.solve(tick, levels).x) for tick, levels in recording.replay()]
         most = max(len(target) for _, _, target in self.problems)
-        self.work = ffi.new("double[]", lib.floor_work(self.n, most))
+        self.work = _floor.ffi.new("double[]", _floor.lib.floor_work(self.n, most))
         self.x = np.zeros(self.n)
         self._x = pointer(self.x, "double", self.n)
 
@@ -73,7 +74,7 @@ class Floor:
             pointer(target, "const double", None),
         )
         start = time.perf_counter_ns()
-        lib.floor_solve(self.n, len(levels), *problem, self.work, self._x)
+        _floor.lib.floor_solve(self.n, len(levels), *problem, self.work, self._x)
         us = 1e-3 * (time.perf_counter_ns() - start)
         return Answer(us, self.x.copy(), 1, True)
 

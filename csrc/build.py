@@ -98,7 +98,8 @@ HIERARCHIES = [path.name for path in sorted(HERE.glob("hqp*.c")) if path.name no
 HEADERS = ["hqp.h", "hqp_machine.h"]
 hqp = partial(module, "hapticd.hqp._hqp", HEADERS, HIERARCHIES, FAST_AND_SMALL)
 hqp_avx2 = partial(module, "hapticd.hqp._hqp_avx2", HEADERS, HIERARCHIES, (*FAST_AND_SMALL, "-mavx2"))
-SOLVERS = ["hqp", "hqp_avx2"] if platform.machine() in {"x86_64", "AMD64"} else ["hqp"]
+MAY_HAVE_AVX2 = platform.machine() in {"x86_64", "AMD64"}
+SOLVERS = ["hqp", "hqp_avx2"] if MAY_HAVE_AVX2 else ["hqp"]
 """What is built of the solver of hierarchies; of two, hqp/core.py takes the one that suits the machine."""
 
 
@@ -143,3 +144,6 @@ plant = partial(
     shared=DEVICES,
 )
 bench = partial(module, "hapticd.bench._floor", ["floor.h"], ["floor.c"], ("-O3",))
+bench_avx2 = partial(module, "hapticd.bench._floor_avx2", ["floor.h"], ["floor.c"], ("-O3", "-mavx2"))
+FLOORS = ["bench", "bench_avx2"] if MAY_HAVE_AVX2 else ["bench"]
+"""The same of the floor that the benchmark compares the solver with."""

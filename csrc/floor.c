@@ -1,23 +1,22 @@
 /*
  * Householder reflectors from the right, row by row, each applied to all rows that follow: [rows] Q = [L 0]
  * (Golub, Van Loan, Matrix Computations, section 5.2). A level whose rows depend on each other is folded from
- * the left. No zero is skipped and no structure looked for.
+ * the left. No zero is skipped and no structure looked for. The inner loops are the solver's.
  */
 #include "floor.h"
+
+#include "hqp_lanes.h"
 
 #include <math.h>
 #include <stddef.h>
 #include <stdint.h>
 #include <string.h>
 
-typedef double pair __attribute__((vector_size(16), may_alias));
-
 static const double RANK = 1e-9; /* a row is dependent when less than this part of its norm is left */
 
-/* Rows of `ld` doubles, 16-byte aligned, zero behind the first n. */
+/* Rows of `ld` doubles, a multiple of 4, aligned to 4 of them, zero behind the first n. */
 typedef struct factors {
-    int n, top;
-    ptrdiff_t ld;
+    int n, top, ld;
     double *row;        /* [total] the active rows times H_0 .. H_{top-1} */
     double *reflector;  /* [n] v_k, with H_k = I - v_k v_k^T */
     double *z;          /* [ld] Q^T x */
@@ -26,83 +25,52 @@ typedef struct factors {
     int *kept;          /* [total] the level's rows with a part in its columns */
 } factors;
 
-static int ceil2(int i) {
-    return (i + 1) & ~1;
+static int ceil4(int i) {
+    return (i + 3) & ~3;
 }
 
 int floor_work(int n, int total) {
-    const int ld = ceil2(n);
-    return 2 + total * ld + n * ld + ld + 3 * ceil2(total) + total * (n + 1);
+    const int ld = ceil4(n);
+    return 4 + total * ld + n * ld + ld + 3 * ceil4(total) + total * (n + 1);
 }
 
 static factors lay_out(int n, int total, double *work) {
-    factors f = {.n = n, .ld = ceil2(n)};
-    double *at = (double *)(((uintptr_t)work + 15) & ~(uintptr_t)15);
+    factors f = {.n = n, .ld = ceil4(n)};
+    double *at = (double *)(((uintptr_t)work + 31) & ~(uintptr_t)31);
     f.row = at;
     f.reflector = f.row + total * f.ld;
     f.z = f.reflector + n * f.ld;
     f.rhs = f.z + f.ld;
-    f.norm = f.rhs + ceil2(total);
-    f.kept = (int *)(void *)(f.norm + ceil2(total));
-    f.small = f.norm + 2 * ceil2(total);
+    f.norm = f.rhs + ceil4(total);
+    f.kept = (int *)(void *)(f.norm + ceil4(total));
+    f.small = f.norm + 2 * ceil4(total);
     return f;
 }
 
-static double dot(const double *a, const double *b, ptrdiff_t from, ptrdiff_t to) {
-    pair even = {0.0, 0.0}, odd = {0.0, 0.0};
-    ptrdiff_t i = from;
-    for (; i + 4 <= to; i += 4) {
-        even += *(const pair *)(a + i) * *(const pair *)(b + i);
-        odd += *(const pair *)(a + i + 2) * *(const pair *)(b + i + 2);
-    }
-    if (i < to) even += *(const pair *)(a + i) * *(const pair *)(b + i);
-    even += odd;
-    return even[0] + even[1];
-}
-
-/* rows[0 .. 4) H, columns from .. ld */
-static void reflect_four(double *restrict a, ptrdiff_t ld, const double *restrict v, ptrdiff_t from) {
-    double *restrict b = a + ld, *restrict c = b + ld, *restrict d = c + ld;
-    pair p = {0.0, 0.0}, q = p, r = p, s = p;
-    for (ptrdiff_t i = from; i < ld; i += 2) {
-        const pair vi = *(const pair *)(v + i);
-        p += *(const pair *)(a + i) * vi;
-        q += *(const pair *)(b + i) * vi;
-        r += *(const pair *)(c + i) * vi;
-        s += *(const pair *)(d + i) * vi;
-    }
-    const pair tp = {p[0] + p[1], p[0] + p[1]}, tq = {q[0] + q[1], q[0] + q[1]};
-    const pair tr = {r[0] + r[1], r[0] + r[1]}, ts = {s[0] + s[1], s[0] + s[1]};
-    for (ptrdiff_t i = from; i < ld; i += 2) {
-        const pair vi = *(const pair *)(v + i);
-        *(pair *)(a + i) -= tp * vi;
-        *(pair *)(b + i) -= tq * vi;
-        *(pair *)(c + i) -= tr * vi;
-        *(pair *)(d + i) -= ts * vi;
-    }
-}
-
-static void reflect(double *row, const double *v, ptrdiff_t from, ptrdiff_t ld) {
-    const double t = dot(row, v, from, ld);
-    for (ptrdiff_t i = from; i < ld; i += 2) *(pair *)(row + i) -= t * *(const pair *)(v + i);
+/* row H, columns from .. ld */
+static void reflect(double *row, const double *v, int from, int ld) {
+    hqp_axpy(row, -hqp_dot(row, v, from, ld), v, from, ld);
 }
 
 /* Row i gives the next reflector, which is applied to rows i + 1 .. total; 0: it depends on those before. */
 static int take_row(factors *f, int i, int total) {
     double *row = f->row + i * f->ld, *v = f->reflector + f->top * f->ld;
-    const int top = f->top, from = top & ~1;
+    const int top = f->top, from = top & ~3;
     memcpy(v + from, row + from, (size_t)(f->ld - from) * sizeof(double));
-    if (from < top) v[from] = 0.0;
-    const double left = sqrt(dot(v, v, from, f->ld));
+    for (int k = from; k < top; k++) v[k] = 0.0;
+    const double left = sqrt(hqp_dot(v, v, from, f->ld));
     if (!(left > RANK * f->norm[i])) return 0;
     const double head = row[top], signed_left = head < 0.0 ? -left : left;
     const double scale = 1.0 / sqrt(left * (left + fabs(head)));
     v[top] += signed_left;
-    for (ptrdiff_t k = from; k < f->ld; k += 2) *(pair *)(v + k) *= scale;
+    for (int k = top; k < f->ld; k++) v[k] *= scale;
     row[top] = -signed_left;
     memset(row + top + 1, 0, (size_t)(f->ld - top - 1) * sizeof(double));
     int r = i + 1;
-    for (; r + 4 <= total; r += 4) reflect_four(f->row + r * f->ld, f->ld, v, from);
+    for (; r + 4 <= total; r += 4) {
+        double *at = f->row + r * f->ld, *const rows[4] = {at, at + f->ld, at + 2 * f->ld, at + 3 * f->ld};
+        hqp_reflect_four(rows, v, from, f->ld);
+    }
     for (; r < total; r++) reflect(f->row + r * f->ld, v, from, f->ld);
     f->top++;
     return 1;
@@ -144,13 +112,13 @@ static void solve_level(factors *f, int first, int end, int from) {
     }
     for (int r = 0; r < count && count == width; r++) {
         const double *row = f->row + f->kept[r] * f->ld;
-        f->z[from + r] = (f->rhs[f->kept[r]] - dot(row, f->z, 0, ceil2(from + r))) / row[from + r];
+        f->z[from + r] = (f->rhs[f->kept[r]] - hqp_inner(row, f->z, from + r)) / row[from + r];
     }
     if (count == width) return;
     for (int r = 0; r < count; r++) {
         const double *row = f->row + f->kept[r] * f->ld;
         double *to = f->small + r * (width + 1);
-        to[width] = f->rhs[f->kept[r]] - dot(row, f->z, 0, ceil2(from));
+        to[width] = f->rhs[f->kept[r]] - hqp_inner(row, f->z, from);
         memcpy(to, row + from, (size_t)width * sizeof(double));
     }
     least_squares(f->small, count, width, f->z + from);
@@ -165,7 +133,7 @@ int floor_solve(int n, int levels, const int *rows, const double *active, const 
         double *row = f.row + i * f.ld;
         memcpy(row, active + (ptrdiff_t)i * n, (size_t)n * sizeof(double));
         for (int k = n; k < f.ld; k++) row[k] = 0.0;
-        f.norm[i] = sqrt(dot(row, row, 0, f.ld));
+        f.norm[i] = sqrt(hqp_dot(row, row, 0, f.ld));
         f.rhs[i] = target[i];
     }
     memset(f.z, 0, (size_t)f.ld * sizeof(double));
@@ -174,7 +142,7 @@ int floor_solve(int n, int levels, const int *rows, const double *active, const 
         for (int i = first; i < end && f.top < n; i++) take_row(&f, i, total);
         if (f.top > from) solve_level(&f, first, end, from);
     }
-    for (int k = f.top - 1; k >= 0; k--) reflect(f.z, f.reflector + k * f.ld, k & ~1, f.ld);
+    for (int k = f.top - 1; k >= 0; k--) reflect(f.z, f.reflector + k * f.ld, k & ~3, f.ld);
     memcpy(x, f.z, (size_t)n * sizeof(double));
     return f.top;
 }

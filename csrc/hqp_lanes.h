@@ -89,6 +89,22 @@ static inline void hqp_axpy(double *a, double t, const double *b, int from, int 
         hqp_store_four(a + i, hqp_plus(hqp_load_four(a + i), hqp_scaled(t, hqp_load_four(b + i))));
 }
 
+/* row -= (row . v) v over [from, to) for four rows at once: the loads of v are shared and the sums do not
+ * wait for each other */
+static inline void hqp_reflect_four(double *const rows[4], const double *v, int from, int to) {
+    hqp_four sum[4] = {hqp_no_four(), hqp_no_four(), hqp_no_four(), hqp_no_four()};
+    for (int i = from; i < to; i += 4) {
+        const hqp_four vi = hqp_load_four(v + i);
+        for (int r = 0; r < 4; r++) sum[r] = hqp_with_product(sum[r], hqp_load_four(rows[r] + i), vi);
+    }
+    const double t[4] = {hqp_total(sum[0]), hqp_total(sum[1]), hqp_total(sum[2]), hqp_total(sum[3])};
+    for (int i = from; i < to; i += 4) {
+        const hqp_four vi = hqp_load_four(v + i);
+        for (int r = 0; r < 4; r++)
+            hqp_store_four(rows[r] + i, hqp_minus(hqp_load_four(rows[r] + i), hqp_scaled(t[r], vi)));
+    }
+}
+
 typedef double hqp_loose __attribute__((vector_size(16), aligned(8), may_alias));
 
 /* sum a_i b_i over [0, count), anywhere in memory */

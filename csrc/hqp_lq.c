@@ -18,21 +18,6 @@ static void reflect_row(const hqp_solver *s, int k, double *row) {
     hqp_axpy(row, -hqp_dot(row, v, from, to), v, from, to);
 }
 
-/* the same for four rows at once: the loads of v are shared and the sums do not wait for each other */
-static void reflect_four(double *const rows[4], const double *v, int from, int to) {
-    hqp_four sum[4] = {hqp_no_four(), hqp_no_four(), hqp_no_four(), hqp_no_four()};
-    for (int i = from; i < to; i += 4) {
-        const hqp_four vi = hqp_load_four(v + i);
-        for (int r = 0; r < 4; r++) sum[r] = hqp_with_product(sum[r], hqp_load_four(rows[r] + i), vi);
-    }
-    const double t[4] = {hqp_total(sum[0]), hqp_total(sum[1]), hqp_total(sum[2]), hqp_total(sum[3])};
-    for (int i = from; i < to; i += 4) {
-        const hqp_four vi = hqp_load_four(v + i);
-        for (int r = 0; r < 4; r++)
-            hqp_store_four(rows[r] + i, hqp_minus(hqp_load_four(rows[r] + i), hqp_scaled(t[r], vi)));
-    }
-}
-
 /* Let the window of row r cover this one; returns 0, and changes nothing, where they do not meet. */
 static int widen(hqp_rows rows, int r, int from, int to) {
     if (rows.last[r] <= from || rows.first[r] >= to) return 0;
@@ -50,7 +35,7 @@ static void reflect(const hqp_solver *s, int k, hqp_rows rows, const int *idx, i
         if (!widen(rows, idx[i], from, to)) continue;
         batch[filled++] = hqp_row(s, rows, idx[i]);
         if (filled < 4) continue;
-        reflect_four(batch, hqp_row(s, s->reflector, k), from, to);
+        hqp_reflect_four(batch, hqp_row(s, s->reflector, k), from, to);
         filled = 0;
     }
     for (int i = 0; i < filled; i++) reflect_row(s, k, batch[i]);

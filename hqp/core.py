@@ -5,16 +5,17 @@ from importlib import import_module
 from types import ModuleType
 from typing import Any
 
+_portable = import_module("._hqp", __package__)
 
-def best() -> ModuleType:
-    """The module for this machine, of those that were built."""
-    portable = import_module("._hqp", __package__)
-    if portable.lib.hqp_has_avx2():
+
+def best(name: str, package: str | None) -> ModuleType:
+    """The module of this name in the build for this machine, of those that were built."""
+    if _portable.lib.hqp_has_avx2():
         with suppress(ModuleNotFoundError):
-            return import_module("._hqp_avx2", __package__)
-    return portable
+            return import_module(f"{name}_avx2", package)
+    return import_module(name, package)
 
 
-_module = best()
+_module = best("._hqp", __package__)
 ffi: Any = _module.ffi
 lib: Any = _module.lib

@@ -3,8 +3,10 @@
 import json
 from collections.abc import Callable
 from dataclasses import replace
+from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
+from types import ModuleType
 
 import numpy as np
 import pytest
@@ -14,6 +16,7 @@ from hapticd.bench.figures import count_wrong, summary
 from hapticd.bench.recorded import Recording, load, shipped
 from hapticd.binding import pointer
 from hapticd.hqp.certificate import slack_norms
+from hapticd.hqp.core import best
 from hapticd.runtime.command_line.cli import main
 
 CYCLING = shipped()[3]
@@ -134,9 +137,11 @@ def null_space_cascade(counts: list[int], rows: np.ndarray, target: np.ndarray) 
 
 
 @pytest.mark.parametrize("n", [1, 5, 8, 31])
-def test_the_floor_solves_conflicting_and_dependent_levels(n: int) -> None:
-    from hapticd.bench._floor import ffi, lib
-
+@pytest.mark.parametrize("build", [import_module, best])
+def test_the_floor_solves_conflicting_and_dependent_levels(
+    n: int, build: Callable[[str, None], ModuleType]
+) -> None:
+    floor = build("hapticd.bench._floor", None)
     for seed in range(20):
         rng = np.random.default_rng(seed)
         counts = [int(count) for count in rng.integers(0, n + 3, size=4)]
@@ -146,8 +151,8 @@ def test_the_floor_solves_conflicting_and_dependent_levels(n: int) -> None:
         target = rng.normal(size=sum(counts))
         x = np.zeros(n)
         buffers = [pointer(array, "double", *array.shape) for array in (rows, target, x)]
-        work = ffi.new("double[]", lib.floor_work(n, sum(counts)))
-        rank = lib.floor_solve(n, 4, counts, buffers[0], buffers[1], work, buffers[2])
+        work = floor.ffi.new("double[]", floor.lib.floor_work(n, sum(counts)))
+        rank = floor.lib.floor_solve(n, 4, counts, buffers[0], buffers[1], work, buffers[2])
         assert rank == (np.linalg.matrix_rank(rows) if len(rows) else 0)
         assert np.allclose(x, null_space_cascade(counts, rows, target), atol=1e-9)
 

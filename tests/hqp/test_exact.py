@@ -111,8 +111,8 @@ def test_what_cannot_be_proven_exactly_is_not_looked_for_again():
 
 
 def test_a_join_by_a_small_weight_leads_to_the_next_answer():
-    """Level 7 and 8 are proven as one, by 2^-32, and not apart: the second tick begins with that, once the first
-    try has found no better."""
+    """Levels 7 and 8 are proven as one, by 2^-32, and not apart: the second tick begins with that, once the
+    first try has found no better."""
     ticks = recorded("contact_streak")
     solver = solver_of(ticks[0])
     for levels in ticks:
