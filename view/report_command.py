@@ -44,7 +44,7 @@ def run(options: argparse.Namespace) -> int:
     """
     import msgspec
 
-    from ..runtime.command_line.cli import newest_log
+    from ..runtime.command_line.logs import newest_log
     from ..runtime.recording.log import open_log
     from .report import page
     from .session import read

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 from hapticd.configs.demonstrations import DEMONSTRATIONS
-from hapticd.runtime.command_line import cli
+from hapticd.runtime.command_line import cli, run_command
 from hapticd.runtime.command_line.arguments import chosen
 from hapticd.runtime.configuration import config
 
@@ -19,7 +19,7 @@ MACHINES = sorted(name for name, words in DEMONSTRATIONS.items() if words[0] == 
 def began(monkeypatch: pytest.MonkeyPatch) -> list[argparse.Namespace]:
     """Sessions that would have begun."""
     found: list[argparse.Namespace] = []
-    monkeypatch.setattr(cli, "_run", lambda options: found.append(options) or 0)
+    monkeypatch.setattr(run_command, "run", lambda options: found.append(options) or 0)
     return found
 
 

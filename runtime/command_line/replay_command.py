@@ -1,0 +1,60 @@
+"""``hapticd replay``: a recorded session once more."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+
+from .arguments import Commands, name
+from .logs import newest_log
+
+
+def add_replay(commands: Commands) -> None:
+    """Add `hapticd replay`."""
+    replay = commands.add_parser(
+        "replay",
+        help="re-run a recorded session",
+        description="Re-run a recorded session through the same code and compare every tick.",
+    )
+    replay.add_argument(
+        "log",
+        type=name,
+        metavar="LOG",
+        nargs="?",
+        help="a recording that `hapticd run` wrote; default: the newest in log/",
+    )
+    replay.add_argument(
+        "--verify", action="store_true", help="exit with 1 unless every tick comes out bit for bit the same"
+    )
+    replay.add_argument(
+        "--json",
+        action="store_true",
+        help="print ticks, differing_ticks, missing_ticks, first, speed_x as JSON",
+    )
+    replay.set_defaults(handler=run)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Compare every tick; the exit status.
+
+    Raises:
+        LogError: the recording cannot be read.
+        LogPathError: there is none.
+    """
+    import msgspec
+
+    from ..recording.log import open_log
+    from ..recording.replay import describe, replay
+
+    show = sys.stderr.isatty() and not options.json
+
+    def progress(ticks: int) -> None:
+        if show and ticks % 1000 == 0:
+            sys.stderr.write(f"\r{ticks} ticks")
+            sys.stderr.flush()
+
+    found = replay(open_log(newest_log() if options.log is None else options.log), progress)
+    if show:
+        sys.stderr.write("\r\x1b[K")
+    print(msgspec.json.encode(found).decode() if options.json else describe(found))
+    return 1 if options.verify and found.differing_ticks else 0
