@@ -13,8 +13,9 @@ from ...models import Array, Robot
 from ...runtime.core.sampling import fastest
 from .ability import Look, best_directions, best_home, free_reach
 from .config import DIRECTIONS
-from .description import GRIP_LENGTH, Description, write_urdf
+from .description import GRIP_LENGTH, Description
 from .errors import InitError
+from .urdf_write import write_urdf
 
 SAMPLES = 300
 """Postures at which the arm is looked at."""

@@ -9,10 +9,10 @@ from ...runtime.configuration.config import Loaded, parse
 from ...runtime.configuration.session import build
 from ...runtime.errors import ConfigError
 from .config import DIRECTIONS
-from .description import read_arm
 from .errors import InitError
 from .guess import guess
 from .text import write_toml
+from .urdf_read import read_arm
 
 UNFIT = "no configuration fits this arm"
 

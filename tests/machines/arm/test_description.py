@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pinocchio as pin
 import pytest
-from hapticd.machines.arm.description import read_arm, write_urdf
 from hapticd.machines.arm.errors import InitError
 from hapticd.machines.arm.guess import guess
+from hapticd.machines.arm.urdf_read import read_arm
+from hapticd.machines.arm.urdf_write import write_urdf
 from hapticd.models import Robot
 
 from .arms import gripper, joint, limit, link, planar, random_arm, robot, scara
