@@ -24,7 +24,7 @@ from ..configs.quantities import AngleLimits6, AnyAngle, AnyLength, Lengths3, Si
 from ..control.look_ahead import Body, Box, standing
 from ..machines.arm.machine import foreseen_limits as arm_limits
 from ..machines.giant.config import GiantConfig
-from ..machines.giant.machine import foreseen_limits as giant_limits
+from ..machines.giant.parts import foreseen_limits as giant_limits
 from ..machines.rendering.sections import LookAhead as Section
 from ..machines.rendering.sections import Obstacle
 from ..machines.rendering.surroundings import obstacles, watched

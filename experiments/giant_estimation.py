@@ -12,8 +12,9 @@ import numpy as np
 from ..control.joint_kalman import JointKalman
 from ..devices.torque_drive import JointDrives
 from ..machines.giant.config import GiantConfig
-from ..machines.giant.machine import Giant, joint_kalman
+from ..machines.giant.machine import Giant
 from ..machines.giant.names import JOINTS
+from ..machines.giant.parts import joint_kalman
 from ..machines.giant.plant import GiantPlant
 from ..models import Array, Robot
 from ..runtime.configuration import config

@@ -28,8 +28,8 @@ from ..telemanipulation.leading_check import check_leads, gateways
 from .config import GiantConfig
 from .geometry import check_geometry
 from .kinematics import DROP
-from .machine import braking_time, drive_friction
 from .names import JOINTS, PPU_JOINTS
+from .parts import braking_time, drive_friction
 from .plant_check import check_plant
 from .rates import check_rates
 

@@ -3,22 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from math import hypot, inf
+from math import hypot
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ...control.chain import Gains, Horizons, JointSum
-from ...control.chain_twin import ChainTwin
 from ...control.copies import Copies
 from ...control.estimation import PpuObserver, WrenchEstimator
-from ...control.force_control import Box, ForceControl
 from ...control.inertial_kalman import InertialKalman
-from ...control.joint_kalman import JointKalman, link_inertia
-from ...control.limits import Limits
 from ...control.look_ahead import Stop
 from ...control.standstill import Standstill
-from ...control.tracking import SLOW, DriveFriction, SeriesElasticity
+from ...control.tracking import SeriesElasticity
 from ...devices.axis_drive import AxisDrives
 from ...devices.force_torque import ForceTorques
 from ...devices.image import ProcessImage
@@ -26,14 +21,13 @@ from ...devices.imu import Imus
 from ...devices.torque_drive import JointDrives
 from ...hqp import REMARKS
 from ...models import Array, Robot
-from ...runtime.core.machine import GATE_SHARE, GRAVITY, GRAVITY_MARGIN, REST_S
-from ...runtime.core.measured import alive, axes, sensor
+from ...runtime.core.machine import GRAVITY, GRAVITY_MARGIN, REST_S
+from ...runtime.core.measured import alive
 from ...runtime.core.stages import Mark
-from ...runtime.core.torque_axes import TorqueAxes, peaks_of, thresholds
-from ...safety import AxisLimits, Heat, Plausibility, Thresholds, Values
+from ...safety import Values
 from ..rendering.exchanging import ExchangesTwins
 from ..rendering.foresight import REACTION_S, Foresight
-from ..rendering.giving_way import Announcer, compliance_of
+from ..rendering.giving_way import Announcer
 from ..rendering.logged import (
     StateLog,
     estimated,
@@ -46,31 +40,35 @@ from ..rendering.logged import (
     twin_fields,
     watched,
 )
-from ..rendering.ratings import Ratings
 from ..rendering.rendering import JOINTS_AT_REST, Rendering, pulled, sensor_pose
-from ..rendering.sections import ChainTwin as ChainSection
 from ..rendering.sections import Twin
 from ..rendering.tool import carrying, tool_of
-from ..rendering.twin import twin_of
-from ..telemanipulation.leading_twin import LeadingTwin, led_fields
+from ..telemanipulation.leading_twin import led_fields
 from ..telemanipulation.sections import Leads
 from .config import GiantConfig
 from .names import JOINTS, PPU_JOINTS
-from .prepositioning import PpuLimits, Prepositioning
+from .parts import (
+    CARRIAGE,
+    HANDLE,
+    boxes_of,
+    braking_time,
+    drive_friction,
+    force_control_of,
+    foreseen_limits,
+    gantry_limits,
+    joint_kalman,
+    leading_twin,
+    plausibility_of,
+    prepositioning_of,
+    ratings_of,
+    sensed,
+    thresholds_of,
+)
 
 PPU_AT_REST = 0.05
 """Measured speeds below this are standstill: the gantry's inverters lag [m/s]."""
 PPU_STILL = 0.02
 """Estimated speeds of the gantry below this end within a millimetre [m/s]."""
-TILT = (0.0, 0.0, 0.0, 1.0, 1.0, 0.0)
-"""Weights of the virtual sum joint q4 + q5 (14): the tilt of the handle."""
-PLANNED_SPEED = 0.95
-"""Of a joint's top speed so much is planned with: its link swings about that on its spring, and beyond 1.1
-times the top speed the machine stops."""
-ELBOW = "joint_4"
-"""The frame whose origin is the elbow."""
-CARRIAGE, HANDLE = 0, 1
-"""The inertial units."""
 
 MACHINE_LIMITS = 13
 """Limits besides the twin's: six joints, their tilt, three directions of handle and elbow each."""
@@ -125,8 +123,8 @@ class Giant(ExchangesTwins):
         self._acceleration, self._carriage = np.zeros(2), self._imus.acceleration[CARRIAGE, :2]
         self._raw = self._force_torque.wrench[0]
         self._observer = PpuObserver(dt, self._axes.position, self._acceleration)
-        ratings = _ratings(config, robot)
-        self.force_control = control = _force_control(config, manipulator, self._observer, ratings, dt)
+        ratings = ratings_of(config, robot)
+        self.force_control = control = force_control_of(config, manipulator, self._observer, ratings, dt)
         self.notes: list[str] = []
         self.twins = config.twin_names
         self._announcer = Announcer(JOINTS, control.compliance, self.notes, dt)
@@ -140,13 +138,7 @@ class Giant(ExchangesTwins):
             dt,
             tool.bias,
         )
-        self._prepositioning = Prepositioning(
-            giant.ppu.gain,
-            _ppu_limits(config),
-            (giant.manipulator.lower[1:3], giant.manipulator.upper[1:3]),
-            (giant.box.lower, giant.box.upper),
-            *(dt, control.q, self._observer.q, self._observer.qd),
-        )
+        self._prepositioning = prepositioning_of(config, control.q, self._observer, dt)
         tracking = giant.tracking
         stiffness = ratings.axes.believed  # of which the checks of the encoders learn more
         joints, heat = ratings.axes.limits(config), ratings.axes.heat(image, dt)
@@ -167,21 +159,17 @@ class Giant(ExchangesTwins):
             self.kalman,
             giant.force_control.lead,
         )
-        self.leading = _leading(config, control, image, self.notes, dt)
+        self.leading = leading_twin(config, control, image, self.notes, dt)
         self._foresee(config, described)
         self._stiffness = stiffness
         self._used = heat.used if ratings.axes.peaks else heat.used[:0]
-        self.axes = (*joints, *_gantry_limits(config, dt))
-        self.thresholds = _thresholds(config, image, ratings.axes.swing)
+        self.axes = (*joints, *gantry_limits(config, dt))
+        self.thresholds = thresholds_of(config, image, ratings.axes.swing)
         # the gantry yields as far as it may
         self.play = (*ratings.play, *[config.safety.ppu_margin] * len(PPU_JOINTS))
-        self._force = sensor(image, "force_torque", 0, self._raw, self._force_torque.scales[0], dt)
-        self._carried, self._held = (
-            sensor(image, "imus", i, self._imus.acceleration[i], [self._imus.scales[i]] * 3, dt)
-            for i in (CARRIAGE, HANDLE)
-        )
-        sensors = (self._force, self._carried, self._held)
-        self.plausibility = _plausibility(config, image, ratings, stiffness, heat, sensors)
+        sensors = sensed(image, self._force_torque, self._raw, self._imus, dt)
+        self._force, self._carried, self._held = sensors
+        self.plausibility = plausibility_of(config, image, ratings, stiffness, heat, sensors)
         self.levels, self.remarks = levels_of(control), REMARKS
         gives, watches = config.compliance is not None, giant.force_control.passivity
         peaks = bool(ratings.axes.peaks)
@@ -237,7 +225,7 @@ class Giant(ExchangesTwins):
             control.ability,
         )
         self._foresight = Foresight(
-            config.look_ahead, robot, foreseen_limits(config), place, stop, _boxes(config)
+            config.look_ahead, robot, foreseen_limits(config), place, stop, boxes_of(config)
         )
 
     def _kalman_of(self, config: GiantConfig, manipulator: Robot, dt: float) -> InertialKalman | None:
@@ -388,144 +376,3 @@ class Giant(ExchangesTwins):
     def _command(self, gain: float) -> None:
         x, y = self._prepositioning.velocity.tolist()
         self.commands = [*self._rendering.torque(self._base), gain * x, gain * y]
-
-
-def foreseen_limits(config: GiantConfig) -> tuple[Array, Array]:
-    """Lower and upper limits of gantry and joints, in the order of the model, (8,) each [m, rad]."""
-    m, ppu = config.giant.manipulator, config.giant.ppu
-    return np.array([*ppu.lower, *m.lower]), np.array([*ppu.upper, *m.upper])
-
-
-def braking_time(config: GiantConfig) -> float:
-    """How long the slowest axis takes to brake from full speed [s]."""
-    m, ppu = config.giant.manipulator, config.giant.ppu
-    joints = max(v / a for v, a in zip(m.velocity, m.acceleration, strict=True))
-    return max(joints, ppu.velocity / ppu.acceleration)
-
-
-def _ratings(config: GiantConfig, robot: Robot) -> Ratings:
-    m, tracking = config.giant.manipulator, config.giant.tracking
-    effort = dict(zip(robot.names, robot.effort.tolist(), strict=True))
-    torque = [effort[name] for name in JOINTS]
-    axes = TorqueAxes(
-        *(JOINTS, m.lower, m.upper, m.velocity, torque, tracking.stiffness),
-        rotor=tracking.rotor_inertia,
-        doubt=tracking.stiffness_tolerance,
-        peaks=peaks_of(config.devices, JOINTS),
-    )
-    return Ratings(axes, tracking.stiffness, m.acceleration, tracking.p_gain)
-
-
-def drive_friction(config: GiantConfig) -> DriveFriction:
-    """What is fed forward of the joints' friction."""
-    tracking = config.giant.tracking
-
-    def given(values: tuple[float, ...] | None) -> Array:
-        return np.zeros(len(JOINTS)) if values is None else np.array(values)
-
-    return DriveFriction(
-        gear=given(tracking.gear_friction),
-        damping=given(tracking.gear_damping),
-        share=given(tracking.load_friction),
-        bearing=given(tracking.bearing_friction),
-        slow=SLOW * np.array(config.giant.manipulator.velocity),
-    )
-
-
-def _leading(
-    config: GiantConfig, control: ForceControl, image: ProcessImage, notes: list[str], dt: float
-) -> LeadingTwin | None:
-    """What lets the twin lead an avatar's arm, where it does."""
-    if config.leads is None:
-        return None
-    section, twin = config.giant.twin, control.twin
-    assert isinstance(section, ChainSection) and isinstance(twin, ChainTwin)
-    return LeadingTwin(config.leads, section, twin, image, notes, dt)
-
-
-def joint_kalman(
-    config: GiantConfig, manipulator: Robot, measured: tuple[Array, Array, Array, Array], dt: float
-) -> JointKalman:
-    """Filters of the joints, which read motors' angles and speeds, links' angles, springs' torques, (6,)."""
-    tracking, m = config.giant.tracking, config.giant.manipulator
-    middle = np.mean(np.clip([m.lower, m.upper], -np.pi, np.pi), axis=0)
-    return JointKalman(
-        np.array(tracking.rotor_inertia),
-        np.array(tracking.stiffness),
-        link_inertia(manipulator, middle),
-        manipulator.effort,
-        np.array(m.acceleration),
-        measured,
-        dt,
-    )
-
-
-def _ppu_limits(config: GiantConfig) -> PpuLimits:
-    ppu = config.giant.ppu
-    return PpuLimits(ppu.lower, ppu.upper, ppu.velocity, ppu.acceleration, ppu.time_constant)
-
-
-def _force_control(
-    config: GiantConfig, manipulator: Robot, ppu: PpuObserver, ratings: Ratings, dt: float
-) -> ForceControl:
-    giant = config.giant
-    control, m, tracking = giant.force_control, giant.manipulator, giant.tracking
-    speeds = PLANNED_SPEED * np.array(m.velocity)
-    limits = Limits(np.array(m.lower), np.array(m.upper), speeds, np.array(m.acceleration))
-    yielding = 1.0 / np.array(tracking.p_gain) + 1.0 / np.array(tracking.stiffness)
-    return ForceControl(
-        manipulator,
-        limits,
-        [twin_of(twin) for twin in config.twins.values()],
-        [JointSum(TILT, *m.tilt)],
-        _boxes(config),
-        Gains(control.p_gain, control.p_gain, control.d_gain, control.d_gain),
-        control.detection,
-        dt,
-        Horizons(control.viability_horizon, control.point_horizon),
-        ppu,
-        limited=control.detection == "gauss",
-        compliance=compliance_of(config.compliance, ratings.axes.torque, limits, yielding),
-    )
-
-
-def _boxes(config: GiantConfig) -> list[Box]:
-    box = config.giant.box
-    return [Box(point, box.lower, box.upper) for point in ("handle", ELBOW)]
-
-
-def _gantry_limits(config: GiantConfig, dt: float) -> tuple[AxisLimits, ...]:
-    ppu, near = config.giant.ppu, GATE_SHARE * config.safety.ppu_margin
-    return tuple(
-        AxisLimits(
-            name=name,
-            command=ppu.velocity,
-            step=2.0 * ppu.acceleration * dt,
-            power=inf,
-            lower=ppu.lower[i] - near,
-            upper=ppu.upper[i] + near,
-        )
-        for i, name in enumerate(PPU_JOINTS)
-    )
-
-
-def _plausibility(
-    config: GiantConfig,
-    image: ProcessImage,
-    ratings: Ratings,
-    stiffness: Array,
-    heat: Heat,
-    sensors: Sequence[Values],
-) -> Plausibility:
-    speed, dt = [config.giant.ppu.velocity] * len(PPU_JOINTS), 1.0 / config.loop.rate
-    told = AxisDrives(image).target_velocity
-    gantry = axes(image, "axes", speed, {"position": [0.0] * len(PPU_JOINTS)}, (told, speed, None), dt)
-    return Plausibility((ratings.axes.checks(config, image, stiffness=stiffness, heat=heat), gantry), sensors)
-
-
-def _thresholds(config: GiantConfig, image: ProcessImage, swing: Sequence[float]) -> Thresholds:
-    manipulator, ppu, safety = config.giant.manipulator, config.giant.ppu, config.safety
-    margins = [safety.position_margin] * len(JOINTS) + [safety.ppu_margin] * len(PPU_JOINTS)
-    ranges = (*manipulator.lower, *ppu.lower), (*manipulator.upper, *ppu.upper)
-    speed = (*manipulator.velocity, *[ppu.velocity] * len(PPU_JOINTS))
-    return thresholds(config, image, (*JOINTS, *PPU_JOINTS), ranges, margins, speed, (*swing, 0.0, 0.0))

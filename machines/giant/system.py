@@ -9,7 +9,8 @@ from ..rendering.twin import remarks, twin_limits
 from .check import check_giant
 from .config import GiantConfig
 from .limits import GiantLimits
-from .machine import Giant, foreseen_limits
+from .machine import Giant
+from .parts import foreseen_limits
 from .rig import giant_rig
 from .scene import GiantScene
 from .script import giant_led

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from hapticd.control.look_ahead import standing
-from hapticd.machines.giant.machine import foreseen_limits
+from hapticd.machines.giant.parts import foreseen_limits
 from hapticd.machines.rendering.surroundings import watched
 from hapticd.runtime.configuration.config import load
 from hapticd.runtime.configuration.session import build
