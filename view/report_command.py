@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import os
-import sys
 from contextlib import suppress
 from pathlib import Path
 
@@ -45,6 +44,7 @@ def run(options: argparse.Namespace) -> int:
     import msgspec
 
     from ..runtime.command_line.logs import newest_log
+    from ..runtime.command_line.progress import counting
     from ..runtime.recording.log import open_log
     from .report import page
     from .session import read
@@ -52,16 +52,8 @@ def run(options: argparse.Namespace) -> int:
     source = Path(options.log or newest_log())
     out: Path = options.out or source.with_suffix(".html")
     _require_place(out)
-    show = sys.stderr.isatty() and not options.json
-
-    def progress(ticks: int) -> None:
-        if show and ticks % 1000 == 0:
-            sys.stderr.write(f"\r{ticks} ticks")
-            sys.stderr.flush()
-
-    found = read(open_log(str(source)), progress)
-    if show:
-        sys.stderr.write("\r\x1b[K")
+    with counting(options.json) as progress:
+        found = read(open_log(str(source)), progress)
     content = page(found).encode()
     _write(out, content)
     assert found.summary is not None

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import argparse
-import sys
 
 from .arguments import Commands, name
 from .logs import newest_log
+from .progress import counting
 
 
 def add_replay(commands: Commands) -> None:
@@ -46,15 +46,8 @@ def run(options: argparse.Namespace) -> int:
     from ..recording.log import open_log
     from ..recording.replay import describe, replay
 
-    show = sys.stderr.isatty() and not options.json
-
-    def progress(ticks: int) -> None:
-        if show and ticks % 1000 == 0:
-            sys.stderr.write(f"\r{ticks} ticks")
-            sys.stderr.flush()
-
-    found = replay(open_log(newest_log() if options.log is None else options.log), progress)
-    if show:
-        sys.stderr.write("\r\x1b[K")
+    log = newest_log() if options.log is None else options.log
+    with counting(options.json) as progress:
+        found = replay(open_log(log), progress)
     print(msgspec.json.encode(found).decode() if options.json else describe(found))
     return 1 if options.verify and found.differing_ticks else 0
