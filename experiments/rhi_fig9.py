@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -82,73 +84,76 @@ def run(progress: Progress) -> Outcome:
     plain = Device()
     cases = {mode: plain.palpate(0.04, 0.25, 4.0, mode) for mode in ("free", "stiff", "switching")}
     forces = {mode: peak(trace) for mode, trace in cases.items()}
-    bound = Bound(plain)
-    table: list[dict[str, Any]] = []
-    for variant, changes in VARIANTS.items():
-        for S in STEEPNESS:
-            saturation = {**changes.get("saturation", {}), "steepness": S}
-            device = Device(**{**changes, "saturation": saturation})
-            for f in FREQUENCIES:
-                for depth in DEPTHS:
-                    progress(f"{variant}, S = {S:g}, {f:g} Hz, {1e3 * depth:g} mm")
-                    trace = device.palpate(depth, f, 1.0 / f)
-                    share = peak(trace) / bound.of(trace)
-                    excess = float((np.abs(trace.torque) / device.limit).max())
-                    entry = {"variant": variant, "S": S, "hz": f, "depth_mm": 1e3 * depth}
-                    table.append({**entry, "peak_n": peak(trace), "share": share, "torque": excess})
-                    table[-1]["turns"] = half_turns(trace)
-                    table[-1] |= {"given": given(trace), "step": chatter(trace, device.limit)}
-    rows = [
-        Row("force in case A, free [N]", "5.674", f"{forces['free']:.3f}", UNKNOWN),
-        Row("force in case B, stiff [N]", "8.564", f"{forces['stiff']:.3f}", UNKNOWN),
-        Row(
-            "gain of B over A",
-            "1.51",
-            f"{forces['stiff'] / forces['free']:.2f}",
-            "the optima lie further apart than the paper's postures",
-        ),
-        Row("largest static force at X0 over the self-motion [N]", "-", f"{bound._force[0]:.3f}"),
-    ]
     unseen = {mode: unfelt(trace, plain.u) for mode, trace in cases.items()}
-    rows += [
-        Row(f"sensed less rendered force along u, {mode}, rms [N]", "-", f"{rms:.3f}", CARRIED)
-        for mode, rms in unseen.items()
-    ]
-    for variant in VARIANTS:
-        for f in FREQUENCIES:
-            shares = [e["share"] for e in table if e["variant"] == variant and e["hz"] == f]
-            rows.append(
-                Row(
-                    f"peak over the smaller of demand and static optimum, {variant}, {f:g} Hz",
-                    "-",
-                    f"{min(shares):.3f} to {max(shares):.3f}",
-                    "10 to 40 mm, S = 1 and 5",
-                )
-            )
-    most = max(e["torque"] for e in table)
-    turns = max(e["turns"] for e in table)
-    for variant in (name for name in RESOLUTIONS if name in VARIANTS):
-        own = [e for e in table if e["variant"] == variant]
-        energy, step = max(e["given"] for e in own), max(e["step"] for e in own)
-        quantity = f"net energy given to the hand over what it has put in, {variant}, at most"
-        rows.append(Row(quantity, "-", f"{energy:.4f}", "all depths, frequencies, S; negative: lost"))
-        quantity = f"step of a torque from tick to tick over its limit, {variant}, at most"
-        rows.append(Row(quantity, "-", f"{step:.3f}", "the same"))
-    rows.append(
-        Row(
-            "largest torque over its limit, all sessions", "-", f"{most:.6f}", "1 is what the motors may give"
-        )
-    )
-    rows.append(
-        Row("half-way crossings of the activation per palpation", "-", f"{turns}", "2: there and back")
-    )
+    bound = Bound(plain)
+    optimum = float(bound._force[0])
+    palpations = list(_palpations(bound, progress))
+    rows = [*_cases(forces, unseen, optimum), *_shares(palpations), *_most(palpations)]
     figures = {
         "force_n": forces,
         "unseen_n": unseen,
-        "static_optimum_n": float(bound._force[0]),
-        "palpations": table,
+        "static_optimum_n": optimum,
+        "palpations": palpations,
     }
     return Outcome(rows, figures, lambda figure: _draw(figure, cases, plain.u), (9.0, 6.0))
+
+
+def _palpations(bound: Bound, progress: Progress) -> Iterator[dict[str, Any]]:
+    """What is measured at every depth, frequency and S, with the full controller and its variants."""
+    for (variant, changes), S in product(VARIANTS.items(), STEEPNESS):
+        saturation = {**changes.get("saturation", {}), "steepness": S}
+        device = Device(**{**changes, "saturation": saturation})
+        for f, depth in product(FREQUENCIES, DEPTHS):
+            progress(f"{variant}, S = {S:g}, {f:g} Hz, {1e3 * depth:g} mm")
+            trace = device.palpate(depth, f, 1.0 / f)
+            yield {
+                **{"variant": variant, "S": S, "hz": f, "depth_mm": 1e3 * depth},
+                "peak_n": peak(trace),
+                "share": peak(trace) / bound.of(trace),
+                "torque": float((np.abs(trace.torque) / device.limit).max()),
+                "turns": half_turns(trace),
+                "given": given(trace),
+                "step": chatter(trace, device.limit),
+            }
+
+
+def _cases(forces: dict[str, float], unseen: dict[str, float], optimum: float) -> list[Row]:
+    """What the paper prints of the cases A and B, and what the hand does not feel of them."""
+    apart = "the optima lie further apart than the paper's postures"
+    return [
+        Row("force in case A, free [N]", "5.674", f"{forces['free']:.3f}", UNKNOWN),
+        Row("force in case B, stiff [N]", "8.564", f"{forces['stiff']:.3f}", UNKNOWN),
+        Row("gain of B over A", "1.51", f"{forces['stiff'] / forces['free']:.2f}", apart),
+        Row("largest static force at X0 over the self-motion [N]", "-", f"{optimum:.3f}"),
+        *(
+            Row(f"sensed less rendered force along u, {mode}, rms [N]", "-", f"{rms:.3f}", CARRIED)
+            for mode, rms in unseen.items()
+        ),
+    ]
+
+
+def _shares(palpations: list[dict[str, Any]]) -> Iterator[Row]:
+    """How much of what could be rendered is, by variant and frequency."""
+    for variant, f in product(VARIANTS, FREQUENCIES):
+        shares = [e["share"] for e in palpations if e["variant"] == variant and e["hz"] == f]
+        quantity = f"peak over the smaller of demand and static optimum, {variant}, {f:g} Hz"
+        yield Row(quantity, "-", f"{min(shares):.3f} to {max(shares):.3f}", "10 to 40 mm, S = 1 and 5")
+
+
+def _most(palpations: list[dict[str, Any]]) -> Iterator[Row]:
+    """What none of the palpations exceeds."""
+    for variant in (name for name in RESOLUTIONS if name in VARIANTS):
+        own = [e for e in palpations if e["variant"] == variant]
+        energy, step = max(e["given"] for e in own), max(e["step"] for e in own)
+        quantity = f"net energy given to the hand over what it has put in, {variant}, at most"
+        yield Row(quantity, "-", f"{energy:.4f}", "all depths, frequencies, S; negative: lost")
+        quantity = f"step of a torque from tick to tick over its limit, {variant}, at most"
+        yield Row(quantity, "-", f"{step:.3f}", "the same")
+    most = max(e["torque"] for e in palpations)
+    quantity = "largest torque over its limit, all sessions"
+    yield Row(quantity, "-", f"{most:.6f}", "1 is what the motors may give")
+    turns = max(e["turns"] for e in palpations)
+    yield Row("half-way crossings of the activation per palpation", "-", f"{turns}", "2: there and back")
 
 
 UNKNOWN = "statics put the paper's value inside what the self-motion at X0 allows, not at its optimum"
