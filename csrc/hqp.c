@@ -158,6 +158,7 @@ static size_t lay_out(hqp_solver *s, char *arena) {
     s->close.at.held_at = slice(arena, &used, rows * sizeof(short));
     s->place = slice(arena, &used, (ld + 1) * sizeof(int));
     s->fixed_column = slice(arena, &used, n);
+    s->unseen = slice(arena, &used, n);
     s->fixing = slice(arena, &used, rows);
     s->row0 = slice(arena, &used, (levels + 1) * sizeof(int));
     s->first_row = slice(arena, &used, (levels + 1) * sizeof(int));

@@ -97,7 +97,7 @@ static void pivot_column(hqp_solver *s, int c) {
 
 /* Householder QR of fit_rows, rhs to Q^T rhs. Returns 0 where its columns are not clearly independent. */
 static int triangularise(hqp_solver *s, int is_joined) {
-    const double least = is_joined ? LEAST_JOINED : LEAST;
+    const double least = is_joined ? LEAST_JOINED : fmax(LEAST, s->settings.rank);
     double largest = 0.0;
     for (int i = 0; i < s->fit_count; i++) largest = fmax(largest, s->norm[s->fit[i]]);
     for (int c = 0; c < freedom(s); c++) {

@@ -13,12 +13,16 @@
 
 enum { WORTHWHILE = 4 }; /* at least every fourth variable */
 
+static int is_in_play(const hqp_solver *s, int c) {
+    return !s->fixed_column[c] && !s->unseen[c];
+}
+
 /* place[c], column[place]: columns in play, in their order; fixed columns have fixed_column[c] set */
 static void number_columns(hqp_solver *s) {
     s->width = 0;
     for (int c = 0; c < s->n; c++) {
         s->place[c] = s->width;
-        if (!s->fixed_column[c]) s->column[s->width++] = c;
+        if (is_in_play(s, c)) s->column[s->width++] = c;
     }
     for (int c = s->n; c <= s->ld; c++) s->place[c] = s->width;
 }
@@ -29,10 +33,39 @@ static void forget(hqp_solver *s) {
     s->fixed_through = -1;
 }
 
-/* All columns are in play. */
+/* All columns that rows see are in play. */
 void hqp_unfix(hqp_solver *s) {
     forget(s);
     number_columns(s);
+}
+
+/*
+ * Take the variables out of play that no row sees: with rounding they would move, the farther the less rows
+ * differ. Where these are others than before the factorisation is of no use. Returns whether they are.
+ */
+int hqp_leave_unseen(hqp_solver *s) {
+    enum { BEFORE = 1, NOW = 2 };
+    int changed = 0;
+    s->unseen_count = s->n;
+    for (int c = 0; c < s->n; c++) s->unseen[c] |= NOW;
+    for (int i = s->total - 1; i >= 0 && s->unseen_count; i--) {
+        const double *row = hqp_row(s, s->given, i);
+        if (s->kind[i] == HQP_IDLE) continue;
+        for (int c = s->given.first[i]; c < s->given.last[i] && c < s->n; c++) {
+            if (row[c] == 0.0 || !(s->unseen[c] & NOW)) continue;
+            s->unseen[c] &= BEFORE;
+            s->unseen_count--;
+        }
+    }
+    for (int c = 0; c < s->n; c++) {
+        changed |= s->unseen[c] == BEFORE || s->unseen[c] == NOW;
+        s->unseen[c] = s->unseen[c] >= NOW;
+    }
+    if (changed) {
+        hqp_unfix(s);
+        s->resumable = 0;
+    }
+    return changed;
 }
 
 /* Choose the fixings, among all levels but the last; none, where that is not worthwhile. */
@@ -79,8 +112,8 @@ void hqp_gather(const hqp_solver *s, double *to, const double *row) {
     for (int j = s->width; j < s->ld; j++) to[j] = 0.0;
 }
 
-/* The way back, in place, with 0 in the fixed columns. */
+/* The way back, in place, with 0 in the columns that are not in play. */
 void hqp_scatter(const hqp_solver *s, double *row) {
     if (s->width == s->n) return;
-    for (int c = s->n - 1; c >= 0; c--) row[c] = s->fixed_column[c] ? 0.0 : row[s->place[c]];
+    for (int c = s->n - 1; c >= 0; c--) row[c] = is_in_play(s, c) ? row[s->place[c]] : 0.0;
 }

@@ -65,6 +65,8 @@ struct hqp_solver {
     /* the columns in play */
     int width, *column, *place; /* column[0 .. width); place[c]: how many of them are before column c */
     signed char *fixed_column, *fixing; /* [n] taken out; per row: it did that */
+    signed char *unseen;                /* [n] no row sees it: taken out, too; */
+    int unseen_count;                   /* so many */
     int fixed_through;                  /* last level with such a row, or -1 */
 
     /* the shared factorisation, in the columns in play */
@@ -218,7 +220,7 @@ static inline double hqp_bound(const hqp_solver *s, int id, int side) {
 
 /* of all that was held or fitted, with the variables that were fixed ahead of their turn */
 static inline int hqp_rank(const hqp_solver *s) {
-    return s->rank_at[s->levels] + s->n - s->width;
+    return s->rank_at[s->levels] + s->n - s->unseen_count - s->width;
 }
 
 /* no rows come after those of this level */
@@ -251,6 +253,7 @@ static inline int hqp_at_bound(const hqp_solver *s, int id, int side, double val
 /* hqp_fix.c: variables fixed ahead of their turn */
 int hqp_fix(hqp_solver *s, int first);
 void hqp_unfix(hqp_solver *s);
+int hqp_leave_unseen(hqp_solver *s);
 void hqp_gather(const hqp_solver *s, double *to, const double *row);
 void hqp_scatter(const hqp_solver *s, double *row);
 

@@ -214,10 +214,8 @@ static int is_held_by_frozen(hqp_solver *s, int level) {
 static int is_blurred(const hqp_solver *s) {
     if (!(s->settings.rounding * s->x_norm > BLURRED)) return 0;
     for (int i = 0; i < s->total; i++) {
-        const double *row = hqp_row(s, s->given, i);
-        double size = 0.0;
         if (s->kind[i] == HQP_IDLE) continue;
-        for (int c = s->given.first[i]; c < s->given.last[i]; c++) size += fabs(row[c] * s->x[c]);
+        const double size = s->norm[i] * s->x_norm;
         if (s->settings.rounding * size > BLURRED * (1.0 + fabs(s->value[i]))) return 1;
     }
     return 0;

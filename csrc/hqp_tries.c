@@ -470,6 +470,7 @@ hqp_status hqp_solve_from(hqp_solver *s, int first) {
     s->lenience = 1.0;
     if (!(hqp_length(s, s->x) < FARTHEST)) hqp_forget(s);
     memset(s->strict, 0, (size_t)s->levels);
+    if (hqp_leave_unseen(s)) first = 0;
     keep_start(s);
     hqp_take_up(s, s->before.joined, 0);
     if (s->resumable < first) first = 0;

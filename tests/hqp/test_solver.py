@@ -114,12 +114,57 @@ def test_a_setting_out_of_range_is_refused(setting):
         Solver(2, [(1, 0)], **setting)
 
 
+@pytest.mark.parametrize("n", [2, 3])
 @pytest.mark.parametrize("angle", [1e-5, 1e-4, 1e-2])
-def test_rows_at_a_smaller_angle_than_rank_are_one_row(angle):
+def test_rows_at_a_smaller_angle_than_rank_are_one_row(n, angle):
     """They are missed by less than counts, so that nobody looks for another rank."""
-    levels = [Level(A=np.array([[1.0, 0.0, 0.0], [1.0, angle, 0.0]]), b=np.array([0.0, 1e-10]))]
+    rows = np.array([[1.0, 0.0, 0.0], [1.0, angle, 0.0]])
+    levels = [Level(A=rows[:, :n].copy(), b=np.array([0.0, 1e-10]))]
     assert solve(levels, rank=0.1 * angle).x[1] == pytest.approx(1e-10 / angle, rel=1e-6)
     assert abs(solve(levels, rank=10.0 * angle).x[1]) <= 1e-10 * angle
+
+
+def nearly_dependent(errors):
+    """Five rows over five variables, told apart by `errors` alone: all but one can be met."""
+    e1, e2, e3, e4, e5 = errors
+    C = np.array([[-2 - e1, 1 + e2, 0, 0, 0], [0, 0, -2 - e3, 2 + e4, 2 - e5], [0, 2.0, 0, 0, 0]])
+    bounds = np.array([-0.927, -1.7786, -3.8717]), np.array([-0.927, -1.7786, np.inf])
+    A = np.array([[2.0, -1, 0, 0, 0], [0, -2, 1, 0, 0]])
+    return [Level(C=C, lb=bounds[0], ub=bounds[1]), Level(A=A, b=np.array([0.61, -1.341]))]
+
+
+@pytest.mark.parametrize("unseen", [0, 1, 3, 5])
+def test_a_variable_that_no_row_sees_stays_and_changes_nothing(unseen):
+    """By rounding it would go on the farther, to 1e15, the less the rows differ."""
+    for seed in range(200):
+        rng = np.random.default_rng(seed)
+        levels = nearly_dependent(10.0 ** rng.uniform(-8, -4) * rng.normal(size=5))
+        wider = [
+            Level(A=np.insert(p.A, unseen, 0, 1), b=p.b, C=np.insert(p.C, unseen, 0, 1), lb=p.lb, ub=p.ub)
+            for p in levels
+        ]
+        solver, start = Solver(6, [level.rows for level in wider]), rng.normal(size=6)
+        solver.start(start)
+        found = solver.solve(wider)
+        assert found.status is Status.SOLVED and found.x[unseen] == start[unseen]
+        solver.reset()
+        cold, without = solver.solve(wider), solve(levels)
+        assert cold.status is without.status is Status.SOLVED
+        np.testing.assert_allclose(
+            slack_norms(wider, cold.x), slack_norms(levels, without.x), rtol=1e-6, atol=1e-6
+        )
+        assert cold.x[unseen] == 0.0 and not cold.unique
+
+
+def test_a_variable_that_is_seen_no_more_and_again_is_as_in_a_new_solver():
+    rng = np.random.default_rng(3)
+    level = Level(A=rng.normal(size=(4, 5)), b=rng.normal(size=4))
+    solver = Solver(5, [level.rows])
+    kept = level.A[:, 2].copy()
+    for column in (kept, np.zeros(4), kept):
+        level.A[:, 2] = column
+        warm = solver.solve([level])
+        assert warm.status is Status.SOLVED and np.abs(level.A @ warm.x - level.b).max() < 1e-12
 
 
 @pytest.mark.parametrize(
