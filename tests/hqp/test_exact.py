@@ -5,7 +5,7 @@ import pytest
 from hapticd.hqp import Level, Solver, Status, solve
 from hapticd.hqp.certificate import certificate, slack_norms
 
-from .test_contacts import recorded, solver_of
+from .test_contacts import DATA, recorded, solver_of
 
 
 def one_corner(short, target, long):
@@ -132,6 +132,24 @@ def test_multipliers_that_are_all_rounding_prove_nothing():
         solution = solver.solve(levels)
         assert solution.status is Status.SOLVED and certificate(levels, solution.x).max() < 1e-6
     assert slack_norms(levels, solution.x)[-1] == pytest.approx(484.129, abs=1e-3)
+
+
+def test_an_x_that_is_too_long_for_the_rounding_of_a_row_is_not_called_solved():
+    """The walk had gone to 1e14 along what two rows differ by, 1e-8, where the level's rows see next to
+    nothing of x, and so no rounding; tolerances grow with |x|."""
+    with np.load(DATA / "long_x.npz") as file:
+        parts = {tuple(key.split("_")): part for key, part in file.items()}
+    ticks = [
+        [
+            Level(**{k: part for (t, p, k), part in parts.items() if (t, p) == (f"t{tick}", f"p{level}")})
+            for level in range(4)
+        ]
+        for tick in range(2)
+    ]
+    solver = solver_of(ticks[0])
+    for levels in ticks:
+        solution = solver.solve(levels)
+        assert solution.status is Status.SOLVED and certificate(levels, solution.x).max() < 1e-6
 
 
 def test_the_unique_x_is_known_to_be_so_where_the_walk_found_it(recordings):
