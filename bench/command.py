@@ -41,14 +41,15 @@ def _add_solve(benchmarks: Commands) -> None:
         " factorisation floor, and how a cold solve grows with the problem. Peers that are not installed are"
         " named with the command that installs them.",
     )
-    solve.add_argument(
+    problems = solve.add_mutually_exclusive_group()
+    problems.add_argument(
         "--data",
         type=file,
         nargs="+",
         metavar="FILE",
         help="recordings; default: those of the giant, and growth",
     )
-    solve.add_argument(
+    problems.add_argument(
         "--humanoid",
         type=count,
         metavar="TICKS",
@@ -57,7 +58,7 @@ def _add_solve(benchmarks: Commands) -> None:
     solve.add_argument(
         "--seed", type=count, default=1, metavar="N", help="of the humanoid's targets; default: 1"
     )
-    solve.add_argument(
+    problems.add_argument(
         "--qp",
         type=file,
         nargs="+",

@@ -56,7 +56,7 @@ def run(
         BenchError: a file that is no recording, or a plot without matplotlib.
     """
     if simulated:
-        recordings, data = [humanoid(*simulated)], data or []
+        recordings = [humanoid(*simulated)]
     else:
         recordings = [load(path) for path in (shipped() if data is None else data)]
     if picture:
@@ -67,7 +67,7 @@ def run(
     if _installed(PEER):
         for same in map(normalised, recordings):
             figures[same.name] = _solvers(same, rounds, every, NORMALISED, ())
-    grown = growth(rounds) if data is None or picture else {}
+    grown = growth(rounds) if picture or (data is None and not simulated) else {}
     if picture:
         plot(grown, picture)
     if as_json:

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from .problem import Array, HqpError, Level, check_point
+from .problem import Array, HqpError, Level, check_levels, check_point
 
 Mask = NDArray[np.bool_]
 
@@ -46,7 +46,13 @@ def gradient(level: Level, x: Array) -> Array:
 
 
 def slack_norms(levels: Sequence[Level], x: Array) -> Array:
-    """Square root of what each level minimises, the weighted |w|^2 + |v|^2, at x, (levels,)."""
+    """Square root of what each level minimises, the weighted |w|^2 + |v|^2, at x, (levels,).
+
+    Raises:
+        HqpError: there are no levels, or x is no array of n numbers.
+    """
+    check_levels(levels)
+    check_point(x, levels[0].n, finite=False)
     both = ((slacks(level, x), weighted_slacks(level, x)) for level in levels)
     squares = [float(np.concatenate(plain) @ np.concatenate(weighted)) for plain, weighted in both]
     return np.asarray(np.sqrt(squares))
@@ -68,9 +74,10 @@ def certificate(levels: Sequence[Level], x: Array, tolerance: float = 1e-9) -> A
         (levels,), 0 where the level is proven minimal.
 
     Raises:
-        HqpError: x is no array of n finite numbers; or scipy is not installed.
+        HqpError: there are no levels, x is no array of n finite numbers, or scipy is not installed.
     """
-    n = levels[0].n if levels else 0
+    check_levels(levels)
+    n = levels[0].n
     check_point(x, n)
     free, cone = np.zeros((0, n)), np.zeros((0, n))
     distances = np.zeros(len(levels))

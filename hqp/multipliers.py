@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .certificate import Mask, activity, gradient, slacks, weighted_slacks
-from .problem import Array, HqpError, Level, check_point
+from .problem import Array, HqpError, Level, check_levels, check_point
 from .solver import Status, solve
 
 
@@ -74,6 +74,7 @@ def multipliers(levels: Sequence[Level], x: Array, level: int, tolerance: float 
 
 
 def _check(levels: Sequence[Level], x: Array, level: int, tolerance: float) -> None:
+    check_levels(levels)
     if not isinstance(level, int | np.integer):
         raise HqpError("level", f"is of type {type(level).__name__}", "give its number, from 0")
     if not 0.0 <= tolerance < 1.0:

@@ -1,5 +1,6 @@
 """The problem: levels of rows over one vector x, and the error of this package."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -139,16 +140,32 @@ def _check(name: str, value: object, ndim: int) -> None:
         raise HqpError(name, "is not aligned to its type in memory", f"pass {name}.copy()")
 
 
-def check_point(x: object, n: int) -> None:
+def check_levels(levels: object) -> None:
+    """Check what a function takes for the levels of a problem.
+
+    Raises:
+        HqpError: it is no sequence of at least one Level.
+    """
+    mend = "pass the levels of a problem, a list of Level"
+    if not isinstance(levels, Sequence):
+        raise HqpError("levels", f"is of type {type(levels).__name__}", mend)
+    if not levels:
+        raise HqpError("levels", "is empty", mend)
+    for level in levels:
+        if not isinstance(level, Level):
+            raise HqpError("levels", f"has an entry of type {type(level).__name__}", mend)
+
+
+def check_point(x: object, n: int, finite: bool = True) -> None:
     """Check a point of n variables that a function takes to judge it.
 
     Raises:
-        HqpError: it is no array of n finite numbers.
+        HqpError: it is no array of n numbers, or of n that are `finite`.
     """
     mend = f"pass the x of a solution, an array of shape ({n},)"
     if not isinstance(x, np.ndarray) or x.dtype.kind not in "fiu":
         raise HqpError("x", f"is of type {getattr(x, 'dtype', type(x).__name__)}", mend)
     if x.shape != (n,):
         raise HqpError("x", f"has shape {x.shape}", mend)
-    if not np.isfinite(x).all():
+    if finite and not np.isfinite(x).all():
         raise HqpError("x", "has entries that are not finite", mend)

@@ -298,3 +298,9 @@ def test_bad_usage_is_refused(arguments: list[str]) -> None:
     with pytest.raises(SystemExit) as end:
         main(arguments)
     assert end.value.code == 2
+
+
+def test_one_kind_of_problems_is_timed_at_a_time(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as ended:
+        main(["bench", "solve", "--humanoid", "5", "--data", str(CYCLING)])
+    assert ended.value.code == 2 and "--data: not allowed with argument --humanoid" in capsys.readouterr().err

@@ -1,6 +1,8 @@
 import numpy as np
-from hapticd.hqp import Level
+import pytest
+from hapticd.hqp import HqpError, Level
 from hapticd.hqp.certificate import certificate, slack_norms, slacks
+from hapticd.hqp.multipliers import multipliers
 
 
 def unit_box(n):
@@ -43,3 +45,20 @@ def test_the_certificate_does_not_depend_on_row_scale():
     level = levels[0]
     scaled = [Level(C=1e4 * level.C, lb=1e4 * level.lb, ub=1e4 * level.ub), levels[1]]
     assert np.allclose(certificate(levels, x), certificate(scaled, x))
+
+
+@pytest.mark.parametrize("judge", [certificate, slack_norms, lambda levels, x: multipliers(levels, x, 0)])
+@pytest.mark.parametrize(
+    ("levels", "x", "said"),
+    [
+        ([], np.zeros(2), "levels is empty"),
+        (None, np.zeros(2), "levels is of type NoneType"),
+        ((level for level in [unit_box(2)]), np.zeros(2), "levels is of type generator"),
+        ([unit_box(2), 3.0], np.zeros(2), "levels has an entry of type float"),
+        ([unit_box(2)], np.zeros(3), r"x has shape \(3,\)"),
+        ([unit_box(2)], [0.0, 0.0], "x is of type list"),
+    ],
+)
+def test_what_is_no_problem_or_no_point_is_refused(judge, levels, x, said):
+    with pytest.raises(HqpError, match=said):
+        judge(levels, x)
