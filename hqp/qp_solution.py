@@ -27,10 +27,11 @@ class QpSolution(Solution):
 
     Attributes:
         x: (n,).
-        status: SOLVED: x is proven optimal, or, if `found` is False, proven to break the constraints least.
+        status: SOLVED: x is proven optimal, or, if `found` is False, proven to break the constraints least:
+            the sum of squares of its distances to them is.
         found: x is optimal and meets the constraints.
         iterations: rows added to the working set and released.
-        objective: 1/2 x^T P x + q^T x.
+        objective: 1/2 x^T P x + q^T x; NaN where the constraints contradict each other.
         conflict: where the constraints contradict each other, the rows at fault, the worst first:
             ("A" | "G" | "box", row, multiplier). With these multipliers the rows add up to 0 x < 0.
     """
