@@ -210,13 +210,13 @@ static int is_held_by_frozen(hqp_solver *s, int level) {
     return 1;
 }
 
-/* x is so long that the rounding of a row hides its value: it proves nothing. s->value: row . x. */
+/* x is so long that the rounding of a row, whatever it sees of x, hides its value: it proves nothing, for
+ * what is minded of a row grows with |x|. s->value: row . x. */
 static int is_blurred(const hqp_solver *s) {
     if (!(s->settings.rounding * s->x_norm > BLURRED)) return 0;
     for (int i = 0; i < s->total; i++) {
         if (s->kind[i] == HQP_IDLE) continue;
-        const double size = s->norm[i] * s->x_norm;
-        if (s->settings.rounding * size > BLURRED * (1.0 + fabs(s->value[i]))) return 1;
+        if (s->settings.rounding * s->norm[i] * s->x_norm > BLURRED * (1.0 + fabs(s->value[i]))) return 1;
     }
     return 0;
 }

@@ -135,8 +135,7 @@ def test_multipliers_that_are_all_rounding_prove_nothing():
 
 
 def test_an_x_that_is_too_long_for_the_rounding_of_a_row_is_not_called_solved():
-    """The walk had gone to 1e14 along what two rows differ by, 1e-8, where the level's rows see next to
-    nothing of x, and so no rounding; tolerances grow with |x|."""
+    """Of x = 1e14 rows saw next to nothing, and so no rounding, while their tolerances grow with |x|."""
     with np.load(DATA / "long_x.npz") as file:
         parts = {tuple(key.split("_")): part for key, part in file.items()}
     ticks = [
