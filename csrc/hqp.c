@@ -10,7 +10,8 @@ static const ptrdiff_t MAX_CELLS =
 
 static const double LARGEST = 1e100, SMALLEST = 1e-100; /* of a coefficient; of the norm of a row that acts */
 static const double CLOSED = 1e-9;                      /* lb > ub by less than this part of them: a point */
-enum { SHARES = 3 }; /* times the iterations that are usual: the cap, if none is given */
+/* times the iterations that are usual, and at least: the cap, if none is given */
+enum { SHARES = 3, FEWEST = 1000 };
 
 hqp_settings hqp_default_settings(void) {
     return (hqp_settings){.feasibility = 1e-13, .rank = 1e-9, .rounding = 5e-15, .max_iterations = 0};
@@ -194,8 +195,8 @@ hqp_solver *hqp_create(const hqp_dims *dims, const hqp_settings *settings) {
     if (!dims_fit(dims) || !settings_fit(settings)) return NULL;
     hqp_solver shape = {
         .n = dims->n, .levels = dims->levels, .ld = hqp_ceil4(dims->n), .settings = *settings};
-    const int usually = hqp_usual(shape.n);
-    if (shape.settings.max_iterations == 0) shape.settings.max_iterations = SHARES * usually;
+    const int shares = SHARES * hqp_usual(shape.n);
+    if (shape.settings.max_iterations == 0) shape.settings.max_iterations = shares > FEWEST ? shares : FEWEST;
     for (int p = 0, before[2] = {0, 0}; p < dims->levels; p++) {
         const int rows = dims->equalities[p] + dims->inequalities[p];
         const int joined = before[0] + before[1] + rows; /* of three levels, should they be joined */

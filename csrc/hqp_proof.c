@@ -83,25 +83,25 @@ int hqp_touches(const hqp_solver *s, int id, int side) {
 
 /* Whether a level, whose slacks are known, has one worth a proof; s->none[level]: the length of a gradient
  * that counts as none, s->little[level]: the same of a multiplier, times the norm of its row, on which a
- * level leans. They are measured by the rows that are missed, not by longer ones that are met. */
+ * level leans. They are measured by the length of rows, each of which counts by the square of its slack: not
+ * by that of long ones that are met. */
 int hqp_has_slack(hqp_solver *s, int level) {
-    double squares = 0.0, largest = 0.0, longest = 0.0, most = 0.0;
+    double squares = 0.0, longest = 0.0, most = 0.0, pulls = 0.0;
     for (int i = s->row0[level]; i < s->row0[level + 1]; i++) {
-        const double slack = s->lacking[i];
+        const double slack = s->lacking[i], pull = fabs(slack) * s->norm[i];
         if (slack == 0.0 || s->kind[i] == HQP_IDLE) continue;
         squares += slack * slack;
-        most += fabs(slack) * s->norm[i];
+        pulls += pull * pull;
+        most += pull;
         longest = fmax(longest, s->norm[i]);
-        if (!hqp_touches(s, i, slack > 0.0 ? -1 : 1)) largest = fmax(largest, s->norm[i]);
     }
-    if (!(largest > 0.0)) largest = longest;
-    const double slack = sqrt(squares);
-    const double rounding = s->settings.rounding * (largest * slack + longest * longest * s->x_norm);
+    const double slack = sqrt(squares), length = squares > 0.0 ? sqrt(pulls / squares) : longest;
+    const double rounding = s->settings.rounding * (length * slack + longest * longest * s->x_norm);
     const int is_finer = is_strict(s, level), is_last = hqp_is_last(s, level);
     const int is_exact = s->is_exact && !is_finer && !is_last;
     const double factor = is_finer ? FINER : is_last ? LAST : is_exact ? EXACT : 1.0;
     const double roundings = is_exact ? EXACT_ROUNDINGS : ROUNDINGS;
-    s->none[level] = largest * factor * PROVEN * (1.0 + slack) + roundings * rounding;
+    s->none[level] = length * factor * PROVEN * (1.0 + slack) + roundings * rounding;
     if (s->joined[level] && !s->is_lax) s->none[level] = fmin(s->none[level], of_the_next(s, level));
     if (!isfinite(s->none[level])) s->none[level] = 0.0;
     s->little[level] = LITTLE * s->none[level] / (is_exact ? EXACT : 1.0);
