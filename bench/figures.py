@@ -16,17 +16,20 @@ from .recorded import Recording
 TOLERANCES = {"wrong_1e6": 1e-6, "wrong_1e4": 1e-4, "wrong_1e2": 1e-2}
 PERCENTILES = {"median_us": 50.0, "p99_us": 99.0, "p999_us": 99.9, "max_us": 100.0}
 TITLES = {
-    "median_us": "median",
+    "median_us": "median us",
     "p99_us": "p99",
     "p999_us": "p99.9",
-    "max_us": "max us",
+    "max_us": "max",
     "iterations_mean": "iterations",
     "iterations_max": "most",
-    **{name: name.replace("_", " ") for name in TOLERANCES},
-    "better": "better",
+    "ticks": "of",
+}
+WIDTHS = (11, 9, 9, 9, 11, 6, 6)  # beside a name of 17 letters, on 80 columns
+FAULTS = {
+    **{name: f"wrong by 1e-{name[-1]}" for name in TOLERANCES},
+    "better": "better than recorded",
     "not_solved": "not solved",
     "failed": "failed",
-    "ticks": "of",
 }
 
 Figures = dict[str, float]
@@ -73,15 +76,21 @@ def count_wrong(recording: Recording, points: dict[int, NDArray[np.float64]]) ->
     return {**wrong, "better": better}
 
 
-def table(figures: dict[str, dict[str, Figures]]) -> Iterator[str]:
-    """One line for each data set and solver, under one with the titles."""
-    width = 2 + max(len(f"{dataset} {solver}") for dataset, solvers in figures.items() for solver in solvers)
-    yield " " * width + "".join(f"{title:>11}" for title in TITLES.values())
-    for dataset, solvers in figures.items():
-        for solver, values in solvers.items():
-            digits = {key: 1 if key.endswith(("us", "mean")) else 0 for key in TITLES}
-            cells = (f"{values[k]:11.{digits[k]}f}" if k in values else " " * 11 for k in TITLES)
-            yield f"{f'{dataset} {solver}':{width}}" + "".join(cells)
+def table(solvers: dict[str, Figures]) -> Iterator[str]:
+    """A line for each solver, and one for each that is not right on every tick."""
+    yield " " * 19 + "".join(
+        f"{title:>{width}}" for title, width in zip(TITLES.values(), WIDTHS, strict=True)
+    )
+    for solver, values in solvers.items():
+        yield f"  {solver:17}" + "".join(map(_cell, TITLES, (values[key] for key in TITLES), WIDTHS))
+    for solver, values in solvers.items():
+        faults = [f"{values[key]:.0f} {fault}" for key, fault in FAULTS.items() if values[key]]
+        if faults:
+            yield f"  {solver}: {', '.join(faults)}"
+
+
+def _cell(key: str, value: float, width: int) -> str:
+    return f"{value:{width}.{1 if key.endswith(('us', 'mean')) else 0}f}"
 
 
 def progress(what: str, items: Iterable[int], count: int) -> Iterator[int]:

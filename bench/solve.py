@@ -74,7 +74,10 @@ def run(
         json.dump({**figures, **grown}, sys.stdout, indent=2)
         print()
         return
-    print(*table(figures), *_ratios(figures), *lines_of_growth(grown), sep="\n")
+    for dataset, solvers in figures.items():
+        print(dataset, *table(solvers), *_ratios(solvers), sep="\n")
+    for line in lines_of_growth(grown):
+        print(line)
 
 
 def _solvers(
@@ -119,13 +122,12 @@ def _figures(recording: Recording, rounds: Sequence[Round]) -> Figures:
     }
 
 
-def _ratios(figures: dict[str, dict[str, Figures]]) -> Iterator[str]:
+def _ratios(solvers: dict[str, Figures]) -> Iterator[str]:
     """How the warm median compares with the floor and with DAQP."""
-    for dataset, solvers in figures.items():
-        warm = solvers["hapticd warm"]
-        if "floor" in solvers:
-            floor = warm["median_us"] / solvers["floor"]["median_us"]
-            yield f"{dataset}: hapticd warm takes {floor:.2f} times the floor"
-        if PEER in solvers:
-            median, p99 = (solvers[PEER][key] / warm[key] for key in ("median_us", "p99_us"))
-            yield f"{dataset}: {PEER} takes {median:.2f} times hapticd warm, at p99 {p99:.2f} times"
+    warm = solvers["hapticd warm"]
+    if "floor" in solvers:
+        floor = warm["median_us"] / solvers["floor"]["median_us"]
+        yield f"  hapticd warm takes {floor:.2f} times the floor"
+    if PEER in solvers:
+        median, p99 = (solvers[PEER][key] / warm[key] for key in ("median_us", "p99_us"))
+        yield f"  {PEER} takes {median:.2f} times hapticd warm, at p99 {p99:.2f} times"

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from hapticd.bench import cascades, growth, solve
 from hapticd.bench.contenders import Answer, Contender, DaqpHierarchical, Floor, Ours
-from hapticd.bench.figures import count_wrong, summary
+from hapticd.bench.figures import FAULTS, PERCENTILES, count_wrong, summary, table
 from hapticd.bench.recorded import Recording, load, shipped
 from hapticd.binding import pointer
 from hapticd.hqp.certificate import slack_norms
@@ -66,18 +66,28 @@ def test_figures_come_as_json(run: Run) -> None:
 def test_the_table_ends_with_the_ratio_to_the_floor(run: Run) -> None:
     lines = run().splitlines()
     if DAQP:
-        assert lines.pop().startswith("cycling, rows normalised: DAQP hierarchical takes")
-    assert "p99.9" in lines[0] and lines[1].startswith("cycling hapticd cold")
-    warm = [line for line in lines if line.startswith("cycling: hapticd warm takes")]
-    assert len(warm) == 1 and "times the floor" in warm[0]
+        assert lines[-1].startswith("  DAQP hierarchical takes") and "cycling, rows normalised" in lines
+    assert lines[0] == "cycling" and "p99.9" in lines[1] and lines[2].startswith("  hapticd cold")
+    assert max(map(len, lines)) <= 80
+    assert sum("times the floor" in line for line in lines) == 1
+
+
+def test_the_table_says_who_is_not_right_on_every_tick() -> None:
+    times = dict.fromkeys(PERCENTILES, 123456.78) | {"iterations_mean": 9.5, "iterations_max": 10.0}
+    right = times | dict.fromkeys(FAULTS, 0.0) | {"ticks": 2000.0}
+    wrong = right | {"wrong_1e6": 54.0, "failed": 3.0}
+    lines = list(table({"hapticd warm": right, "DAQP hierarchical": wrong}))
+    assert len(lines) == 4 and max(map(len, lines)) <= 80
+    assert lines[1].split()[2:] == ["123456.8"] * 4 + ["9.5", "10", "2000"]
+    assert lines[3] == "  DAQP hierarchical: 54 wrong by 1e-6, 3 failed"
 
 
 def test_the_floor_and_daqp_are_compared_in_the_ratios() -> None:
     medians = {"hapticd warm": 10.0, "floor": 4.0, "DAQP hierarchical": 50.0}
-    figures = {"set": {name: {"median_us": us, "p99_us": 2.0 * us} for name, us in medians.items()}}
+    figures = {name: {"median_us": us, "p99_us": 2.0 * us} for name, us in medians.items()}
     assert list(solve._ratios(figures)) == [
-        "set: hapticd warm takes 2.50 times the floor",
-        "set: DAQP hierarchical takes 5.00 times hapticd warm, at p99 5.00 times",
+        "  hapticd warm takes 2.50 times the floor",
+        "  DAQP hierarchical takes 5.00 times hapticd warm, at p99 5.00 times",
     ]
 
 
