@@ -67,7 +67,7 @@ class Round(msgspec.Struct):
         for us, count in self.latenesses:
             seen += count
             if seen >= wanted:
-                return us
+                return min(us, self.largest)  # that of a bucket is its upper edge
         return self.largest
 
     def figures(self) -> Figures:
@@ -217,12 +217,12 @@ def summarise(found: dict[str, list[Round]]) -> dict[str, Figures]:
 def table(figures: dict[str, Figures]) -> str:
     """The figures for people, with the ratio to cyclictest, or to the C loop where that is missing."""
     yardstick = "cyclictest" if "cyclictest" in figures else "c_loop"
-    titles = f"{'p50':>9}{'p99':>9}{'p99.9':>9}{'max':>10}{'missed':>8}{'p99 / ' + yardstick:>20}"
-    lines = [f"{'lateness us':20}{titles}"]
+    titles = f"{'p50':>9}{'p99':>9}{'p99.9':>9}{'max':>9}{'missed':>8}{'p99 / ' + yardstick:>18}"
+    lines = [f"{'lateness us':18}{titles}"]
     for name, row in figures.items():
         columns = "".join(f"{row[key]:9.1f}" for key in QUANTILES)
         ratio = row["p99_us"] / max(figures[yardstick]["p99_us"], 1e-3)
-        lines.append(f"{LABELS[name]:20}{columns}{row['max_us']:10.1f}{row['missed']:8.0f}{ratio:20.2f}")
+        lines.append(f"{LABELS[name]:18}{columns}{row['max_us']:9.1f}{row['missed']:8.0f}{ratio:18.2f}")
     return "\n".join(lines)
 
 

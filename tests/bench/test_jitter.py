@@ -33,6 +33,11 @@ def test_quantiles_of_a_round_are_those_of_its_latenesses() -> None:
     }
 
 
+def test_no_quantile_is_later_than_the_latest_tick() -> None:
+    """The lateness of a bucket is its upper edge."""
+    assert Round([(10.0, 9), (244.0, 1)], 240.0, 0).quantile(1.0) == 240.0
+
+
 CYCLICTEST = """# /dev/cpu_dma_latency set to 0us
 # Histogram
 000008 000010
@@ -93,7 +98,7 @@ def test_the_table_compares_with_the_c_loop_where_cyclictest_is_missing() -> Non
     made = Round([(10.0, 99), (50.0, 1)], 50.0, 0)
     twice = Round([(20.0, 98), (100.0, 2)], 100.0, 1)
     table = jitter.table(jitter.summarise({"c_loop": [made, made, twice], "hapticd": [twice]}))
-    assert "p99 / c_loop" in table
+    assert "p99 / c_loop" in table and max(map(len, table.splitlines())) <= 80
     assert table.splitlines()[2].split()[-1] == "10.00"
 
 
