@@ -273,6 +273,26 @@ def faint_direction(rng: Draw, n: int, levels: int) -> list[Level]:
     return problem
 
 
+def unseen_variables(rng: Draw, n: int, levels: int) -> list[Level]:
+    """Some variables that no row sees, beside rows in small whole numbers that all but repeat one another."""
+    problem = _hierarchy(rng, n, levels)
+    seen, point = rng.random(n) < 0.7, rng.integers(-2, 3, size=n).astype(float)
+    rows = rng.integers(-2, 3, size=(1 + n // 2, n)) * seen
+    angle = 10.0 ** rng.uniform(-6, -4)
+    for level in problem:
+        for matrix in _matrices(level):
+            matrix[:] = rows[rng.integers(len(rows), size=len(matrix))]
+            matrix *= 1.0 + angle * rng.normal(size=matrix.shape)
+        level.b[:] = level.A @ point  # where x would go far otherwise
+        level.lb[:], level.ub[:] = (
+            np.minimum(level.lb, level.C @ point),
+            np.maximum(level.ub, level.C @ point),
+        )
+        is_point = rng.random(len(level.C)) < 0.3
+        level.lb[is_point] = level.ub[is_point] = (level.C @ point)[is_point]
+    return problem
+
+
 def mixed(rng: Draw, n: int, levels: int) -> list[Level]:
     """Each level from another kind of rows."""
     kinds = [kind for kind in OF_ROWS if kind is not mixed]
@@ -295,7 +315,7 @@ OF_ROWS = (
     mixed,
 )
 OF_STRUCTURE = (friction_pyramids, boxes_meeting_cones, no_equalities, tall)
-OF_ROUNDING = (faint_direction,)
+OF_ROUNDING = (faint_direction, unseen_variables)
 KINDS: dict[str, Callable[[Draw, int, int], list[Level]]] = {
     kind.__name__: kind for kind in (*OF_ROWS, *OF_STRUCTURE, *OF_ROUNDING)
 }

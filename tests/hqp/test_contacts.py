@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from hapticd.hqp import Level, Solver, Status, solve
 from hapticd.hqp.certificate import certificate, slack_norms, slacks
-from hapticd.hqp.generate import KINDS, OF_STRUCTURE, jump, problem
+from hapticd.hqp.generate import KINDS, OF_ROUNDING, OF_STRUCTURE, jump, problem
 
 DATA = Path(__file__).with_name("data")
-STRUCTURED = [kind.__name__ for kind in OF_STRUCTURE]
+STRUCTURED = [kind.__name__ for kind in (*OF_STRUCTURE, *OF_ROUNDING)]
 PARTS = ("A", "b", "C", "lb", "ub")
 BEST = {"contact_cold": 617.644, "contact_warm": 617.118}  # of the last level, by an interior-point method
 

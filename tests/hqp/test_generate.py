@@ -50,6 +50,8 @@ def test_kinds_are_what_they_say():
     bounds = np.concatenate([joined(made["unit_rows"], "lb"), joined(made["unit_rows"], "ub")])
     assert set(np.unique(np.abs(bounds))) == {0.0, np.inf}
     assert all((np.sum(level.C != 0, axis=1) == 1).all() for level in made["unit_rows"])
+    everything = np.vstack([joined(made["unseen_variables"], "A"), joined(made["unseen_variables"], "C")])
+    assert (everything == 0).all(axis=0).any()
 
 
 # What once went wrong: clashes in circles, rounding taken for a multiplier, a false minimum of the descent.
