@@ -154,8 +154,8 @@ def test_an_x_that_is_too_long_for_the_rounding_of_a_row_is_not_called_solved():
 
 
 def test_a_long_row_that_is_all_but_met_does_not_hide_what_short_ones_lack():
-    """Level 1 has a row of length 3000, missed by 1e-4, beside rows of length 15, missed by 4: at the scale of
-    the first 3.74276 is as good as 3.74271."""
+    """Level 1 has a row of length 3000, missed by 1e-4, beside rows of length 15, missed by 4: at the scale
+    of the first 3.74276 is as good as 3.74271."""
     ticks = small_ticks("spread_rows")
     solver = solver_of(ticks[0])
     for levels in ticks:
