@@ -1,6 +1,8 @@
 /* Two variables within limits, and below that a wish for their sum.
  *
  *     cc hqp.c $(pkg-config --cflags --libs hapticd-hqp) -o hqp && ./hqp
+ *
+ * With a PREFIX of your own the loader has to be told: LD_LIBRARY_PATH=PREFIX/lib ./hqp
  */
 #include <hqp.h>
 #include <stdio.h>

@@ -1,6 +1,8 @@
 // Two variables within limits, and below that a wish for their sum; with Eigen.
 //
 //     c++ -std=c++17 hqp.cpp $(pkg-config --cflags --libs hapticd-hqp eigen3) -o hqp && ./hqp
+//
+// With a PREFIX of your own the loader has to be told: LD_LIBRARY_PATH=PREFIX/lib ./hqp
 #include <cstdio>
 #include <hqp.hpp>
 

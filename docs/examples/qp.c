@@ -1,6 +1,8 @@
 /* The point nearest to (1, 2) whose coordinates add up to 2 at most and are not negative.
  *
  *     cc qp.c $(pkg-config --cflags --libs hapticd-hqp) -o qp && ./qp
+ *
+ * With a PREFIX of your own the loader has to be told: LD_LIBRARY_PATH=PREFIX/lib ./qp
  */
 #include <hqp_qp.h>
 #include <stdio.h>
