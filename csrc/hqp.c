@@ -143,6 +143,7 @@ static size_t lay_out(hqp_solver *s, char *arena) {
                                    &s->guess_held_side,
                                    &s->clash.side,
                                    &s->cone.kind,
+                                   &s->cone.own,
                                    &s->clear,
                                    &s->apart.at.side,
                                    &s->apart.at.held_side,
@@ -168,6 +169,7 @@ static size_t lay_out(hqp_solver *s, char *arena) {
     s->proof.held = slice(arena, &used, 2 * levels * n * sizeof(int));
     s->proof.count = slice(arena, &used, 2 * levels * sizeof(int));
     s->slack = slice(arena, &used, levels);
+    s->hidden = slice(arena, &used, levels);
     s->weighted = slice(arena, &used, levels);
     s->joined = slice(arena, &used, levels);
     s->strict = slice(arena, &used, levels);

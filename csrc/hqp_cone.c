@@ -13,6 +13,7 @@
 
 enum { STEPS = 4 };                    /* times n + 1: rows held or released by a projection at most */
 static const double DIRECTION = 1e-10; /* times its length: what a direction may break a row by */
+static const double ROUNDINGS = 2.0;   /* of row . x: what a long row may take */
 static const double LARGE = 1e6;       /* a multiplier, times the norm of its row, that costs digits */
 
 static void exchange(double **a, double **b) {
@@ -32,13 +33,19 @@ static void cross(hqp_solver *s) {
     s->cone.entered = !s->cone.entered;
 }
 
-static void form(hqp_solver *s, int level) {
-    for (int i = 0; i < s->row0[level]; i++) {
-        const int at_lb = hqp_touches(s, i, -1), at_ub = hqp_touches(s, i, 1);
-        s->cone.kind[i] = hqp_is_hard(s, i) && (at_lb || at_ub) ? HQP_RANGE : HQP_IDLE;
+/*
+ * The cone of hard rows that x touches; with `own`, also of the long rows of the level. What their rounding
+ * makes of -g is along them: a row at its bound may take it to one side, one that is missed to both.
+ */
+static void form(hqp_solver *s, int level, int own) {
+    for (int i = 0; i < s->row0[level + own]; i++) {
+        const int is_own = i >= s->row0[level], is_missed = is_own && s->lacking[i] != 0.0;
+        const int at_lb = is_missed || hqp_touches(s, i, -1), at_ub = is_missed || hqp_touches(s, i, 1);
+        const int is_part = is_own ? hqp_is_long(s, level, i) : hqp_is_hard(s, i);
+        s->cone.kind[i] = is_part && (at_lb || at_ub) ? HQP_RANGE : HQP_IDLE;
         s->cone.lb[i] = at_lb ? 0.0 : -INFINITY;
         s->cone.ub[i] = at_ub ? 0.0 : INFINITY;
-        if (s->cone.kind[i] == HQP_IDLE || (s->side[i] < 0 ? !at_lb : !at_ub)) s->side[i] = 0;
+        if (is_own || s->cone.kind[i] == HQP_IDLE || (s->side[i] < 0 ? !at_lb : !at_ub)) s->side[i] = 0;
     }
 }
 
@@ -120,6 +127,38 @@ static double least_held(const hqp_solver *s, double length) {
     return least;
 }
 
+/* A row of the level takes more than its rounding. */
+static int takes_more(const hqp_solver *s, int level, double length, double x_norm) {
+    for (int k = 0; k < s->held.count; k++) {
+        const int id = s->held.id[k];
+        const double rounding = s->settings.rounding * s->norm[id] * x_norm;
+        if (id >= s->row0[level] && length * s->held.multiplier[k] > ROUNDINGS * rounding) return 1;
+    }
+    return 0;
+}
+
+/* project_well, from x, whose values are known: what is left of -g, of this length. */
+static double project_from(hqp_solver *s, int level, int own, double length, double x_norm) {
+    s->x_norm = x_norm;
+    form(s, level, own);
+    cross(s);
+    return project_well(s, level + own, s->none[level] / length);
+}
+
+/* The same through long rows whose rounding hides what short ones lack, if they take no more than that. */
+static double project_through(hqp_solver *s, int level, double length, double x_norm) {
+    const int first = s->row0[level], count = s->row0[level + 1] - first;
+    memcpy(s->cone.own, s->side + first, (size_t)count);
+    double left = project_from(s, level, 1, length, x_norm);
+    if (takes_more(s, level, length, x_norm)) {
+        cross(s);
+        memset(s->side + first, 0, (size_t)count);
+        left = project_from(s, level, 0, length, x_norm);
+    }
+    memcpy(s->side + first, s->cone.own, (size_t)count);
+    return left;
+}
+
 /*
  * s->descent = the way down for this level from x, whose values are known; the rows that hold the projection
  * become the working set. Returns a length: -g is at most so far from the cone of rows at their bound.
@@ -146,9 +185,8 @@ double hqp_descent(hqp_solver *s, int level) {
         target[j] /= length;
         hqp_axpy(s->trial, target[j], hqp_row(s, s->direction, j), 0, width);
     }
-    form(s, level);
-    cross(s);
-    const double left = project_well(s, level, s->none[level] / length);
+    const double left = s->hidden[level] ? project_through(s, level, length, x_norm)
+                                         : project_from(s, level, 0, length, x_norm);
     s->cone.least = least_held(s, length);
     if (hqp_is_last(s, level)) s->hardest = length * most_held(s);
     cross(s);

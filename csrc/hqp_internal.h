@@ -108,8 +108,8 @@ struct hqp_solver {
     double *descent;                    /* [ld] a way down for the level at hand */
     struct {
         double *lb, *ub, *x, *target; /* of the rows at their bound, moved there, while -g is projected */
-        signed char *kind;
-        double least; /* multiplier, times the norm of the row, that the projection needs */
+        signed char *kind, *own;      /* own: the sides of the level's rows, put aside */
+        double least;                 /* multiplier, times the norm of the row, that the projection needs */
         int entered;
     } cone;
     struct {
@@ -121,6 +121,7 @@ struct hqp_solver {
     struct {
         int *held, *count; /* [2 levels][n]: by level, 1 + row, negative at lb; [2 levels] */
     } proof; /* what held the projections that proved the levels last, apart and then with levels joined */
+    signed char *hidden;   /* [levels] the rounding of its long rows would hide what short ones lack */
     double *none;          /* [levels] length of a gradient that counts as none, */
     double *little;        /* and next to no multiplier, times the norm of its row: the level leans on it */
     signed char *weighted; /* [levels] its rows have weights of their own */
@@ -318,6 +319,7 @@ double hqp_descent(hqp_solver *s, int level);
 void hqp_find_slacks(hqp_solver *s, int from, int to);
 void hqp_find_values(hqp_solver *s);
 int hqp_has_slack(hqp_solver *s, int level);
+int hqp_is_long(const hqp_solver *s, int level, int id);
 void hqp_gradient(const hqp_solver *s, int level, double *g);
 int hqp_touches_with(const hqp_solver *s, int id, int side, double value, double x_norm);
 int hqp_touches(const hqp_solver *s, int id, int side);

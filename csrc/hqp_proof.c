@@ -16,6 +16,9 @@
 
 /* times norm of row (1 + slack): a gradient that counts as none; and times rounding of row . x: the same */
 static const double PROVEN = 1e-9, ROUNDINGS = 1.0;
+/* times that without the roundings: they are so large that long rows are looked through, which are those
+ * whose own rounding is more than LONG of it */
+static const double HIDING = 10.0, LONG = 0.1;
 /* times these, in the first try: so exactly there is mostly but one answer proven */
 static const double EXACT = 3e-3, EXACT_ROUNDINGS = 0.1;
 /* times PROVEN, of the last level: no other leans on what is left of its gradient */
@@ -81,31 +84,63 @@ int hqp_touches(const hqp_solver *s, int id, int side) {
     return hqp_touches_with(s, id, side, s->value[id], s->x_norm);
 }
 
-/* Whether a level, whose slacks are known, has one worth a proof; s->none[level]: the length of a gradient
- * that counts as none, s->little[level]: the same of a multiplier, times the norm of its row, on which a
- * level leans. They are measured by the length of rows, each of which counts by the square of its slack: not
- * by that of long ones that are met. */
-int hqp_has_slack(hqp_solver *s, int level) {
-    double squares = 0.0, longest = 0.0, most = 0.0, pulls = 0.0;
+/* The rounding of the row's value, times the row, is no less than what counts as none. */
+int hqp_is_long(const hqp_solver *s, int level, int id) {
+    const double rounding = s->settings.rounding * s->norm[id] * s->x_norm;
+    return s->kind[id] != HQP_IDLE && rounding * s->norm[id] > LONG * s->none[level];
+}
+
+/* Rows of the level that are missed by no more than the rounding of their value count as met. */
+static void meet_rounded(hqp_solver *s, int level) {
+    for (int i = s->row0[level]; i < s->row0[level + 1]; i++) {
+        if (fabs(s->lacking[i]) <= s->settings.rounding * s->norm[i] * s->x_norm) s->lacking[i] = 0.0;
+    }
+}
+
+/* What the rows amount to that a level misses: their slack and, each counted by the square of it, their
+ * length; what they pull at most; and what of that may be rounding, but for long rows where these are looked
+ * through. */
+typedef struct missed {
+    double slack, length, most, rounding;
+} missed;
+
+static missed find_missed(const hqp_solver *s, int level) {
+    double squares = 0.0, pulls = 0.0, most = 0.0, longest = 0.0;
     for (int i = s->row0[level]; i < s->row0[level + 1]; i++) {
         const double slack = s->lacking[i], pull = fabs(slack) * s->norm[i];
         if (slack == 0.0 || s->kind[i] == HQP_IDLE) continue;
         squares += slack * slack;
         pulls += pull * pull;
         most += pull;
-        longest = fmax(longest, s->norm[i]);
+        if (!s->hidden[level] || !hqp_is_long(s, level, i)) longest = fmax(longest, s->norm[i]);
     }
     const double slack = sqrt(squares), length = squares > 0.0 ? sqrt(pulls / squares) : longest;
     const double rounding = s->settings.rounding * (length * slack + longest * longest * s->x_norm);
+    return (missed){slack, length, most, rounding};
+}
+
+/* Whether a level, whose slacks are known, has one worth a proof; s->none[level]: the length of a gradient
+ * that counts as none, s->little[level]: the same of a multiplier, times the norm of its row, on which a
+ * level leans; s->hidden[level]: the rounding of long rows would hide what short ones lack. */
+int hqp_has_slack(hqp_solver *s, int level) {
     const int is_finer = is_strict(s, level), is_last = hqp_is_last(s, level);
     const int is_exact = s->is_exact && !is_finer && !is_last;
-    const double factor = is_finer ? FINER : is_last ? LAST : is_exact ? EXACT : 1.0;
+    const double factor = PROVEN * (is_finer ? FINER : is_last ? LAST : is_exact ? EXACT : 1.0);
     const double roundings = is_exact ? EXACT_ROUNDINGS : ROUNDINGS;
-    s->none[level] = length * factor * PROVEN * (1.0 + slack) + roundings * rounding;
+    s->hidden[level] = 0;
+    missed of = find_missed(s, level);
+    s->none[level] = factor * of.length * (1.0 + of.slack);
+    if (!s->joined[level] && roundings * of.rounding > HIDING * s->none[level]) {
+        s->hidden[level] = 1;
+        meet_rounded(s, level);
+        of = find_missed(s, level);
+        s->none[level] = factor * of.length * (1.0 + of.slack);
+    }
+    s->none[level] += roundings * of.rounding;
     if (s->joined[level] && !s->is_lax) s->none[level] = fmin(s->none[level], of_the_next(s, level));
     if (!isfinite(s->none[level])) s->none[level] = 0.0;
     s->little[level] = LITTLE * s->none[level] / (is_exact ? EXACT : 1.0);
-    return !(most <= s->none[level]);
+    return !(of.most <= s->none[level]);
 }
 
 /* g = -sum slack row over the rows of the level */
