@@ -130,7 +130,8 @@ int hqp_has_slack(hqp_solver *s, int level) {
     s->hidden[level] = 0;
     missed of = find_missed(s, level);
     s->none[level] = factor * of.length * (1.0 + of.slack);
-    if (!s->joined[level] && roundings * of.rounding > HIDING * s->none[level]) {
+    const int is_short = s->settings.rounding * s->x_norm <= BLURRED;
+    if (is_short && !s->joined[level] && roundings * of.rounding > HIDING * s->none[level]) {
         s->hidden[level] = 1;
         meet_rounded(s, level);
         of = find_missed(s, level);
