@@ -17,6 +17,7 @@ from hapticd.bench.recorded import Recording, load, shipped
 from hapticd.binding import pointer
 from hapticd.hqp.certificate import slack_norms
 from hapticd.hqp.core import best
+from hapticd.hqp.generate import KINDS
 from hapticd.runtime.command_line.cli import main
 
 CYCLING = shipped()[3]
@@ -287,7 +288,7 @@ def test_a_file_that_is_no_recording_is_refused(
 def test_the_nasty_sweep_judges_every_kind(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["bench", "nasty", "--count", "2", "--json"]) == 0
     found = json.loads(capsys.readouterr().out)
-    assert len(found) == 18
+    assert len(found) == len(KINDS)
     assert all(
         (kind["solved"], kind["wrong_1e6"]) == (2, 0) and kind["worst"] < 1e-6 for kind in found.values()
     )
