@@ -168,8 +168,8 @@ def test_a_long_row_that_is_all_but_met_does_not_hide_what_short_ones_lack():
     ("problem", "least", "solved"), [(0, 0.0071664945, 40), (1, 0.0010596933, 40), (2, 0.0044243845, 8)]
 )
 def test_the_rounding_of_long_rows_does_not_hide_what_short_ones_lack(problem, least, solved):
-    """Lengths times the root of weights go from 1e-3 to 1e4 within a level. From 17, 111 and 121 of 200 starts
-    the last level ended higher: a row that the way down leaves was at its bound but for its rounding."""
+    """Lengths times the root of weights go from 1e-3 to 1e4 within a level. From 17, 111 and 121 of 200
+    starts the last level ended higher: a row that the way down leaves was at its bound but for its rounding."""
     levels = small_ticks("long_rows")[problem]
     solutions = []
     for seed in range(40):
