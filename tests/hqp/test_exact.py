@@ -169,7 +169,7 @@ def test_a_long_row_that_is_all_but_met_does_not_hide_what_short_ones_lack():
 )
 def test_the_rounding_of_long_rows_does_not_hide_what_short_ones_lack(problem, least, solved):
     """Lengths times the root of weights go from 1e-3 to 1e4 within a level. From 17, 111 and 121 of 200
-    starts the last level ended higher: a row that the way down leaves was at its bound but for its rounding."""
+    starts the last level ended higher: a row that the way down leaves was at its bound, but for rounding."""
     levels = small_ticks("long_rows")[problem]
     solutions = []
     for seed in range(40):
@@ -177,9 +177,7 @@ def test_the_rounding_of_long_rows_does_not_hide_what_short_ones_lack(problem, l
         solver = solver_of(levels)
         solver.start(rng.normal(size=solver.n) * 10 ** rng.uniform(-2, 2))
         solutions.append(solver.solve(levels))
-    ends = [
-        slack_norms(levels, solution.x)[-1] for solution in solutions if solution.status is Status.SOLVED
-    ]
+    ends = [slack_norms(levels, solution.x)[-1] for solution in solutions if solution.status is Status.SOLVED]
     assert len(ends) >= solved and ends == pytest.approx([least] * len(ends), abs=1e-9)
 
 
