@@ -11,7 +11,7 @@ C_SOURCES := $(wildcard csrc/*.c csrc/*.h csrc/*.hpp tests/hqp/*.c docs/examples
 SEVERAL := -n auto --dist loadgroup --no-loadscope-reorder
 C_FLAGS := -std=c11 -D_GNU_SOURCE -Icsrc -O2 -Wall -Wextra -Wconversion -Wshadow -Wvla -Werror
 # what csrc/qp_module.c sees of Python and numpy
-OF_PYTHON = -DPy_LIMITED_API=0x030b0000 $(shell $(BIN)/python -c 'import sysconfig, numpy; \
+OF_PYTHON = -DPy_LIMITED_API=0x030b0000 $$($(BIN)/python -c 'import sysconfig, numpy; \
     print("-isystem", sysconfig.get_path("include"), "-isystem", numpy.get_include())')
 
 help:
@@ -67,7 +67,8 @@ lint: types
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
-	for f in $(filter %.c,$(C_SOURCES)); do $${CC:-cc} $(C_FLAGS) $(OF_PYTHON) -fsyntax-only $$f || exit 1; done
+	of_python="$(OF_PYTHON)"; for f in $(filter %.c,$(C_SOURCES)); do \
+	    $${CC:-cc} $(C_FLAGS) $$of_python -fsyntax-only $$f || exit 1; done
 	$(BIN)/clang-format --dry-run --Werror $(C_SOURCES)
 
 types:  # links for the type checkers only; never imported at run time
