@@ -117,10 +117,11 @@ static double project_well(hqp_solver *s, int level, double none) {
     return fmin(left, project(s, level, none));
 }
 
-/* The smallest multiplier, times the norm of its row, of those that hold the projection. */
-static double least_held(const hqp_solver *s, double length) {
+/* The smallest multiplier, times the norm of its row, of the hard rows that hold the projection. */
+static double least_held(const hqp_solver *s, int level, double length) {
     double least = INFINITY;
     for (int k = 0; k < s->held.count; k++) {
+        if (s->held.id[k] >= s->row0[level]) continue; /* a long row, which takes its rounding */
         const double multiplier = length * s->held.multiplier[k] * s->norm[s->held.id[k]];
         if (multiplier > 0.0 && multiplier < least) least = multiplier;
     }
@@ -187,7 +188,7 @@ double hqp_descent(hqp_solver *s, int level) {
     }
     const double left = s->hidden[level] ? project_through(s, level, length, x_norm)
                                          : project_from(s, level, 0, length, x_norm);
-    s->cone.least = least_held(s, length);
+    s->cone.least = least_held(s, level, length);
     if (hqp_is_last(s, level)) s->hardest = length * most_held(s);
     cross(s);
     s->x_norm = x_norm;
