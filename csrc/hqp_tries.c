@@ -284,6 +284,24 @@ static int is_hard(const hqp_solver *s) {
 }
 
 /*
+ * x was found with levels from `level` on as one, of three in a row that have a slack, and all but the last
+ * are proven there: what the weights left of that one is walked from x. Whether it is proven then; else x
+ * comes back, of which more is proven.
+ */
+static int is_last_level_walked(hqp_solver *s, int level, int count) {
+    const int are_three = count == MOST_SOFTENED || (level > 0 && hqp_has_slack(s, level - 1));
+    if (s->is_exact || !are_three || s->levels_done != s->levels - 1) return 0;
+    const verdict before = get_verdict(s);
+    hqp_keep(s, s->close.at);
+    if (try_walk(s, SETTLED, s->levels_done) == HQP_SOLVED) return 1;
+    hqp_go_to(s, s->close.at);
+    hqp_find_values(s);
+    set_verdict(s, before);
+    s->resumable = 0;
+    return 0;
+}
+
+/*
  * Look for x with the last two levels that have a slack as one, or the last three, which needs no large
  * multipliers, and prove it without. The better of this and of what was found before stands. Where nothing is
  * proven yet, what led to a proof the last time comes first: mostly the other does not.
@@ -299,7 +317,8 @@ static hqp_status try_softened(hqp_solver *s, hqp_status status) {
         s->warm = 1;
         const int found = try_both(s, 0) == HQP_SOLVED;
         hqp_harden(s);
-        const int proven = is_proven_softened(s, level);
+        const int proven =
+            is_proven_softened(s, level) || (status != HQP_SOLVED && is_last_level_walked(s, level, count));
         if (found && !proven && status != HQP_SOLVED) keep_close(s);
         if (proven && (status != HQP_SOLVED || !hqp_is_kept_better(s, s->apart.at.x))) {
             s->softest = count;

@@ -120,6 +120,14 @@ def test_what_cannot_be_proven_exactly_is_not_looked_for_again():
     assert solution.iterations < 400
 
 
+def test_the_last_level_is_walked_where_it_alone_is_not_proven():
+    """Levels 6 to 8 have a slack; as one, by small weights, they lead to an x at which 1 to 7 are proven."""
+    levels = recorded("contact_last")[0]
+    solution = solve(levels)
+    assert solution.status is Status.SOLVED and certificate(levels, solution.x).max() < 1e-6
+    assert slack_norms(levels, solution.x)[-1] == pytest.approx(413.8122, abs=1e-3)
+
+
 def test_a_join_by_a_small_weight_leads_to_the_next_answer():
     """Levels 7 and 8 are proven as one, by 2^-32, and not apart: the second tick begins with that, once the
     first try has found no better."""
