@@ -4,7 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { MAX_N = 1024, MAX_ROWS = 4096 };
+enum { MAX_N = 1024, MAX_ROWS = 16384 };
 static const ptrdiff_t MAX_CELLS =
     1 << 26; /* rows times n; four arrays of this size are the bulk of a solver: 2 GiB */
 

@@ -40,8 +40,8 @@ typedef enum hqp_status {
 typedef struct hqp_dims {
     int n;                                     /* variables, 1..1024 */
     int levels;                                /* 1..256 */
-    const int *equalities HQP_SHAPE(levels);   /* rows of A_p, 0..4096 */
-    const int *inequalities HQP_SHAPE(levels); /* rows of C_p, 0..4096 */
+    const int *equalities HQP_SHAPE(levels);   /* rows of A_p, 0..16384 */
+    const int *inequalities HQP_SHAPE(levels); /* rows of C_p, 0..16384 */
 } hqp_dims;
 
 typedef struct hqp_settings {

@@ -14,6 +14,7 @@
 static const double MOST = 1e100;
 static const double DEFINITE = 1e-10;  /* of a diagonal entry of P: a smaller pivot is no pivot */
 static const double PROXIMITY = 1e-9;  /* of it: added to a singular P; who lacks more is not convex */
+static const double NEGATIVE = 1e-12;  /* of the largest diagonal entry: no rounding is further below 0 */
 static const double NO_ENTRY = 1e-20;  /* of the largest diagonal entry: a smaller one counts as none */
 static const double REACH = 1e4;       /* with P = 0: how far x may go in the first proximal step */
 static const double STATIONARY = 1e-9; /* of the parts of its entry: left of a gradient of 0 */
@@ -27,7 +28,7 @@ static const double OPPOSED = 1e-12; /* of its terms: what clashing rows fall sh
 static const double FAR = 1e4;       /* times 1 + |x|: clashing rows are met nowhere nearer */
 static const double LEAP = 1e3;      /* times the last step: further it is not trusted */
 static const double FLAT = 1e-12;    /* of the largest entry of P: |P ray| of a flat ray */
-static const double RAY = 1e-9;      /* of the length of a row: what of a ray it may see */
+static const double RAY = 1e-11;     /* of the length of a row: what of a ray it may see */
 static const double FALLS = 1e-10;   /* of the parts of q^T ray: by more it falls */
 static const double GOOD = 1e-3;     /* times what a proof asks: refinement ends */
 static const double SLOW = 0.7;      /* or where more is left of what was left before */
@@ -242,6 +243,7 @@ static hqp_qp_status factorise(hqp_qp_solver *s) {
     for (int j = 0; j < s->n; j++) most = fmax(most, fabs(s->qp.q[j]));
     for (ptrdiff_t j = 0; j < s->n; j++) {
         const double own = s->qp.P[j * s->n + j];
+        if (own < -NEGATIVE * s->largest) return HQP_QP_NOT_CONVEX;
         s->shift[j] = PROXIMITY * (own > NO_ENTRY * s->largest ? own : s->largest);
         if (s->largest == 0.0) s->shift[j] = most > 0.0 ? most / REACH : 1.0;
     }

@@ -63,10 +63,10 @@ def multipliers(levels: Sequence[Level], x: Array, level: int, tolerance: float 
         rows.append(np.vstack([earlier.A, earlier.C])[mask])
         signs.append(sign[mask])
         masks.append(mask)
-    if not rows:
-        return []
-    shares = _combination(np.vstack(rows), np.concatenate(signs), -gradient(levels[level], x))
-    taken = np.split(shares, np.cumsum([len(part) for part in rows])[:-1])
+    none = np.empty((0, levels[level].n))
+    target = -gradient(levels[level], x)
+    shares = _combination(np.vstack([none, *rows]), np.concatenate([none[:, 0], *signs]), target)
+    taken = np.split(shares, np.cumsum([len(part) for part in rows], dtype=int))[:-1]
     return [
         _spread(earlier, mask, values)
         for earlier, mask, values in zip(levels[:level], masks, taken, strict=True)

@@ -9,8 +9,9 @@ import numpy as np
 from ._qp import INFEASIBLE, ITERATION_CAP, NOT_PROVEN, TIME_LIMIT, UNBOUNDED
 from .qp_data import QpData, checked, refuse
 from .qp_nearest import nearest
-from .qp_scaled import solve_scaled
+from .qp_scaled import is_conflict, solve_scaled
 from .qp_solution import QpSolution, UnboundedError
+from .qp_unbounded import is_ray, unless_infeasible
 from .solver import Status
 
 _LIMITS: Final = {ITERATION_CAP: Status.ITERATION_CAP, TIME_LIMIT: Status.TIME_LIMIT}
@@ -36,7 +37,7 @@ def solve_qp(
     """Minimise 1/2 x^T P x + q^T x subject to G x <= h, A x = b, lb <= x <= ub; names as in qpsolvers.
 
     A dual active-set method solves it, with proximal steps where P is singular. What it cannot prove it
-    solves once more in units in which P has the diagonal 1.
+    solves once more in units in which P has the diagonal 1. n is at most 1024, and m + k 8192.
 
     Args:
         P: (n, n), symmetric, positive semidefinite.
@@ -70,9 +71,14 @@ def solve_qp(
     if found is None:
         found = _solve(*data, index(max_iterations), float(time_limit), _SOLVED)
     ends, is_limited = found._ends, bool(max_iterations or time_limit)
-    if ends == NOT_PROVEN or (ends in _LIMITS and not is_limited):
-        until = began + time_limit if time_limit else np.inf
+    until = began + time_limit if time_limit else np.inf
+    is_seeming = ends == UNBOUNDED and not is_ray(data, found.x)
+    if ends == NOT_PROVEN or is_seeming or (ends in _LIMITS and not is_limited):
         found, ends = solve_scaled(data, index(max_iterations), until)
+        if ends == UNBOUNDED and not is_ray(data, found.x):
+            ends = NOT_PROVEN
+    if ends in (UNBOUNDED, NOT_PROVEN) and not found.found:
+        found, ends = unless_infeasible(data, found, ends, index(max_iterations), until)
     return found if found.found else _without_answer(found, ends, is_limited, data)
 
 
@@ -82,9 +88,12 @@ def _without_answer(found: QpSolution, ends: int, is_limited: bool, data: QpData
     if ends == UNBOUNDED:
         raise UnboundedError(found.x)
     if ends == INFEASIBLE:
-        found.conflict = _conflict(found, data)
         found.x, found.status = nearest(data)
         found.objective = np.nan
+        if is_conflict(data, found):
+            found.conflict = _conflict(found, data)
+        else:
+            found.status = Status.NOT_PROVEN
     else:
         found.status = _LIMITS.get(ends, Status.NOT_PROVEN) if is_limited else Status.NOT_PROVEN
     found._multipliers = None

@@ -79,7 +79,10 @@ def _check_limits(max_iterations: Any, time_limit: Any) -> None:
     except TypeError:
         is_good = False
     if not is_good:
-        raise HqpError("max_iterations", f"is {max_iterations!r}", "pass a whole number; 0: automatic")
+        most = np.iinfo(np.int32).max
+        raise HqpError(
+            "max_iterations", f"is {max_iterations!r}", f"pass a whole number up to {most}; 0: automatic"
+        )
     if not isinstance(time_limit, Real) or not float(time_limit) >= 0.0:
         raise HqpError("time_limit", f"is {time_limit!r}", "pass seconds; 0: none")
 

@@ -26,7 +26,7 @@ def solve_scaled(data: QpData, max_iterations: int, until: float) -> tuple[QpSol
         max_iterations: as of solve_qp.
         until: when, by monotonic(), to give up [s]; may be infinite.
     """
-    unit = _units(data)
+    unit = units(data)
     P, q, A, G = unit[:, None] * data.P * unit, unit * data.q, data.A * unit, data.G * unit
     weight = float(_power_of_2(np.abs(P).max(initial=0.0) or np.abs(q).max(initial=0.0)))
     of_A, of_G = 1.0 / _power_of_2(np.linalg.norm(A, axis=1)), 1.0 / _power_of_2(np.linalg.norm(G, axis=1))
@@ -34,12 +34,10 @@ def solve_scaled(data: QpData, max_iterations: int, until: float) -> tuple[QpSol
     lb, ub, start = (None if x is None else x / unit for x in (data.lb, data.ub, data.initvals))
     scaled = QpData(P / weight, q / weight, *rows, lb, ub, start)
     for _ in range(ATTEMPTS):
-        left = max(until - monotonic(), 1e-9) if until < np.inf else 0.0
-        found = QpSolution.solve(*scaled, max_iterations, left, Status.SOLVED)
-        if found._ends != NOT_PROVEN:
+        found, ends = solve_within(scaled, max_iterations, until)
+        if ends != NOT_PROVEN:
             break
         scaled = scaled._replace(initvals=found.x)
-    ends = found._ends
     with np.errstate(over="ignore", invalid="ignore"):
         found.x = found.x * unit / (np.linalg.norm(found.x * unit) if ends == UNBOUNDED else 1.0)
         found.objective = float(0.5 * found.x @ data.P @ found.x + data.q @ found.x)
@@ -50,19 +48,24 @@ def solve_scaled(data: QpData, max_iterations: int, until: float) -> tuple[QpSol
     if ends != INFEASIBLE:
         multipliers = weight * multipliers
     found._multipliers = multipliers
-    if ends == INFEASIBLE and not _is_conflict(data, found):
-        # the objective has no part in a conflict
-        nearest = data._replace(P=np.eye(len(unit)), q=np.zeros(len(unit)), initvals=None)
-        found = QpSolution.solve(*nearest, max_iterations, left, Status.SOLVED)
-        ends = INFEASIBLE if found._ends == INFEASIBLE else NOT_PROVEN
-        found.found = False
+    if ends == INFEASIBLE and not is_conflict(data, found):
+        ends = NOT_PROVEN
     if found.found and not is_proven(*data._replace(initvals=found.x), multipliers):
         ends, found.found, found.status = NOT_PROVEN, False, Status.NOT_PROVEN
     return found, TIME_LIMIT if ends == NOT_PROVEN and monotonic() > until else ends
 
 
-def _is_conflict(data: QpData, found: QpSolution) -> bool:
-    """Whether the rows with multipliers add up to 0 x < 0 in these units, or are met far away only."""
+def solve_within(data: QpData, max_iterations: int, until: float) -> tuple[QpSolution, int]:
+    """The answer in the units at hand, and how the solve ended, which gives up at `until`."""
+    left = max(until - monotonic(), 1e-9) if until < np.inf else 0.0
+    found = QpSolution.solve(*data, max_iterations, left, Status.SOLVED)
+    return found, found._ends
+
+
+def is_conflict(data: QpData, found: QpSolution) -> bool:
+    """Whether the rows with multipliers add up to 0 x < 0 in these units, or are met far away from x only."""
+    if data.lb is not None and data.ub is not None and (data.lb > data.ub)[found.z_box != 0.0].any():
+        return True
     total = found.y @ data.A + found.z @ data.G + found.z_box
     acts = found.z != 0.0  # h of others may be infinite
     bound = found.y @ data.b + found.z[acts] @ data.h[acts]
@@ -71,7 +74,7 @@ def _is_conflict(data: QpData, found: QpSolution) -> bool:
     return bool(bound < -FAR * np.abs(total).max(initial=0.0) * (1.0 + np.abs(found.x).sum()))
 
 
-def _units(data: QpData) -> Array:
+def units(data: QpData) -> Array:
     """One for each variable: by its own P, or where it has none by the rows it is in, or by its bounds."""
     bend = np.sqrt(np.maximum(np.diag(data.P), 0.0))
     rows = np.vstack([data.A, data.G])

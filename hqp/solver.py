@@ -17,7 +17,7 @@ from .problem import PARTS, Array, HqpError, Level
 MOST_LEVELS = 256
 MOST_ITERATIONS = 2**31 - 1
 FEW = 8  # levels that a message shows
-SIZES = "take n in 1..1024, 1..256 levels, 0..4096 rows of each kind, rows times n up to 2^26"
+SIZES = "take n in 1..1024, 1..256 levels, 0..16384 rows of each kind, rows times n up to 2^26"
 
 
 class Status(IntEnum):

@@ -227,7 +227,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *bytes, size_t size) {
     }
     hqp_dims dims = {p.n, p.count, p.equalities, p.inequalities};
     if (bits & ODD_DIMENSION) {
-        static const int odd[] = {-1, INT_MIN, 4097, INT_MAX};
+        static const int odd[] = {-1, INT_MIN, 16385, INT_MAX};
         int *const dimension[] = {&dims.n, &dims.levels, &p.equalities[0], &p.inequalities[0]};
         const int pick = byte(&in);
         *dimension[pick / 4 % 4] = odd[pick % 4];

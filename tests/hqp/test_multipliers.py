@@ -51,3 +51,11 @@ def test_a_conflict_names_its_rows_in_all_levels_and_no_others():
     np.testing.assert_allclose(
         sum(c.multiplier * rows[c.part][c.level][c.row] for c in found), 0.0, atol=1e-12
     )
+
+
+@pytest.mark.parametrize("of", [multipliers, conflicts])
+def test_an_x_that_is_not_minimal_at_the_first_level_has_none(of):
+    levels = [Level(A=np.ones((1, 2)), b=np.ones(1)), Level(A=np.eye(2), b=np.zeros(2))]
+    with pytest.raises(HqpError, match="leaves 1.4e\\+00 of the level's gradient"):
+        of(levels, np.zeros(2), 0)
+    assert of(levels, np.full(2, 0.5), 0) == []

@@ -179,3 +179,80 @@ def test_what_is_too_large_in_the_units_of_the_caller_is_not_proven(seed):
     found = solve_qp(P, q, G, rng.normal(size=n) * 10.0 ** rng.uniform(-30, 30))
     assert found.status is Status.NOT_PROVEN and not found.found
     assert np.isfinite(found.x).all() and np.isfinite(found.objective)
+
+
+@pytest.mark.parametrize("unit", [1e9, 1e10, 1e12])
+def test_a_ray_that_leaves_a_bound_in_other_units_is_none(unit):
+    """x + unit y <= 1 and y >= -1 end x; along (1, -1 / unit) y moves by less than a row is looked at."""
+    rows = {"G": np.array([[1.0, unit], [0.0, -1.0]]), "h": np.ones(2)}
+    bounds = {"G": rows["G"][:1], "h": np.ones(1), "lb": np.array([-INF, -1.0])}
+    for constraints in (rows, bounds):
+        found = solve_qp(np.zeros((2, 2)), np.array([-1.0, 0.0]), **constraints)
+        assert found.found and found.x == pytest.approx([1.0 + unit, -1.0])
+
+
+@pytest.mark.parametrize("size", [1.0, 1e2, 1e3, 1e5])
+def test_rows_contradict_each_other_whatever_the_objective(size):
+    """The objective falls for ever along (1, -1), and no point meets both rows."""
+    found = solve_qp(
+        np.ones((2, 2)),
+        size * np.array([-3.0, 1.0]),
+        np.array([[-1.0, -1.0], [1.0, 1.0]]),
+        np.array([3.0, -3.25]),
+    )
+    assert sorted(found.conflict) == [("G", 0, 1.0), ("G", 1, 1.0)]
+
+
+def test_small_integers_that_contradict_each_other_are_called_so():
+    for seed in range(1000):
+        rng = np.random.default_rng(seed)
+        n = int(rng.integers(2, 4))
+        root, row = rng.integers(-1, 2, (n, n)), rng.integers(-2, 3, n)
+        row[0] = row[0] or 1
+        G, h = (
+            np.array([row, -row], dtype=float),
+            np.array([0.0, -1.0]) + rng.integers(-2, 3) * np.array([1, -1]),
+        )
+        found = solve_qp(root.T @ root * 1.0, 1000.0 * rng.integers(-3, 4, n), G, h)
+        assert sorted(row[:2] for row in found.conflict) == [("G", 0), ("G", 1)], seed
+
+
+def test_rows_that_are_met_within_the_radius_are_no_conflict():
+    """Feasible by its making, in units of 1e-6 to 1e6 (a stranger's): |x| is 1e5."""
+    for seed in range(21_000, 23_000):
+        data, x = bounded_lp(seed)
+        try:
+            found = solve_qp(*data)
+        except UnboundedError:
+            pytest.fail(f"{seed} is bounded")
+        inside = np.linalg.norm(x) <= 1e4 * (1.0 + np.linalg.norm(found.x))
+        assert not (found.conflict and inside), seed
+
+
+def bounded_lp(seed):
+    """P, q, G, h, A, b of a linear program with a minimum, variables in units of their own; a feasible x."""
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(1, 7))
+    G, A = (rng.normal(size=(int(k), n)) for k in (rng.integers(1, 3 * n + 1), rng.integers(0, n)))
+    G, A = (rows * (rng.random(rows.shape) < 0.7) for rows in (G, A))
+    reach = rng.uniform(4.0, 6.0)
+    unit = 10.0 ** rng.uniform(-reach, reach, size=n)
+    q = -(G.T @ rng.exponential(size=len(G))) * unit
+    G, A, x = G * unit, A * unit, rng.normal(size=n) / unit
+    return (np.zeros((n, n)), q, G, G @ x + 10.0 ** rng.uniform(-3, 0, size=len(G)), A, A @ x), x
+
+
+@pytest.mark.parametrize("P", [[1.0, -5e-10], [1e10, -8.0], [1e8, -0.01], [-1e-300, 0.0]])
+def test_a_negative_diagonal_entry_is_not_convex(P):
+    with pytest.raises(HqpError, match="not positive semidefinite"):
+        solve_qp(np.diag(P), np.zeros(2), lb=-np.ones(2), ub=np.ones(2))
+    assert solve_qp(np.diag([1.0, -1e-17]), np.zeros(2), lb=-np.ones(2), ub=np.ones(2)).found
+
+
+@pytest.mark.parametrize("part", ["G", "A"])
+def test_the_most_rows_that_contradict_each_other_have_a_conflict(part):
+    rows = np.vstack([np.ones((8191, 2)), -np.ones((1, 2))])
+    bounds = np.concatenate([np.zeros(8191), [-1.0]])
+    data = {"G": {"G": rows, "h": bounds}, "A": {"A": rows, "b": bounds}}[part]
+    found = solve_qp(np.eye(2), np.ones(2), lb=-np.ones(2), ub=np.ones(2), **data)
+    assert [(name, row) for name, row, _ in found.conflict] == [(part, 0), (part, 8191)]

@@ -99,7 +99,7 @@ def test_levels_of_another_shape_are_refused_with_both_shapes():
 
 @pytest.mark.parametrize(
     "arguments",
-    [(0, [(1, 0)]), (1025, [(1, 0)]), (2, []), (2, [(5000, 0)]), (2, [(-1, 0)]), (2, [(1, 1)] * 257)],
+    [(0, [(1, 0)]), (1025, [(1, 0)]), (2, []), (2, [(16385, 0)]), (2, [(-1, 0)]), (2, [(1, 1)] * 257)],
 )
 def test_a_size_out_of_range_is_refused(arguments):
     with pytest.raises(HqpError, match="out of range"):
