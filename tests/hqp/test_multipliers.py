@@ -56,6 +56,6 @@ def test_a_conflict_names_its_rows_in_all_levels_and_no_others():
 @pytest.mark.parametrize("of", [multipliers, conflicts])
 def test_an_x_that_is_not_minimal_at_the_first_level_has_none(of):
     levels = [Level(A=np.ones((1, 2)), b=np.ones(1)), Level(A=np.eye(2), b=np.zeros(2))]
-    with pytest.raises(HqpError, match="leaves 1.4e\\+00 of the level's gradient"):
+    with pytest.raises(HqpError, match=r"leaves 1\.4e\+00 of the level"):
         of(levels, np.zeros(2), 0)
     assert of(levels, np.full(2, 0.5), 0) == []
