@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ._qp import INFEASIBLE, NOT_PROVEN
+from ._qp import INFEASIBLE, NOT_PROVEN, UNBOUNDED
 from .problem import Array
 from .qp_data import QpData
 from .qp_scaled import solve_scaled, solve_within, units
@@ -53,8 +53,8 @@ def unless_infeasible(
         until: as of solve_scaled.
 
     Returns:
-        The conflict of the constraints and INFEASIBLE, or else `found` and how it ended: UNBOUNDED only if
-        there is a point for the ray to begin from.
+        The conflict of the constraints and INFEASIBLE; or `found` and `ends`, for a ray only if there is a
+        point to begin from; or how the search for one ended.
     """
     n = len(data.q)
     constraints = data._replace(P=np.eye(n), q=np.zeros(n), initvals=None)
@@ -63,4 +63,7 @@ def unless_infeasible(
         point, of_point = solve_scaled(constraints, max_iterations, until)
     if of_point == INFEASIBLE:
         return point, INFEASIBLE
-    return found, ends if point.found else NOT_PROVEN
+    if ends == UNBOUNDED and not point.found:  # a ray is no x
+        point.objective = float(0.5 * point.x @ data.P @ point.x + data.q @ point.x)
+        return point, of_point
+    return found, ends

@@ -203,6 +203,20 @@ def test_rows_contradict_each_other_whatever_the_objective(size):
     assert sorted(found.conflict) == [("G", 0, 1.0), ("G", 1, 1.0)]
 
 
+def test_a_limit_that_ends_the_search_for_the_begin_of_a_ray_is_named():
+    """x falls for ever where y and z are at least 1: a guess holds both rows, the search needs two steps."""
+    data = (
+        np.zeros((3, 3)),
+        np.array([-1.0, 0.0, 0.0]),
+        np.array([[0.0, -1.0, 0.0], [0.0, 0.0, -1.0]]),
+        -np.ones(2),
+    )
+    with pytest.raises(UnboundedError):
+        solve_qp(*data)
+    found = solve_qp(*data, initvals=np.ones(3), max_iterations=1)
+    assert found.status is Status.ITERATION_CAP and not found.found
+
+
 def test_small_integers_that_contradict_each_other_are_called_so():
     for seed in range(1000):
         rng = np.random.default_rng(seed)
