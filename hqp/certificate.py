@@ -11,7 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from .problem import Array, HqpError, Level, check_levels, check_point
+from .problem import Array, HqpError, Level, check_levels, check_numbers, check_point, check_tolerance
 
 Mask = NDArray[np.bool_]
 
@@ -74,9 +74,12 @@ def certificate(levels: Sequence[Level], x: Array, tolerance: float = 1e-9) -> A
         (levels,), 0 where the level is proven minimal.
 
     Raises:
-        HqpError: there are no levels, x is no array of n finite numbers, or scipy is not installed.
+        HqpError: there are no levels, a number in them or in x is not finite, the tolerance is not in [0, 1),
+            or scipy is not installed.
     """
     check_levels(levels)
+    check_numbers(levels)
+    check_tolerance(tolerance)
     n = levels[0].n
     check_point(x, n)
     free, cone = np.zeros((0, n)), np.zeros((0, n))

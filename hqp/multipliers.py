@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .certificate import Mask, activity, gradient, slacks, weighted_slacks
-from .problem import Array, HqpError, Level, check_levels, check_point
+from .problem import Array, HqpError, Level, check_levels, check_numbers, check_point, check_tolerance
 from .solver import Status, solve
 
 
@@ -75,10 +75,10 @@ def multipliers(levels: Sequence[Level], x: Array, level: int, tolerance: float 
 
 def _check(levels: Sequence[Level], x: Array, level: int, tolerance: float) -> None:
     check_levels(levels)
+    check_numbers(levels)
     if not isinstance(level, int | np.integer):
         raise HqpError("level", f"is of type {type(level).__name__}", "give its number, from 0")
-    if not 0.0 <= tolerance < 1.0:
-        raise HqpError("tolerance", f"is {tolerance}", "take one from 0 to less than 1")
+    check_tolerance(tolerance)
     if not 0 <= level < len(levels):
         raise HqpError("level", f"is {level}", f"number the levels from 0 to {len(levels) - 1}")
     check_point(x, levels[level].n)

@@ -2,6 +2,8 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from numbers import Real
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -121,8 +123,7 @@ class Level:
 def _plain(name: str, value: Array, ndim: int) -> Array:
     """The array itself, or what a subclass keeps its numbers in."""
     _check(name, value, ndim)
-    if isinstance(value, np.ma.MaskedArray):
-        raise HqpError(name, "is a masked array", f"fill it, {name}.filled(...), or leave masked rows out")
+    _refuse_mask(name, value)
     return value if type(value) is np.ndarray else value.view(np.ndarray)
 
 
@@ -130,7 +131,8 @@ def _check(name: str, value: object, ndim: int) -> None:
     if not isinstance(value, np.ndarray) or value.dtype != np.float64:
         is_complex = isinstance(value, np.ndarray) and value.dtype.kind == "c"
         kind = f"{value.dtype} array" if isinstance(value, np.ndarray) else type(value).__name__
-        converted = f"pass np.ascontiguousarray({name}, dtype=np.float64)"
+        dense = f"{name}.toarray()" if hasattr(value, "toarray") else name
+        converted = f"pass np.ascontiguousarray({dense}, dtype=np.float64)"
         raise HqpError(name, f"is of type {kind}", "its numbers must be real" if is_complex else converted)
     if value.ndim != ndim:
         raise HqpError(name, f"has shape {value.shape}", f"it must have {ndim} dimension{'s' * (ndim > 1)}")
@@ -138,6 +140,36 @@ def _check(name: str, value: object, ndim: int) -> None:
         raise HqpError(name, "is not C-contiguous", f"pass np.ascontiguousarray({name})")
     if not value.flags.aligned:
         raise HqpError(name, "is not aligned to its type in memory", f"pass {name}.copy()")
+
+
+def _refuse_mask(name: str, value: object) -> None:
+    if isinstance(value, np.ma.MaskedArray):
+        raise HqpError(name, "is a masked array", f"fill it, {name}.filled(...), or leave masked rows out")
+
+
+def real_numbers(name: str, value: Any, ndim: int, shape: tuple[int, ...] | None = None) -> Array:
+    """Real numbers as C reads them, without NaN and of this shape.
+
+    Raises:
+        HqpError: it is something else.
+    """
+    _refuse_mask(name, value)
+    try:
+        given = np.asarray(value)
+        if given.dtype.kind not in "biufO":
+            raise TypeError(f"its type is {given.dtype}")
+        if given.dtype.kind == "O" and any(not isinstance(entry, Real) for entry in given.flat):
+            raise TypeError("it holds other objects")
+        array = np.ascontiguousarray(given, dtype=np.float64).reshape(given.shape)
+    except (TypeError, ValueError, OverflowError) as error:
+        mend = f"pass {name}.toarray()" if hasattr(value, "toarray") else "pass a dense array"
+        raise HqpError(name, f"is not an array of real numbers: {error}", mend) from error
+    if array.ndim != ndim or (shape is not None and array.shape != shape):
+        expected = f"must have shape {shape}" if shape else f"must have {ndim} dimension{'s' * (ndim > 1)}"
+        raise HqpError(name, f"has shape {array.shape}", f"it {expected}")
+    if np.isnan(array).any():
+        raise HqpError(name, "has an entry that is NaN", "look where it comes from")
+    return array
 
 
 def check_levels(levels: object) -> None:
@@ -154,6 +186,8 @@ def check_levels(levels: object) -> None:
     for level in levels:
         if not isinstance(level, Level):
             raise HqpError("levels", f"has an entry of type {type(level).__name__}", mend)
+        if level.n != levels[0].n:
+            raise HqpError("levels", f"have {levels[0].n} and {level.n} columns", "they are about one x")
 
 
 def check_point(x: object, n: int, finite: bool = True) -> None:
@@ -163,9 +197,35 @@ def check_point(x: object, n: int, finite: bool = True) -> None:
         HqpError: it is no array of n numbers, or of n that are `finite`.
     """
     mend = f"pass the x of a solution, an array of shape ({n},)"
+    _refuse_mask("x", x)
     if not isinstance(x, np.ndarray) or x.dtype.kind not in "fiu":
         raise HqpError("x", f"is of type {getattr(x, 'dtype', type(x).__name__)}", mend)
     if x.shape != (n,):
         raise HqpError("x", f"has shape {x.shape}", mend)
     if finite and not np.isfinite(x).all():
         raise HqpError("x", "has entries that are not finite", mend)
+
+
+def check_numbers(levels: Sequence[Level]) -> None:
+    """Check what a solver would refuse: numbers that are not finite, but for bounds that are none.
+
+    Raises:
+        HqpError: such a number.
+    """
+    for p, level in enumerate(levels):
+        for name in PARTS:
+            array = getattr(level, name)
+            is_bound = name in ("lb", "ub")
+            if np.isnan(array).any() if is_bound else not np.isfinite(array).all():
+                problem = "has an entry that is NaN" if is_bound else "has an entry that is not finite"
+                raise HqpError(f"{name} of level {p}", problem, "look where it comes from")
+
+
+def check_tolerance(tolerance: object) -> None:
+    """Check how far from a bound a row may be that counts as active.
+
+    Raises:
+        HqpError: it is no number in [0, 1).
+    """
+    if not isinstance(tolerance, Real) or not 0.0 <= tolerance < 1.0:
+        raise HqpError("tolerance", f"is {tolerance!r}", "take one from 0 to less than 1")

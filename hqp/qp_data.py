@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ._qp import NOT_CONVEX, NOT_SYMMETRIC
-from .problem import Array, HqpError
+from .problem import Array, HqpError, real_numbers
 
 MOST = 1e100  # in size, of any number but an infinite bound
 MOST_VARIABLES, MOST_ROWS = 1024, 8192
@@ -52,24 +52,26 @@ def checked(
         HqpError: something among them that solve_qp does not take.
     """
     _check_limits(max_iterations, time_limit)
-    q = _finite("q", _array("q", q, 1))
+    q = _finite("q", real_numbers("q", q, 1))
     n = len(q)
     if not 1 <= n <= MOST_VARIABLES:
         raise HqpError("q", f"has {n} entries", f"a QP has 1 to {MOST_VARIABLES} variables")
-    P = _finite("P", _array("P", P, 2, (n, n)))
+    P = _finite("P", real_numbers("P", P, 2, (n, n)))
     G, h = _pair("Gh", G, h, n)
     A, b = _pair("Ab", A, b, n)
     if len(G) + len(A) > MOST_ROWS:
         raise HqpError("G and A", f"have {len(G) + len(A)} rows", f"{MOST_ROWS} is the most")
     for name, rows in (("G", G), ("A", A), ("b", b)):
         _finite(name, rows)
-    bounds = {name: None if v is None else _array(name, v, 1, (n,)) for name, v in (("lb", lb), ("ub", ub))}
+    bounds = {
+        name: None if v is None else real_numbers(name, v, 1, (n,)) for name, v in (("lb", lb), ("ub", ub))
+    }
     for name, bound, none in (("h", h, np.inf), ("lb", bounds["lb"], -np.inf), ("ub", bounds["ub"], np.inf)):
         if bound is not None and (bound == -none).any():
             raise HqpError(name, f"has an entry that is {-none:g}: no x meets it", f"{none:g} is no bound")
         if bound is not None:
             _finite(name, bound[bound != none])
-    start = None if initvals is None else _finite("initvals", _array("initvals", initvals, 1, (n,)))
+    start = None if initvals is None else _finite("initvals", real_numbers("initvals", initvals, 1, (n,)))
     return QpData(P, q, G, h, A, b, bounds["lb"], bounds["ub"], start)
 
 
@@ -83,7 +85,11 @@ def _check_limits(max_iterations: Any, time_limit: Any) -> None:
         raise HqpError(
             "max_iterations", f"is {max_iterations!r}", f"pass a whole number up to {most}; 0: automatic"
         )
-    if not isinstance(time_limit, Real) or not float(time_limit) >= 0.0:
+    try:
+        is_good = isinstance(time_limit, Real) and float(time_limit) >= 0.0
+    except OverflowError as error:
+        raise HqpError("time_limit", f"is no number of seconds: {error}", "0: none") from error
+    if not is_good:
         raise HqpError("time_limit", f"is {time_limit!r}", "pass seconds; 0: none")
 
 
@@ -98,27 +104,6 @@ def refuse(ends: int, P: Array) -> HqpError:
     return HqpError("the QP", f"has numbers too small to be squared or too large (status {ends})", "scale it")
 
 
-def _array(name: str, value: Any, ndim: int, shape: tuple[int, ...] | None = None) -> Array:
-    """Real numbers as C reads them, without NaN and of this shape."""
-    if isinstance(value, np.ma.MaskedArray):
-        raise HqpError(name, "is a masked array", f"fill it, {name}.filled(...), or leave masked rows out")
-    try:
-        given = np.asarray(value)
-        if given.dtype.kind not in "biufO":
-            raise TypeError(f"its type is {given.dtype}")
-        if given.dtype.kind == "O" and any(not isinstance(entry, Real) for entry in given.flat):
-            raise TypeError("it holds other objects")
-        array = np.ascontiguousarray(given, dtype=np.float64).reshape(given.shape)
-    except (TypeError, ValueError, OverflowError) as error:
-        raise HqpError(name, f"is not an array of real numbers: {error}", "pass a dense array") from error
-    if array.ndim != ndim or (shape is not None and array.shape != shape):
-        expected = f"must have shape {shape}" if shape else f"must have {ndim} dimension{'s' * (ndim > 1)}"
-        raise HqpError(name, f"has shape {array.shape}", f"it {expected}")
-    if np.isnan(array).any():
-        raise HqpError(name, "has an entry that is NaN", "look where it comes from")
-    return array
-
-
 def _finite(name: str, array: Array) -> Array:
     if not (np.abs(array) <= MOST).all():
         raise HqpError(name, f"has an entry that is infinite or beyond {MOST:g}", "scale it")
@@ -131,7 +116,7 @@ def _pair(names: str, matrix: Any, vector: Any, n: int) -> tuple[Array, Array]:
         return np.empty((0, n)), np.empty(0)
     if matrix is None or vector is None:
         raise HqpError(" and ".join(names), "are given one without the other", "give both or none")
-    rows = _array(names[0], matrix, 2)
+    rows = real_numbers(names[0], matrix, 2)
     if rows.shape[1] != n:
         raise HqpError(names[0], f"has {rows.shape[1]} columns and q has {n} entries", "one per variable")
-    return rows, _array(names[1], vector, 1, (len(rows),))
+    return rows, real_numbers(names[1], vector, 1, (len(rows),))

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ..binding import BindError, bind, hold, places, pointer, put
 from .core import ffi, lib
-from .problem import PARTS, Array, HqpError, Level
+from .problem import PARTS, Array, HqpError, Level, real_numbers
 
 MOST_LEVELS = 256
 MOST_ITERATIONS = 2**31 - 1
@@ -83,6 +83,9 @@ class Solution:
 
     def __setattr__(self, name: str, value: object) -> NoReturn:
         raise AttributeError(f"{name} of a Solution is the solver's; take a copy to change it")
+
+    def __delattr__(self, name: str) -> NoReturn:
+        raise AttributeError(f"{name} of a Solution is the solver's; it cannot be deleted")
 
     def __reduce_ex__(self, protocol: SupportsIndex) -> NoReturn:
         raise HqpError("Solution", "is a view into its solver", "copy what you need of it, e.g. x.copy()")
@@ -245,14 +248,10 @@ class Solver:
             x: (n,), finite.
 
         Raises:
-            HqpError: another shape, an entry that is not finite, or it is solving in another thread.
+            HqpError: no real numbers, another shape, an entry that is not finite, or it is solving in another
+                thread.
         """
-        try:
-            guess = np.ascontiguousarray(x, dtype=np.float64)
-        except (TypeError, ValueError) as error:
-            raise HqpError("x", f"is not numbers: {error}", f"give an array of shape ({self._n},)") from error
-        if guess.shape != (self._n,):
-            raise HqpError("x", f"has shape {guess.shape}", f"give an array of shape ({self._n},)")
+        guess = real_numbers("x", x, 1, (self._n,))
         self._take()
         try:
             if not lib.hqp_start(self._solver, pointer(guess, "const double", self._n)):

@@ -25,6 +25,7 @@ from hapticd.hqp import (
 )
 from hapticd.hqp.certificate import certificate
 from hapticd.hqp.generate import problem
+from scipy.sparse import csr_array
 
 FUZZ = Path(__file__).with_name("misuse.py")
 
@@ -179,6 +180,8 @@ def test_what_the_solver_owns_cannot_be_exchanged():
     ):
         with pytest.raises(AttributeError):
             setattr(owner, name, None)
+        with pytest.raises(AttributeError):
+            delattr(owner, name)
     with pytest.raises(ValueError, match="resize"):
         solution.x.resize(1 << 20, refcheck=False)
     assert isinstance(solution.w, tuple)
@@ -380,11 +383,30 @@ def test_random_calls_never_crash_and_never_give_another_problems_answer(seed):
         (np.array([0.0, np.nan]), "x has entries that are not finite"),
         ([0.0, 0.0], "x is of type list"),
         (np.zeros(2, dtype=complex), "x is of type complex128"),
+        (np.ma.masked_array([0.0, 0.0], [True, False]), "x is a masked array"),
     ],
 )
 def test_a_point_that_cannot_be_judged_is_refused(judge, x, says):
     with pytest.raises(HqpError, match=re.escape(says)):
         judge([wish(1.0, 2.0), wish(0.0, 0.0)], x)
+
+
+def certified(levels, x, level, tolerance=1e-9):
+    return certificate(levels, x, tolerance)
+
+
+@pytest.mark.parametrize("ask", [certified, multipliers, conflicts])
+@pytest.mark.parametrize(
+    ("levels", "says"),
+    [
+        ([wish(1.0, np.nan), wish(0.0, 0.0)], "b of level 0 has an entry that is not finite"),
+        ([wish(1.0, 2.0), Level(lb=np.array([0.0, np.nan]), ub=np.ones(2))], "lb of level 1 has an entry"),
+        ([wish(1.0, 2.0), wish(1.0, 2.0, 3.0)], "levels have 2 and 3 columns"),
+    ],
+)
+def test_levels_that_cannot_be_judged_are_refused(ask, levels, says):
+    with pytest.raises(HqpError, match=re.escape(says)):
+        ask(levels, np.zeros(2), 1)
 
 
 @pytest.mark.parametrize("ask", [multipliers, conflicts])
@@ -395,13 +417,16 @@ def test_a_level_that_there_is_not_is_refused(ask, level):
 
 
 @pytest.mark.parametrize("ask", [multipliers, conflicts])
-def test_a_level_of_another_type_and_a_tolerance_out_of_range_are_refused(ask):
-    levels = [wish(1.0, 2.0), wish(0.0, 0.0)]
+def test_a_level_of_another_type_is_refused(ask):
     with pytest.raises(HqpError, match=r"^level is of type float; give its number"):
-        ask(levels, np.zeros(2), 1.0)
-    for tolerance in (-1.0, np.nan):
-        with pytest.raises(HqpError, match=r"^tolerance is "):
-            ask(levels, np.zeros(2), 1, tolerance)
+        ask([wish(1.0, 2.0), wish(0.0, 0.0)], np.zeros(2), 1.0)
+
+
+@pytest.mark.parametrize("ask", [certified, multipliers, conflicts])
+@pytest.mark.parametrize("tolerance", [-1.0, np.nan, 1.0, "1e-9", None])
+def test_a_tolerance_out_of_range_is_refused(ask, tolerance):
+    with pytest.raises(HqpError, match=r"^tolerance is "):
+        ask([wish(1.0, 2.0), wish(0.0, 0.0)], np.zeros(2), 1, tolerance)
 
 
 def test_a_message_does_not_list_ten_thousand_levels():
@@ -423,3 +448,11 @@ def test_one_bound_without_the_other_is_named():
 def test_numbers_that_are_not_real_are_not_to_be_converted():
     with pytest.raises(HqpError, match="complex128 array; its numbers must be real"):
         Level(A=1j * np.eye(2), b=np.zeros(2))
+
+
+def test_a_sparse_matrix_is_to_be_made_dense():
+    sparse = csr_array(np.eye(2))
+    with pytest.raises(HqpError, match=r"pass np\.ascontiguousarray\(A\.toarray\(\)"):
+        Level(A=sparse, b=np.zeros(2))
+    with pytest.raises(HqpError, match=r"pass G\.toarray\(\)"):
+        solve_qp(np.eye(2), np.zeros(2), sparse, np.zeros(2))

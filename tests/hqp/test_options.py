@@ -74,7 +74,8 @@ def test_a_start_that_is_not_a_point_is_refused_and_changes_nothing():
     levels = [Level(A=np.eye(2), b=np.ones(2))]
     solver = Solver(2, [(2, 0)])
     before = solver.solve(levels).x.copy()
-    for bad in (np.array([1.0, np.nan]), np.ones(3), "text"):
+    masked = np.ma.masked_array([1.0, 2.0], [True, False])
+    for bad in (np.array([1.0, np.nan]), np.ones(3), "text", None, ["1", "2"], [1j, 2.0], masked):
         with pytest.raises(HqpError, match=r"^x "):
             solver.start(bad)
     np.testing.assert_array_equal(solver.solve(levels).x, before)

@@ -142,6 +142,7 @@ def is_found(seed):
         ({"max_iterations": 1.5}, "max_iterations is 1.5"),
         ({"time_limit": -1.0}, "time_limit is -1.0"),
         ({"time_limit": np.nan}, "time_limit is nan"),
+        ({"time_limit": 10**400}, "time_limit is no number of seconds"),
         ({"P": np.empty((0, 0)), "q": []}, "q has 0 entries"),
         ({"P": np.eye(1025), "q": np.zeros(1025)}, "q has 1025 entries"),
         ({"G": np.ones((8193, 2)), "h": np.ones(8193)}, "have 8193 rows"),
