@@ -50,7 +50,8 @@ def solve_qp(
         ub: (n,) or None, +inf where there is no bound.
         initvals: (n,), x to start from; None: none.
         max_iterations: rows added to the working set and released at most; 0: automatic.
-        time_limit: seconds; 0: none. Ctrl-C waits for the end of a solve.
+        time_limit: seconds, looked at with each change of the working set, after the factorisation of P;
+            0: none. Ctrl-C waits for the end of a solve.
 
     Returns:
         A QpSolution; look at `found`.
