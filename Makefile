@@ -6,7 +6,7 @@ export PYTHON CC
 unexport PYTHONDONTWRITEBYTECODE
 BIN := .venv/bin
 PACKAGES := bench binding configs control devices experiments hqp link machines models runtime safety sim testing view
-C_SOURCES := $(wildcard csrc/*.c csrc/*.h csrc/*.hpp tests/hqp/*.c docs/examples/*.c docs/examples/*.cpp)
+C_SOURCES := $(wildcard csrc/*.c csrc/*.h csrc/*.hpp csrc/extended/*.c csrc/extended/*.h tests/hqp/*.c docs/examples/*.c docs/examples/*.cpp)
 # a group of tests is one process's, and tests of wall time are the first
 SEVERAL := -n auto --dist loadgroup --no-loadscope-reorder
 C_FLAGS := -std=c11 -D_GNU_SOURCE -Icsrc -O2 -Wall -Wextra -Wconversion -Wshadow -Wvla -Werror
@@ -105,7 +105,7 @@ hqp-dist:  # the wheel is built out of the sdist
 
 # Needs a C compiler alone. DESTDIR is put before every path, for those who package.
 PREFIX ?= /usr/local
-SOLVER := $(sort $(wildcard csrc/hqp*.c))
+SOLVER := $(sort $(wildcard csrc/hqp*.c csrc/extended/*.c))
 SOLVER_VERSION = $(shell sed -n 's/^\#define HQP_VERSION "\(.*\)"/\1/p' csrc/hqp.h)
 SONAME = libhapticd-hqp.so.$(firstword $(subst ., ,$(SOLVER_VERSION)))
 

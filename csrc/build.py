@@ -52,7 +52,7 @@ def module(
         + f"\nstatic const char *arrays(void) {{ return {table}; }}\n",
         sources=[f"csrc/{source}" for source in sources],
         include_dirs=["csrc"],
-        depends=[f"csrc/{path.name}" for path in sorted(HERE.glob("*.h"))],
+        depends=[f"csrc/{path.relative_to(HERE)}" for path in sorted(HERE.rglob("*.h"))],
         define_macros=[("_GNU_SOURCE", None)],
         extra_compile_args=[*FLAGS, *flags],
     )
@@ -95,6 +95,7 @@ control = partial(
 )
 QP = [path.name for path in sorted(HERE.glob("hqp_qp*.c"))]
 HIERARCHIES = [path.name for path in sorted(HERE.glob("hqp*.c")) if path.name not in QP]
+HIERARCHIES += [f"extended/{path.name}" for path in sorted((HERE / "extended").glob("*.c"))]
 HEADERS = ["hqp.h", "hqp_machine.h"]
 hqp = partial(module, "hapticd.hqp._hqp", HEADERS, HIERARCHIES, FAST_AND_SMALL)
 hqp_avx2 = partial(module, "hapticd.hqp._hqp_avx2", HEADERS, HIERARCHIES, (*FAST_AND_SMALL, "-mavx2"))

@@ -4,12 +4,13 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { MAX_N = 1024, MAX_ROWS = 16384 };
+enum { MAX_ROWS = 16384 };
 static const ptrdiff_t MAX_CELLS =
     1 << 26; /* rows times n; four arrays of this size are the bulk of a solver: 2 GiB */
+static const ptrdiff_t MAX_EXTENDED = 1 << 18; /* the same of the solver with more digits, and 16 MiB */
 
-static const double LARGEST = 1e100, SMALLEST = 1e-100; /* of a coefficient; of the norm of a row that acts */
-static const double CLOSED = 1e-9;                      /* lb > ub by less than this part of them: a point */
+static const real LARGEST = 1e100, SMALLEST = 1e-100; /* of a coefficient; of the norm of a row that acts */
+static const real CLOSED = 1e-9;                      /* lb > ub by less than this part of them: a point */
 /* times the iterations that are usual, and at least: the cap, if none is given */
 enum { SHARES = 3, FEWEST = 1000 };
 
@@ -52,7 +53,7 @@ static void *slice(char *arena, size_t *used, size_t bytes) {
 
 static hqp_rows slice_rows(char *arena, size_t *used, size_t rows, size_t ld) {
     hqp_rows r;
-    r.cell = slice(arena, used, rows * ld * sizeof(double));
+    r.cell = slice(arena, used, rows * ld * sizeof(real));
     r.first = slice(arena, used, rows * sizeof(int));
     r.last = slice(arena, used, rows * sizeof(int));
     return r;
@@ -62,7 +63,7 @@ static void lay_out_reals(hqp_solver *s, char *arena, size_t *used) {
     const size_t rows = (size_t)s->total, n = (size_t)s->n, ld = (size_t)s->ld, levels = (size_t)s->levels;
     const size_t widest = (size_t)s->widest, most = rows + n + 1;
     const struct {
-        double **at;
+        real **at;
         size_t count;
     } reals[] = {
         {&s->norm, rows},
@@ -115,7 +116,7 @@ static void lay_out_reals(hqp_solver *s, char *arena, size_t *used) {
         {&s->close.at.x, ld},
     };
     for (size_t i = 0; i < sizeof reals / sizeof *reals; i++) {
-        *reals[i].at = slice(arena, used, reals[i].count * sizeof(double));
+        *reals[i].at = slice(arena, used, reals[i].count * sizeof(real));
     }
 }
 
@@ -178,7 +179,7 @@ static size_t lay_out(hqp_solver *s, char *arena) {
 }
 
 static int dims_fit(const hqp_dims *d) {
-    if (d->n < 1 || d->n > MAX_N || d->levels < 1 || d->levels > HQP_MOST_LEVELS) return 0;
+    if (d->n < 1 || d->n > HQP_MOST_VARIABLES || d->levels < 1 || d->levels > HQP_MOST_LEVELS) return 0;
     for (int p = 0; p < d->levels; p++) {
         if (d->equalities[p] < 0 || d->equalities[p] > MAX_ROWS) return 0;
         if (d->inequalities[p] < 0 || d->inequalities[p] > MAX_ROWS) return 0;
@@ -191,12 +192,30 @@ static int settings_fit(const hqp_settings *t) {
            t->rounding > 0.0 && t->rounding < 1.0 && t->max_iterations >= 0 && t->time_limit >= 0.0;
 }
 
+/* The solver, with one of more digits for what doubles leave unproven; NULL where memory is short. */
+static hqp_solver *extend(hqp_solver *s, const hqp_dims *dims, const hqp_settings *settings) {
+#ifndef HQP_EXTENDED
+    if (!HQP_HAS_EXTENDED || s->total * s->ld > MAX_EXTENDED) return s;
+    s->extended = hqp_extended_create(dims, settings);
+    if (s->extended) return s;
+    free(s);
+    return NULL;
+#else
+    (void)dims, (void)settings;
+    return s;
+#endif
+}
+
 hqp_solver *hqp_create(const hqp_dims *dims, const hqp_settings *settings) {
     const hqp_settings defaults = hqp_default_settings();
     if (!settings) settings = &defaults;
     if (!dims_fit(dims) || !settings_fit(settings)) return NULL;
-    hqp_solver shape = {
-        .n = dims->n, .levels = dims->levels, .ld = hqp_ceil4(dims->n), .settings = *settings};
+    hqp_solver shape = {.n = dims->n, .levels = dims->levels, .ld = hqp_ceil4(dims->n)};
+    shape.settings.feasibility = HQP_FINER * settings->feasibility;
+    shape.settings.rank = settings->rank;
+    shape.settings.rounding = HQP_FINER * settings->rounding;
+    shape.settings.max_iterations = settings->max_iterations;
+    shape.settings.time_limit = settings->time_limit;
     const int shares = SHARES * hqp_usual(shape.n);
     if (shape.settings.max_iterations == 0) shape.settings.max_iterations = shares > FEWEST ? shares : FEWEST;
     for (int p = 0, before[2] = {0, 0}; p < dims->levels; p++) {
@@ -228,16 +247,19 @@ hqp_solver *hqp_create(const hqp_dims *dims, const hqp_settings *settings) {
     }
     memcpy(s->row0, s->first_row, (size_t)(s->levels + 1) * sizeof(int));
     hqp_reset(s);
-    return s;
+    return extend(s, dims, settings);
 }
 
 void hqp_destroy(hqp_solver *s) {
+#ifndef HQP_EXTENDED
+    if (s && s->extended) hqp_extended_destroy(s->extended);
+#endif
     free(s);
 }
 
 /* Forget the working sets; x = 0. */
 void hqp_forget(hqp_solver *s) {
-    memset(s->x, 0, (size_t)s->ld * sizeof(double));
+    memset(s->x, 0, (size_t)s->ld * sizeof(real));
     for (int i = 0; i < s->total; i++) {
         s->guess_side[i] = s->guess_held_side[i] = 0;
         s->guess_held_at[i] = -1;
@@ -254,7 +276,7 @@ void hqp_reset(hqp_solver *s) {
     hqp_forget(s);
 }
 
-static int is_zero(const double *four) {
+static int is_zero(const real *four) {
     return four[0] == 0.0 && four[1] == 0.0 && four[2] == 0.0 && four[3] == 0.0;
 }
 
@@ -264,7 +286,7 @@ int hqp_start(hqp_solver *s, const double *x) {
     }
     hqp_forget(s);
     memset(s->joined, 0, (size_t)s->levels);
-    memcpy(s->x, x, (size_t)s->n * sizeof(double));
+    for (int i = 0; i < s->n; i++) s->x[i] = x[i];
     s->started = 1;
     return 1;
 }
@@ -289,8 +311,8 @@ static void guess_from_x(hqp_solver *s) {
 
 /* Norm of a row of `given` and where its nonzeros are; 0 where an entry is not usable. */
 static int measure_row(hqp_solver *s, int id) {
-    const double *row = hqp_row(s, s->given, id);
-    const double sum = hqp_dot(row, row, 0, (int)s->ld);
+    const real *row = hqp_row(s, s->given, id);
+    const real sum = hqp_dot(row, row, 0, (int)s->ld);
     int first = 0, last = (int)s->ld, nonzeros = 0;
     while (first < last && is_zero(row + first)) first += 4;
     while (first < last && is_zero(row + last - 4)) last -= 4;
@@ -306,10 +328,10 @@ static int measure_row(hqp_solver *s, int id) {
 }
 
 /* Copy one row; 0 where an entry is not usable. Rows that are the same in each tick are measured once. */
-static int load_row(hqp_solver *s, int id, const double *from) {
-    double *to = hqp_row(s, s->given, id);
+static int load_row(hqp_solver *s, int id, const real *from) {
+    real *to = hqp_row(s, s->given, id);
 
-    const size_t size = (size_t)s->n * sizeof(double);
+    const size_t size = (size_t)s->n * sizeof(real);
     s->done[id] = 0;
     s->frozen_at[id] = -1;
     if (memcmp(to, from, size) == 0) return 1;
@@ -339,7 +361,7 @@ static int load_weights(hqp_solver *s, int level, const double *weights) {
     if (!weights && !s->weighted[level]) return 1;
     s->weighted[level] = weights != NULL;
     for (int i = s->first_row[level]; i < s->first_row[level + 1]; i++) {
-        const double weight = weights ? weights[i - s->first_row[level]] : 1.0;
+        const real weight = weights ? weights[i - s->first_row[level]] : 1.0;
         if (!(weight > 0.0 && weight <= LARGEST)) return 0;
         s->scale[i] = sqrt(weight);
     }
@@ -347,9 +369,20 @@ static int load_weights(hqp_solver *s, int level, const double *weights) {
 }
 
 /* The coefficients of a row times the root of its weight; those that are not usable without it stay so. */
-static const double *weighted(hqp_solver *s, int id, const double *from) {
+static const real *weighted(hqp_solver *s, int id, const double *from) {
     for (int c = 0; c < s->n; c++) s->step[c] = fabs(from[c]) <= LARGEST ? s->scale[id] * from[c] : NAN;
     return s->step;
+}
+
+/* The coefficients of a row. */
+static const real *converted(hqp_solver *s, const double *from) {
+#ifndef HQP_EXTENDED
+    (void)s;
+    return from;
+#else
+    for (int c = 0; c < s->n; c++) s->step[c] = from[c];
+    return s->step;
+#endif
 }
 
 static hqp_status load_level(hqp_solver *s, int level, const hqp_level *data) {
@@ -358,7 +391,8 @@ static hqp_status load_level(hqp_solver *s, int level, const hqp_level *data) {
     for (int i = first; i < s->first_row[level + 1]; i++) {
         const ptrdiff_t r = i < split ? i - first : i - split;
         const double *row = (i < split ? data->A : data->C) + r * s->n;
-        if (!load_row(s, i, s->weighted[level] ? weighted(s, i, row) : row)) return HQP_BAD_MATRIX;
+        if (!load_row(s, i, s->weighted[level] ? weighted(s, i, row) : converted(s, row)))
+            return HQP_BAD_MATRIX;
         if (i < split && !(fabs(data->b[r]) <= LARGEST)) return HQP_BAD_MATRIX;
         const double lb = i < split ? data->b[r] : data->lb[r], ub = i < split ? data->b[r] : data->ub[r];
         if (!load_bounds(s, i, lb, ub)) return HQP_BAD_BOUNDS;
@@ -369,7 +403,7 @@ static hqp_status load_level(hqp_solver *s, int level, const hqp_level *data) {
     return HQP_SOLVED;
 }
 
-static signed char activity(const hqp_solver *s, int id, double value) {
+static signed char activity(const hqp_solver *s, int id, real value) {
     if (s->kind[id] == HQP_IDLE) return 0;
     if (isfinite(s->ub[id]) && hqp_at_bound(s, id, 1, value, s->x_norm)) return 1;
     return isfinite(s->lb[id]) && hqp_at_bound(s, id, -1, value, s->x_norm) ? -1 : 0;
@@ -383,15 +417,19 @@ static void report(hqp_solver *s, hqp_info *info) {
         for (int i = s->first_row[p]; i < s->first_row[p + 1] && s->weighted[p]; i++)
             s->lacking[i] /= s->scale[i];
         for (int i = s->first_row[p]; i < s->first_row[p + 1]; i++) {
-            const double value = s->value[i], slack = s->lacking[i];
+            const real value = s->value[i], slack = s->lacking[i];
             if (i < s->first_row[p] + s->equalities[p]) {
-                if (w) *w++ = slack;
+                if (w) *w++ = (double)slack;
                 continue;
             }
-            if (v) *v++ = slack;
+            if (v) *v++ = (double)slack;
             if (active) *active++ = activity(s, i, value);
         }
     }
+}
+
+static void give(const real *x, double *to, int n) {
+    for (int i = 0; i < n; i++) to[i] = (double)x[i];
 }
 
 static hqp_status refuse(hqp_solver *s, hqp_status status, int level, double *x, hqp_info *info) {
@@ -400,8 +438,8 @@ static hqp_status refuse(hqp_solver *s, hqp_status status, int level, double *x,
     for (int i = 0; i < equalities && info->w; i++) info->w[i] = NAN;
     for (int i = 0; i < s->total - equalities && info->v; i++) info->v[i] = NAN;
     if (info->active) memset(info->active, 0, (size_t)(s->total - equalities));
-    memcpy(s->x, s->good, (size_t)s->ld * sizeof(double));
-    memcpy(x, s->good, (size_t)s->n * sizeof(double));
+    memcpy(s->x, s->good, (size_t)s->ld * sizeof(real));
+    give(s->good, x, s->n);
     s->resumable = s->warm = 0;
     info->status = status;
     info->iterations = s->iterations;
@@ -411,9 +449,10 @@ static hqp_status refuse(hqp_solver *s, hqp_status status, int level, double *x,
 }
 
 hqp_status hqp_resolve(hqp_solver *s, const hqp_level *levels, int first, double *x, hqp_info *info) {
+    s->levels_given = levels;
     if (first > s->resumable) first = s->resumable;
     if (first < 0) first = 0;
-    memcpy(s->good, s->x, (size_t)s->ld * sizeof(double));
+    memcpy(s->good, s->x, (size_t)s->ld * sizeof(real));
     s->iterations = s->is_late = 0;
     if (s->settings.time_limit > 0.0) s->began = hqp_now();
     for (int p = first; p < s->levels; p++) {
@@ -427,7 +466,7 @@ hqp_status hqp_resolve(hqp_solver *s, const hqp_level *levels, int first, double
     for (int i = 0; i < s->n; i++) {
         if (!isfinite(s->x[i])) return refuse(s, HQP_OVERFLOW, -1, x, info);
     }
-    memcpy(x, s->x, (size_t)s->n * sizeof(double));
+    give(s->x, x, s->n);
     report(s, info);
     s->warm = 1;
     info->status = status;

@@ -12,16 +12,16 @@
 
 #include <string.h>
 
-static const double TOUCH = 1e-9; /* part of the clash's size below which a row or column is not concerned */
+static const real TOUCH = 1e-9; /* part of the clash's size below which a row or column is not concerned */
 
 /* reduced = row Q, in the columns of the frozen rows */
-static const double *in_frozen_columns(hqp_solver *s, int id) {
+static const real *in_frozen_columns(hqp_solver *s, int id) {
     hqp_gather(s, s->reduced, hqp_row(s, s->given, id));
     hqp_reflect_row(s, s->rank, s->reduced);
     return s->reduced;
 }
 
-static void join(hqp_solver *s, int id, int side, double weight) {
+static void join(hqp_solver *s, int id, int side, real weight) {
     const int k = s->clash.count++;
     s->clash.id[k] = id;
     s->clash.side[k] = (signed char)side;
@@ -29,7 +29,7 @@ static void join(hqp_solver *s, int id, int side, double weight) {
     s->clash.size += weight * s->norm[id];
 }
 
-static int touches(const hqp_solver *s, const double *sum, int from, int to) {
+static int touches(const hqp_solver *s, const real *sum, int from, int to) {
     for (int k = from; k < to; k++) {
         if (fabs(sum[k]) > TOUCH * s->clash.size) return 1;
     }
@@ -38,7 +38,7 @@ static int touches(const hqp_solver *s, const double *sum, int from, int to) {
 
 /* The clash is held at `level`, with multipliers length * weight. Returns the level, or HQP_LOST if it
  * already is. */
-static int seat(hqp_solver *s, int level, double length) {
+static int seat(hqp_solver *s, int level, real length) {
     int changes = 0;
     for (int k = 0; k < s->clash.count; k++) {
         const int id = s->clash.id[k], own = id >= s->row0[level];
@@ -63,12 +63,12 @@ static int seat(hqp_solver *s, int level, double length) {
  * rows. Where it takes strength from some of them (pull > 0) the first to lose all of it is released; returns
  * how far that is. Otherwise they join the clash; returns -1.
  */
-static double take_over(hqp_solver *s, double *sum, int from, int to) {
-    double *pull = s->clash.pull, length = INFINITY;
+static real take_over(hqp_solver *s, real *sum, int from, int to) {
+    real *pull = s->clash.pull, length = INFINITY;
     int release = -1;
     for (int k = to - 1; k >= from; k--) {
         const int id = s->column_row[k], side = s->guess_held_side[id];
-        const double *row = in_frozen_columns(s, id);
+        const real *row = in_frozen_columns(s, id);
         pull[k] = sum[k] / (side * row[k]);
         hqp_axpy(sum, -pull[k] * side, row, 0, (int)s->ld);
         if (!(pull[k] * s->norm[id] > TOUCH * s->clash.size)) continue;
@@ -104,11 +104,11 @@ static void expect_at_fixings(hqp_solver *s) {
  * Row `id` cannot be met at `side`: row = sum pull_k held_k, with no held row to release. Returns the level
  * to go back to, its guess changed, or HQP_LOST.
  */
-int hqp_give_way(hqp_solver *s, int level, int id, int side, const double *pull) {
-    double *sum = s->step;
+int hqp_give_way(hqp_solver *s, int level, int id, int side, const real *pull) {
+    real *sum = s->step;
     s->clash.count = 0;
     s->clash.size = 0.0;
-    memset(sum, 0, (size_t)s->ld * sizeof(double));
+    memset(sum, 0, (size_t)s->ld * sizeof(real));
     hqp_axpy(sum, side, in_frozen_columns(s, id), 0, (int)s->ld);
     join(s, id, side, 1.0);
     for (int k = 0; k < s->held.count; k++) {
@@ -123,7 +123,7 @@ int hqp_give_way(hqp_solver *s, int level, int id, int side, const double *pull)
         for (int k = 0; k < s->clash.count; k++) own |= s->clash.id[k] >= s->row0[q];
         if (own || touches(s, sum, fitted, to)) return seat(s, q, 0.0);
         if (!touches(s, sum, from, fitted)) continue;
-        const double length = take_over(s, sum, from, fitted);
+        const real length = take_over(s, sum, from, fitted);
         if (length >= 0.0) return seat(s, q, length);
     }
     if (s->fixed_through >= 0) expect_at_fixings(s);

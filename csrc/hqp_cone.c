@@ -11,13 +11,13 @@
 
 #include <string.h>
 
-enum { STEPS = 4 };                    /* times n + 1: rows held or released by a projection at most */
-static const double DIRECTION = 1e-10; /* times its length: what a direction may break a row by */
-static const double ROUNDINGS = 2.0;   /* of row . x: what a long row may take */
-static const double LARGE = 1e6;       /* a multiplier, times the norm of its row, that costs digits */
+enum { STEPS = 4 };                  /* times n + 1: rows held or released by a projection at most */
+static const real DIRECTION = 1e-10; /* times its length: what a direction may break a row by */
+static const real ROUNDINGS = 2.0;   /* of row . x: what a long row may take */
+static const real LARGE = 1e6;       /* a multiplier, times the norm of its row, that costs digits */
 
-static void exchange(double **a, double **b) {
-    double *const kept = *a;
+static void exchange(real **a, real **b) {
+    real *const kept = *a;
     *a = *b;
     *b = kept;
 }
@@ -50,21 +50,21 @@ static void form(hqp_solver *s, int level, int own) {
 }
 
 /* The largest multiplier, times the norm of its row, of those that hold the projection. */
-static double most_held(const hqp_solver *s) {
-    double most = 0.0;
+static real most_held(const hqp_solver *s) {
+    real most = 0.0;
     for (int k = 0; k < s->held.count; k++) most = fmax(most, s->held.multiplier[k] * s->norm[s->held.id[k]]);
     return most;
 }
 
 /* Length of this rest, with what the rounding of the held rows may have left of it. */
-static double length_of(const hqp_solver *s, const double *rest) {
+static real length_of(const hqp_solver *s, const real *rest) {
     return sqrt(hqp_inner(rest, rest, s->width - s->rank)) + HQP_UNIT * most_held(s);
 }
 
 /* Length of what the held rows, with multipliers >= 0, leave of the target: s->reduced. */
-static double left_over(hqp_solver *s) {
-    double *rest = s->reduced;
-    memcpy(rest, s->cone.target, (size_t)s->ld * sizeof(double));
+static real left_over(hqp_solver *s) {
+    real *rest = s->reduced;
+    memcpy(rest, s->cone.target, (size_t)s->ld * sizeof(real));
     for (int k = 0; k < s->held.count; k++) {
         if (!(s->held.multiplier[k] > 0.0)) continue;
         hqp_add(rest, s->held.multiplier[k], s->held.rows + k * s->ld, s->width - s->rank);
@@ -73,7 +73,7 @@ static double left_over(hqp_solver *s) {
 }
 
 /* The same with the multipliers put right by what they leave: rounding of large ones is most of it. */
-static double left_over_refined(hqp_solver *s) {
+static real left_over_refined(hqp_solver *s) {
     left_over(s);
     return hqp_take_into_held(s, s->reduced) ? length_of(s, s->reduced) : INFINITY;
 }
@@ -82,10 +82,10 @@ static double left_over_refined(hqp_solver *s) {
  * In the cone: project s->trial, of length 1, to s->x, as far as something worth mentioning is left. Returns
  * the least that any rows on the way leave of it: what is left in the end is not more, but for rounding.
  */
-static double project(hqp_solver *s, int level, double none) {
-    const double feasibility = s->settings.feasibility;
+static real project(hqp_solver *s, int level, real none) {
+    const real feasibility = s->settings.feasibility;
     const int limit = s->iteration_limit, iterations = s->iterations;
-    double left = 1.0;
+    real left = 1.0;
     int broken;
     s->iteration_limit = iterations + STEPS * (s->n + 1);
     hqp_hold(s, level);
@@ -110,36 +110,36 @@ static double project(hqp_solver *s, int level, double none) {
 
 /* The same, from the rows that have a side; and from none, as others may do with less, where these have large
  * multipliers. */
-static double project_well(hqp_solver *s, int level, double none) {
-    const double left = project(s, level, none);
+static real project_well(hqp_solver *s, int level, real none) {
+    const real left = project(s, level, none);
     if (!(left > none && most_held(s) > LARGE)) return left;
     memset(s->side, 0, (size_t)s->row0[level]);
     return fmin(left, project(s, level, none));
 }
 
 /* The smallest multiplier, times the norm of its row, of the hard rows that hold the projection. */
-static double least_held(const hqp_solver *s, int level, double length) {
-    double least = INFINITY;
+static real least_held(const hqp_solver *s, int level, real length) {
+    real least = INFINITY;
     for (int k = 0; k < s->held.count; k++) {
         if (s->held.id[k] >= s->row0[level]) continue; /* a long row, which takes its rounding */
-        const double multiplier = length * s->held.multiplier[k] * s->norm[s->held.id[k]];
+        const real multiplier = length * s->held.multiplier[k] * s->norm[s->held.id[k]];
         if (multiplier > 0.0 && multiplier < least) least = multiplier;
     }
     return least;
 }
 
 /* A row of the level takes more than its rounding. */
-static int takes_more(const hqp_solver *s, int level, double length, double x_norm) {
+static int takes_more(const hqp_solver *s, int level, real length, real x_norm) {
     for (int k = 0; k < s->held.count; k++) {
         const int id = s->held.id[k];
-        const double rounding = s->settings.rounding * s->norm[id] * x_norm;
+        const real rounding = s->settings.rounding * s->norm[id] * x_norm;
         if (id >= s->row0[level] && length * s->held.multiplier[k] > ROUNDINGS * rounding) return 1;
     }
     return 0;
 }
 
 /* project_well, from x, whose values are known: what is left of -g, of this length. */
-static double project_from(hqp_solver *s, int level, int own, double length, double x_norm) {
+static real project_from(hqp_solver *s, int level, int own, real length, real x_norm) {
     s->x_norm = x_norm;
     form(s, level, own);
     cross(s);
@@ -147,10 +147,10 @@ static double project_from(hqp_solver *s, int level, int own, double length, dou
 }
 
 /* The same through long rows whose rounding hides what short ones lack, if they take no more than that. */
-static double project_through(hqp_solver *s, int level, double length, double x_norm) {
+static real project_through(hqp_solver *s, int level, real length, real x_norm) {
     const int first = s->row0[level], count = s->row0[level + 1] - first;
     memcpy(s->cone.own, s->side + first, (size_t)count);
-    double left = project_from(s, level, 1, length, x_norm);
+    real left = project_from(s, level, 1, length, x_norm);
     if (takes_more(s, level, length, x_norm)) {
         cross(s);
         memset(s->side + first, 0, (size_t)count);
@@ -164,10 +164,10 @@ static double project_through(hqp_solver *s, int level, double length, double x_
  * s->descent = the way down for this level from x, whose values are known; the rows that hold the projection
  * become the working set. Returns a length: -g is at most so far from the cone of rows at their bound.
  */
-double hqp_descent(hqp_solver *s, int level) {
-    const double x_norm = s->x_norm;
+real hqp_descent(hqp_solver *s, int level) {
+    const real x_norm = s->x_norm;
     const int free = s->width - s->rank, width = (int)s->ld;
-    double *target = s->cone.target, squares = 0.0;
+    real *target = s->cone.target, squares = 0.0;
     hqp_free_directions(s);
     s->metric = 0;
     s->cone.least = INFINITY;
@@ -176,18 +176,18 @@ double hqp_descent(hqp_solver *s, int level) {
         target[j] = -hqp_dot(s->descent, hqp_row(s, s->direction, j), 0, width);
         squares += target[j] * target[j];
     }
-    const double length = sqrt(squares);
+    const real length = sqrt(squares);
     if (!(length > s->none[level])) {
         memset(s->side, 0, (size_t)s->row0[level]);
         return length;
     }
-    memset(s->trial, 0, (size_t)width * sizeof(double));
+    memset(s->trial, 0, (size_t)width * sizeof(real));
     for (int j = 0; j < free; j++) {
         target[j] /= length;
         hqp_axpy(s->trial, target[j], hqp_row(s, s->direction, j), 0, width);
     }
-    const double left = s->hidden[level] ? project_through(s, level, length, x_norm)
-                                         : project_from(s, level, 0, length, x_norm);
+    const real left = s->hidden[level] ? project_through(s, level, length, x_norm)
+                                       : project_from(s, level, 0, length, x_norm);
     s->cone.least = least_held(s, level, length);
     if (hqp_is_last(s, level)) s->hardest = length * most_held(s);
     cross(s);

@@ -11,22 +11,21 @@
 
 #include <string.h>
 
-enum { FEW = 16, REFRESH = 16 };                        /* REFRESH: steps */
-static const double LEAST = 1e-7, LEAST_JOINED = 1e-14; /* times the longest row: a column that is one */
-static const double MOSTLY =
-    0.5; /* of a row's square: with that much left of it, rounding has taken little */
+enum { FEW = 16, REFRESH = 16 };                      /* REFRESH: steps */
+static const real LEAST = 1e-7, LEAST_JOINED = 1e-14; /* times the longest row: a column that is one */
+static const real MOSTLY = 0.5; /* of a row's square: with that much left of it, rounding has taken little */
 
 static int freedom(const hqp_solver *s) {
     return s->width - s->rank;
 }
-static double *line(const hqp_solver *s, double *rows, int i) {
+static real *line(const hqp_solver *s, real *rows, int i) {
     return rows + i * s->ld;
 }
 
 /* direction = an orthonormal basis of what the frozen rows leave free: e_{rank+j}^T H_{rank-1} .. H_0 */
 void hqp_free_directions(hqp_solver *s) {
     const int m = freedom(s);
-    memset(s->direction.cell, 0, (size_t)(m * s->ld) * sizeof(double));
+    memset(s->direction.cell, 0, (size_t)(m * s->ld) * sizeof(real));
     for (int j = 0; j < m; j++) {
         hqp_row(s, s->direction, j)[s->rank + j] = 1.0;
         s->direction.first[j] = hqp_floor4(s->rank + j);
@@ -39,15 +38,15 @@ void hqp_free_directions(hqp_solver *s) {
 
 /* One column of triangularise: a reflector from the left, u = (head, rows[c + 1 .., c]), leaves -+norm at [c,
  * c]. Columns before c hold numbers that nobody reads. */
-static void reduce_column(hqp_solver *s, int c, double norm) {
+static void reduce_column(hqp_solver *s, int c, real norm) {
     const int from = hqp_floor4(c), to = hqp_ceil4(freedom(s));
-    double *pivot = hqp_row(s, s->fit_rows, c), *sum = s->step;
-    const double sign = pivot[c] < 0.0 ? -1.0 : 1.0, head = pivot[c] + sign * norm;
-    const double factor = 1.0 / (norm * fabs(head));
-    double sum_rhs = head * s->rhs[c];
+    real *pivot = hqp_row(s, s->fit_rows, c), *sum = s->step;
+    const real sign = pivot[c] < 0.0 ? -1.0 : 1.0, head = pivot[c] + sign * norm;
+    const real factor = 1.0 / (norm * fabs(head));
+    real sum_rhs = head * s->rhs[c];
     for (int k = from; k < to; k++) sum[k] = head * pivot[k];
     for (int i = c + 1; i < s->fit_count; i++) {
-        const double *row = hqp_row(s, s->fit_rows, i);
+        const real *row = hqp_row(s, s->fit_rows, i);
         if (row[c] == 0.0) continue;
         hqp_axpy(sum, row[c], row, from, to);
         sum_rhs += row[c] * s->rhs[i];
@@ -56,18 +55,18 @@ static void reduce_column(hqp_solver *s, int c, double norm) {
     pivot[c] = -sign * norm;
     s->rhs[c] -= factor * head * sum_rhs;
     for (int i = c + 1; i < s->fit_count; i++) {
-        double *row = hqp_row(s, s->fit_rows, i);
-        const double u = factor * row[c];
+        real *row = hqp_row(s, s->fit_rows, i);
+        const real u = factor * row[c];
         if (u == 0.0) continue;
         hqp_axpy(row, -u, sum, from, to);
         s->rhs[i] -= u * sum_rhs;
     }
 }
 
-static double square_below(const hqp_solver *s, int c, int from) {
-    double sum = 0.0;
+static real square_below(const hqp_solver *s, int c, int from) {
+    real sum = 0.0;
     for (int i = from; i < s->fit_count; i++) {
-        const double a = hqp_row(s, s->fit_rows, i)[c];
+        const real a = hqp_row(s, s->fit_rows, i)[c];
         sum += a * a;
     }
     return sum;
@@ -77,9 +76,9 @@ static double square_below(const hqp_solver *s, int c, int from) {
  * (Cox, Higham 1998). */
 static void pivot_column(hqp_solver *s, int c) {
     int best = c;
-    double most = 0.0;
+    real most = 0.0;
     for (int k = c; k < freedom(s); k++) {
-        const double sum = square_below(s, k, c);
+        const real sum = square_below(s, k, c);
         if (sum > most) {
             most = sum;
             best = k;
@@ -87,8 +86,8 @@ static void pivot_column(hqp_solver *s, int c) {
     }
     if (best == c) return;
     for (int i = 0; i < s->fit_count; i++) {
-        double *row = hqp_row(s, s->fit_rows, i);
-        const double kept = row[c];
+        real *row = hqp_row(s, s->fit_rows, i);
+        const real kept = row[c];
         row[c] = row[best];
         row[best] = kept;
     }
@@ -97,12 +96,12 @@ static void pivot_column(hqp_solver *s, int c) {
 
 /* Householder QR of fit_rows, rhs to Q^T rhs. Returns 0 where its columns are not clearly independent. */
 static int triangularise(hqp_solver *s, int is_joined) {
-    const double least = is_joined ? LEAST_JOINED : fmax(LEAST, s->settings.rank);
-    double largest = 0.0;
+    const real least = is_joined ? LEAST_JOINED : fmax(LEAST, s->settings.rank);
+    real largest = 0.0;
     for (int i = 0; i < s->fit_count; i++) largest = fmax(largest, s->norm[s->fit[i]]);
     for (int c = 0; c < freedom(s); c++) {
         if (is_joined) pivot_column(s, c);
-        const double sum = square_below(s, c, c);
+        const real sum = square_below(s, c, c);
         if (!(sqrt(sum) > least * largest)) return 0;
         reduce_column(s, c, sqrt(sum));
     }
@@ -113,26 +112,26 @@ static int triangularise(hqp_solver *s, int is_joined) {
 static void measure_by_level(hqp_solver *s) {
     const int width = (int)s->ld;
     for (int j = freedom(s) - 1; j >= 0; j--) {
-        const double *row = hqp_row(s, s->fit_rows, j);
-        double sum = s->rhs[j];
+        const real *row = hqp_row(s, s->fit_rows, j);
+        real sum = s->rhs[j];
         for (int k = j + 1; k < freedom(s); k++) sum -= row[k] * s->reduced[k];
         s->reduced[j] = sum / row[j];
         hqp_axpy(s->trial, s->reduced[j], hqp_row(s, s->direction, j), 0, width);
     }
     for (int j = 0; j < freedom(s); j++) {
-        double *direction = hqp_row(s, s->direction, j);
+        real *direction = hqp_row(s, s->direction, j);
         for (int i = 0; i < j; i++) {
             hqp_axpy(direction, -hqp_row(s, s->fit_rows, i)[j], hqp_row(s, s->direction, i), 0, width);
         }
-        const double scale = 1.0 / hqp_row(s, s->fit_rows, j)[j];
+        const real scale = 1.0 / hqp_row(s, s->fit_rows, j)[j];
         for (int i = 0; i < s->ld; i++) direction[i] *= scale;
     }
 }
 
 /* row . direction^T */
-static void in_directions(const hqp_solver *s, int id, double *row) {
+static void in_directions(const hqp_solver *s, int id, real *row) {
     if (freedom(s) == s->n) {
-        memcpy(row, hqp_row(s, s->given, id), (size_t)s->n * sizeof(double));
+        memcpy(row, hqp_row(s, s->given, id), (size_t)s->n * sizeof(real));
         return;
     }
     for (int j = 0; j < freedom(s); j++) row[j] = hqp_value(s, id, hqp_row(s, s->direction, j));
@@ -141,14 +140,14 @@ static void in_directions(const hqp_solver *s, int id, double *row) {
 /* trial = x*, the minimiser of the fitted rows that minds no hard row. Returns 0 where it is not unique. */
 static int free_minimiser(hqp_solver *s, int level) {
     hqp_free_directions(s);
-    memcpy(s->trial, s->x, (size_t)s->ld * sizeof(double));
+    memcpy(s->trial, s->x, (size_t)s->ld * sizeof(real));
     s->metric = level < s->levels && freedom(s) > 0;
     if (!s->metric) return 1;
     s->fit_count = 0;
     for (int i = s->row0[level]; i < s->row0[level + 1]; i++) {
         if (!s->side[i]) continue;
-        double *row = hqp_row(s, s->fit_rows, s->fit_count);
-        memset(row, 0, (size_t)hqp_ceil4(freedom(s)) * sizeof(double));
+        real *row = hqp_row(s, s->fit_rows, s->fit_count);
+        memset(row, 0, (size_t)hqp_ceil4(freedom(s)) * sizeof(real));
         in_directions(s, i, row);
         s->rhs[s->fit_count] = hqp_bound(s, i, s->side[i]) - hqp_value(s, i, s->x);
         s->fit[s->fit_count++] = i;
@@ -160,12 +159,12 @@ static int free_minimiser(hqp_solver *s, int level) {
 
 /* The hard row that x breaks most, by distance; -1: none. */
 int hqp_most_broken(hqp_solver *s, int level) {
-    double distance = 0.0;
+    real distance = 0.0;
     int worst = -1;
     s->x_norm = hqp_length(s, s->x);
     for (int i = 0; i < s->row0[level]; i++) {
         if (!hqp_is_hard(s, i) || s->side[i]) continue;
-        const double value = hqp_value(s, i, s->x);
+        const real value = hqp_value(s, i, s->x);
         const int side = hqp_outside(s, i, value, s->x_norm);
         if (!side || side * (value - hqp_bound(s, i, side)) <= distance * s->norm[i]) continue;
         distance = side * (value - hqp_bound(s, i, side)) / s->norm[i];
@@ -175,7 +174,7 @@ int hqp_most_broken(hqp_solver *s, int level) {
 }
 
 /* row[..m] = -side (row . T^T), how t changes the room the row has; returns the gap, what is missing at x* */
-static double to_t_space(const hqp_solver *s, int id, int side, double *row) {
+static real to_t_space(const hqp_solver *s, int id, int side, real *row) {
     const int m = freedom(s);
     for (int j = 0; j < m; j++) row[j] = -side * hqp_value(s, id, hqp_row(s, s->direction, j));
     for (int j = m; j < hqp_ceil4(m); j++) row[j] = 0.0;
@@ -183,7 +182,7 @@ static double to_t_space(const hqp_solver *s, int id, int side, double *row) {
 }
 
 /* along[0 .. 4) = four lines of `rows` . a over [0, to) */
-static void dot_four(const hqp_solver *s, const double *rows, const double *a, int to, double *along) {
+static void dot_four(const hqp_solver *s, const real *rows, const real *a, int to, real *along) {
     hqp_four sum[4] = {hqp_no_four(), hqp_no_four(), hqp_no_four(), hqp_no_four()};
     for (int j = 0; j < to; j += 4) {
         const hqp_four aj = hqp_load_four(a + j);
@@ -194,8 +193,8 @@ static void dot_four(const hqp_solver *s, const double *rows, const double *a, i
 }
 
 /* a -= along[0 .. 4) . four lines of `rows` */
-static void take_four(const hqp_solver *s, double *a, const double *along, const double *rows, int to) {
-    const double *const second = rows + s->ld, *const third = second + s->ld, *const fourth = third + s->ld;
+static void take_four(const hqp_solver *s, real *a, const real *along, const real *rows, int to) {
+    const real *const second = rows + s->ld, *const third = second + s->ld, *const fourth = third + s->ld;
     for (int j = 0; j < to; j += 4) {
         const hqp_four left = hqp_plus(hqp_scaled(along[0], hqp_load_four(rows + j)),
                                        hqp_scaled(along[1], hqp_load_four(second + j)));
@@ -206,9 +205,9 @@ static void take_four(const hqp_solver *s, double *a, const double *along, const
 }
 
 /* rest loses its part in the span of the held rows, which coefficient, in their basis, gains. */
-static void take_away_held(const hqp_solver *s, double *rest, double *coefficient) {
+static void take_away_held(const hqp_solver *s, real *rest, real *coefficient) {
     const int count = s->held.count, whole = hqp_floor4(count), to = hqp_ceil4(freedom(s));
-    double *const along = s->held.along;
+    real *const along = s->held.along;
     for (int i = 0; i < whole; i += 4) dot_four(s, line(s, s->held.basis, i), rest, to, along + i);
     for (int i = whole; i < count; i++) along[i] = hqp_dot(line(s, s->held.basis, i), rest, 0, to);
     for (int i = 0; i < whole; i += 4) take_four(s, rest, along + i, line(s, s->held.basis, i), to);
@@ -221,11 +220,11 @@ static void take_away_held(const hqp_solver *s, double *rest, double *coefficien
  * time took most of the row away (Daniel, Gragg, Kaufman, Stewart 1976); coefficient = the part inside, in
  * their basis. Returns |rest|^2.
  */
-static double orthogonalise(const hqp_solver *s, const double *row, double *rest, double *coefficient) {
+static real orthogonalise(const hqp_solver *s, const real *row, real *rest, real *coefficient) {
     const int to = hqp_ceil4(freedom(s));
-    const double size = hqp_dot(row, row, 0, to);
-    double left = size;
-    memcpy(rest, row, (size_t)to * sizeof(double));
+    const real size = hqp_dot(row, row, 0, to);
+    real left = size;
+    memcpy(rest, row, (size_t)to * sizeof(real));
     for (int i = 0; i < s->held.count; i++) coefficient[i] = 0.0;
     for (int pass = 0; pass < 2 && (pass == 0 || left < MOSTLY * size); pass++) {
         take_away_held(s, rest, coefficient);
@@ -235,20 +234,20 @@ static double orthogonalise(const hqp_solver *s, const double *row, double *rest
 }
 
 /* Whether the rest of a row is more than rounding: seen from x it is R^T rest. */
-static int is_independent(const hqp_solver *s, int id, const double *rest) {
-    const double least = s->settings.rank * s->norm[id];
+static int is_independent(const hqp_solver *s, int id, const real *rest) {
+    const real least = s->settings.rank * s->norm[id];
     const int m = freedom(s);
-    double *seen = s->reduced;
+    real *seen = s->reduced;
     if (!s->metric) return s->held.count < m && hqp_inner(rest, rest, m) > least * least;
-    memset(seen, 0, (size_t)m * sizeof(double));
+    memset(seen, 0, (size_t)m * sizeof(real));
     for (int i = 0; i < m; i++) hqp_add(seen + i, rest[i], hqp_row(s, s->fit_rows, i) + i, m - i);
     return s->held.count < m && hqp_inner(seen, seen, m) > least * least;
 }
 
 /* Held row number held.count, orthogonalised, of which so much is left, is one of them. */
-static void add(hqp_solver *s, double left) {
+static void add(hqp_solver *s, real left) {
     const int k = s->held.count++;
-    double *basis = line(s, s->held.basis, k), *triangle = line(s, s->held.triangle, k);
+    real *basis = line(s, s->held.basis, k), *triangle = line(s, s->held.triangle, k);
     triangle[k] = sqrt(left);
     for (int j = 0; j < freedom(s); j++) basis[j] /= triangle[k];
 }
@@ -257,8 +256,8 @@ static void add(hqp_solver *s, double left) {
  * others. */
 static int append(hqp_solver *s) {
     const int k = s->held.count;
-    double *basis = line(s, s->held.basis, k), *triangle = line(s, s->held.triangle, k);
-    const double left = orthogonalise(s, line(s, s->held.rows, k), basis, triangle);
+    real *basis = line(s, s->held.basis, k), *triangle = line(s, s->held.triangle, k);
+    const real left = orthogonalise(s, line(s, s->held.rows, k), basis, triangle);
     if (!is_independent(s, s->held.id[k], basis)) return 0;
     add(s, left);
     return 1;
@@ -266,17 +265,17 @@ static int append(hqp_solver *s) {
 
 /* Rotate basis vectors k and k + 1 so that row k, which had a share in both, has one in the first alone. */
 static void rotate(const hqp_solver *s, int k, int count) {
-    double *first = line(s, s->held.basis, k), *second = line(s, s->held.basis, k + 1);
-    const double *row = line(s, s->held.triangle, k);
-    const double length = hypot(row[k], row[k + 1]), cosine = row[k] / length, sine = row[k + 1] / length;
+    real *first = line(s, s->held.basis, k), *second = line(s, s->held.basis, k + 1);
+    const real *row = line(s, s->held.triangle, k);
+    const real length = hypot(row[k], row[k + 1]), cosine = row[k] / length, sine = row[k + 1] / length;
     for (int j = 0; j < freedom(s); j++) {
-        const double a = first[j], b = second[j];
+        const real a = first[j], b = second[j];
         first[j] = cosine * a + sine * b;
         second[j] = cosine * b - sine * a;
     }
     for (int i = k; i < count; i++) {
-        double *triangle = line(s, s->held.triangle, i);
-        const double a = triangle[k], b = triangle[k + 1];
+        real *triangle = line(s, s->held.triangle, i);
+        const real a = triangle[k], b = triangle[k + 1];
         triangle[k] = cosine * a + sine * b;
         triangle[k + 1] = cosine * b - sine * a;
     }
@@ -286,9 +285,8 @@ static void rotate(const hqp_solver *s, int k, int count) {
 static void rotate_out(hqp_solver *s, int drop) {
     const int count = --s->held.count;
     for (int i = drop; i < count; i++) {
-        memcpy(line(s, s->held.rows, i), line(s, s->held.rows, i + 1), (size_t)s->ld * sizeof(double));
-        memcpy(line(s, s->held.triangle, i), line(s, s->held.triangle, i + 1),
-               (size_t)s->ld * sizeof(double));
+        memcpy(line(s, s->held.rows, i), line(s, s->held.rows, i + 1), (size_t)s->ld * sizeof(real));
+        memcpy(line(s, s->held.triangle, i), line(s, s->held.triangle, i + 1), (size_t)s->ld * sizeof(real));
         s->held.id[i] = s->held.id[i + 1];
         s->held.gap[i] = s->held.gap[i + 1];
         s->held.multiplier[i] = s->held.multiplier[i + 1];
@@ -308,7 +306,7 @@ static int release(hqp_solver *s, int drop) {
     s->held.count = drop;
     for (int i = drop + 1; i < count; i++) {
         const int to = s->held.count;
-        memcpy(line(s, s->held.rows, to), line(s, s->held.rows, i), (size_t)s->ld * sizeof(double));
+        memcpy(line(s, s->held.rows, to), line(s, s->held.rows, i), (size_t)s->ld * sizeof(real));
         s->held.id[to] = s->held.id[i];
         s->held.gap[to] = s->held.gap[i];
         s->held.multiplier[to] = s->held.multiplier[i];
@@ -318,9 +316,9 @@ static int release(hqp_solver *s, int drop) {
 }
 
 /* L^T y = y in place, L the triangle of the held rows */
-static void solve_transposed(const hqp_solver *s, double *y) {
+static void solve_transposed(const hqp_solver *s, real *y) {
     for (int i = s->held.count - 1; i >= 0; i--) {
-        const double *triangle = line(s, s->held.triangle, i);
+        const real *triangle = line(s, s->held.triangle, i);
         y[i] /= triangle[i];
         hqp_add(y, -y[i], triangle, i);
     }
@@ -328,9 +326,9 @@ static void solve_transposed(const hqp_solver *s, double *y) {
 
 /* Take out of a vector in t-space what the held rows span of it, by a change of their multipliers. Returns 0,
  * and rest is of no use, where one of these would become negative. */
-int hqp_take_into_held(hqp_solver *s, double *rest) {
-    double *change = s->step;
-    memset(change, 0, (size_t)s->held.count * sizeof(double));
+int hqp_take_into_held(hqp_solver *s, real *rest) {
+    real *change = s->step;
+    memset(change, 0, (size_t)s->held.count * sizeof(real));
     take_away_held(s, rest, change);
     solve_transposed(s, change);
     for (int k = 0; k < s->held.count; k++) {
@@ -340,17 +338,17 @@ int hqp_take_into_held(hqp_solver *s, double *rest) {
 }
 
 /* x += T^T t */
-static void move(hqp_solver *s, const double *t) {
+static void move(hqp_solver *s, const real *t) {
     for (int j = 0; j < freedom(s); j++) hqp_axpy(s->x, t[j], hqp_row(s, s->direction, j), 0, (int)s->ld);
 }
 
 /* x += T^T t for the shortest t that closes these gaps of the held rows: L q = gap, t = basis^T q; gap
  * becomes q */
-static void step_to_bounds(hqp_solver *s, double *gap) {
-    double *q = gap, *t = s->reduced;
-    memset(t, 0, (size_t)s->ld * sizeof(double));
+static void step_to_bounds(hqp_solver *s, real *gap) {
+    real *q = gap, *t = s->reduced;
+    memset(t, 0, (size_t)s->ld * sizeof(real));
     for (int i = 0; i < s->held.count; i++) {
-        const double *triangle = line(s, s->held.triangle, i), *basis = line(s, s->held.basis, i);
+        const real *triangle = line(s, s->held.triangle, i), *basis = line(s, s->held.basis, i);
         q[i] = (q[i] - hqp_inner(triangle, q, i)) / triangle[i];
         hqp_add(t, q[i], basis, freedom(s));
     }
@@ -362,8 +360,8 @@ static void step_to_bounds(hqp_solver *s, double *gap) {
  * second step mends what rounding left of the first where x* is far away.
  */
 void hqp_close_gaps(hqp_solver *s) {
-    double *multiplier = s->held.multiplier, *left = s->step;
-    memcpy(s->x, s->trial, (size_t)s->ld * sizeof(double));
+    real *multiplier = s->held.multiplier, *left = s->step;
+    memcpy(s->x, s->trial, (size_t)s->ld * sizeof(real));
     for (int k = 0; k < s->held.count; k++) multiplier[k] = s->held.gap[k];
     step_to_bounds(s, multiplier);
     solve_transposed(s, multiplier);
@@ -388,7 +386,7 @@ void hqp_hold(hqp_solver *s, int level) {
         if (!append(s)) s->side[i] = 0;
     }
     while (worst >= 0) {
-        double least = 0.0;
+        real least = 0.0;
         hqp_close_gaps(s);
         worst = -1;
         for (int k = 0; k < s->held.count; k++) {
@@ -419,20 +417,20 @@ static void hold_guess(hqp_solver *s, int level) {
  * up roundings. Returns HQP_DONE, HQP_LOST, or the level that must give way.
  */
 int hqp_hold_broken(hqp_solver *s, int level, int id) {
-    const double value = hqp_value(s, id, s->x);
+    const real value = hqp_value(s, id, s->x);
     const int side = value > s->ub[id] ? 1 : -1;
-    double *row = s->broken_row, *pull = s->broken_pull, *t = s->held.step, left = 0.0, own = 0.0;
-    const double gap = to_t_space(s, id, side, row);
-    double missing = side * (value - hqp_bound(s, id, side));
+    real *row = s->broken_row, *pull = s->broken_pull, *t = s->held.step, left = 0.0, own = 0.0;
+    const real gap = to_t_space(s, id, side, row);
+    real missing = side * (value - hqp_bound(s, id, side));
     int is_complete = 1;
-    memset(t, 0, (size_t)s->ld * sizeof(double));
+    memset(t, 0, (size_t)s->ld * sizeof(real));
     for (int first = 0; first >= 0;) {
         const int count = s->held.count;
-        double *rest = line(s, s->held.basis, count), *share = line(s, s->held.triangle, count);
+        real *rest = line(s, s->held.basis, count), *share = line(s, s->held.triangle, count);
         left = orthogonalise(s, row, rest, share);
         const int independent = is_independent(s, id, rest);
-        double length = independent ? missing / left : INFINITY;
-        memcpy(pull, share, (size_t)count * sizeof(double));
+        real length = independent ? missing / left : INFINITY;
+        memcpy(pull, share, (size_t)count * sizeof(real));
         solve_transposed(s, pull);
         first = -1;
         for (int k = 0; k < count; k++) {
@@ -450,7 +448,7 @@ int hqp_hold_broken(hqp_solver *s, int level, int id) {
         if (hqp_out_of_iterations(s)) return HQP_LOST;
     }
     const int k = s->held.count;
-    memcpy(line(s, s->held.rows, k), row, (size_t)s->ld * sizeof(double));
+    memcpy(line(s, s->held.rows, k), row, (size_t)s->ld * sizeof(real));
     s->held.gap[k] = gap;
     s->held.id[k] = id;
     s->held.multiplier[k] = own;
@@ -479,11 +477,11 @@ static void remember(hqp_solver *s, int level) {
 
 /* If the level breaks ranges of its own the worst of them shall be fitted. Returns as hqp_finish. */
 static int check_own_rows(hqp_solver *s, int level) {
-    double worst = 0.0;
+    real worst = 0.0;
     int add = -1;
     for (int i = s->row0[level]; i < s->row0[level + 1]; i++) {
         if (s->kind[i] != HQP_RANGE) continue;
-        const double value = hqp_value(s, i, s->x);
+        const real value = hqp_value(s, i, s->x);
         const int side = hqp_outside(s, i, value, s->x_norm);
         if (!side || side * (value - hqp_bound(s, i, side)) <= worst) continue;
         worst = side * (value - hqp_bound(s, i, side));

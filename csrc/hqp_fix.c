@@ -49,7 +49,7 @@ int hqp_leave_unseen(hqp_solver *s) {
     s->unseen_count = s->n;
     for (int c = 0; c < s->n; c++) s->unseen[c] |= NOW;
     for (int i = s->total - 1; i >= 0 && s->unseen_count; i--) {
-        const double *row = hqp_row(s, s->given, i);
+        const real *row = hqp_row(s, s->given, i);
         if (s->kind[i] == HQP_IDLE) continue;
         for (int c = s->given.first[i]; c < s->given.last[i] && c < s->n; c++) {
             if (row[c] == 0.0 || !(s->unseen[c] & NOW)) continue;
@@ -103,9 +103,9 @@ int hqp_fix(hqp_solver *s, int first) {
 }
 
 /* to = a row of `given` in the columns in play */
-void hqp_gather(const hqp_solver *s, double *to, const double *row) {
+void hqp_gather(const hqp_solver *s, real *to, const real *row) {
     if (s->width == s->n) {
-        memcpy(to, row, (size_t)s->ld * sizeof(double));
+        memcpy(to, row, (size_t)s->ld * sizeof(real));
         return;
     }
     for (int j = 0; j < s->width; j++) to[j] = row[s->column[j]];
@@ -113,7 +113,7 @@ void hqp_gather(const hqp_solver *s, double *to, const double *row) {
 }
 
 /* The way back, in place, with 0 in the columns that are not in play. */
-void hqp_scatter(const hqp_solver *s, double *row) {
+void hqp_scatter(const hqp_solver *s, real *row) {
     if (s->width == s->n) return;
     for (int c = s->n - 1; c >= 0; c--) row[c] = is_in_play(s, c) ? row[s->place[c]] : 0.0;
 }

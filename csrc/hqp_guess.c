@@ -15,30 +15,30 @@
 
 #include <string.h>
 
-static const double YIELD = 1e-7;
-static const double BROKEN = 1e-9;     /* times (1 + |bound|): a row that is brought to its bound */
-static const double DEPENDENT = 1e-11; /* of a row's square: less than this left of it is rounding */
+static const real YIELD = 1e-7;
+static const real BROKEN = 1e-9;     /* times (1 + |bound|): a row that is brought to its bound */
+static const real DEPENDENT = 1e-11; /* of a row's square: less than this left of it is rounding */
 
 static int is_own(const hqp_solver *s, int level, int id) {
     return id >= s->row0[level];
 }
 
-static double *row_of(const hqp_solver *s, int k) {
+static real *row_of(const hqp_solver *s, int k) {
     return hqp_row(s, s->work_rows, s->bundle.slot[k]);
 }
 
-static double *triangle_of(const hqp_solver *s, int k) {
+static real *triangle_of(const hqp_solver *s, int k) {
     return s->bundle.triangle + (ptrdiff_t)k * s->bundle.most;
 }
 
 /* Scaled, and turned so that its multiplier is not negative, the row is number `count`, behind the held ones.
  */
-static void place(hqp_solver *s, int level, int id, int side, double largest) {
+static void place(hqp_solver *s, int level, int id, int side, real largest) {
     const int k = s->bundle.count, free = s->width - s->rank;
-    const double scale = -side / (is_own(s, level, id) ? largest : s->norm[id]);
-    double *row = row_of(s, k);
+    const real scale = -side / (is_own(s, level, id) ? largest : s->norm[id]);
+    real *row = row_of(s, k);
     hqp_bring(s, &id, 1);
-    const double *base = hqp_row(s, s->base, id) + s->rank;
+    const real *base = hqp_row(s, s->base, id) + s->rank;
     for (int j = 0; j < free; j++) row[j] = scale * base[j];
     s->bundle.id[k] = id;
     s->bundle.multiplier[k] = 0.0;
@@ -47,28 +47,28 @@ static void place(hqp_solver *s, int level, int id, int side, double largest) {
 }
 
 /* Line of the triangle of row number `count`, but for its end. Returns the square of that. */
-static double reduce(const hqp_solver *s, int level, double *size) {
+static real reduce(const hqp_solver *s, int level, real *size) {
     const int k = s->bundle.count, free = s->width - s->rank;
-    const double *row = row_of(s, k);
-    double *line = triangle_of(s, k);
+    const real *row = row_of(s, k);
+    real *line = triangle_of(s, k);
     *size = hqp_inner(row, row, free) + (is_own(s, level, s->bundle.id[k]) ? YIELD : 0.0);
-    double left = *size;
+    real left = *size;
     for (int i = 0; i < k; i++) {
-        const double *other = triangle_of(s, i);
+        const real *other = triangle_of(s, i);
         line[i] = (hqp_inner(row, row_of(s, i), free) - hqp_inner(other, line, i)) / other[i];
         left -= line[i] * line[i];
     }
     return left;
 }
 
-static void hold(hqp_solver *s, double left) {
+static void hold(hqp_solver *s, real left) {
     triangle_of(s, s->bundle.count)[s->bundle.count] = sqrt(left);
     s->bundle.count++;
 }
 
 /* Release held row number `drop`; the row behind the held ones, too, moves up. Rotations of columns make a
  * triangle of what is left. Returns what the square of the end of that row's line gains. */
-static double release(hqp_solver *s, int drop) {
+static real release(hqp_solver *s, int drop) {
     const int count = s->bundle.count, slot = s->bundle.slot[drop];
     s->side[s->bundle.id[drop]] = 0;
     for (int i = drop; i < count; i++) {
@@ -76,28 +76,28 @@ static double release(hqp_solver *s, int drop) {
         s->bundle.multiplier[i] = s->bundle.multiplier[i + 1];
         s->bundle.gap[i] = s->bundle.gap[i + 1];
         s->bundle.slot[i] = s->bundle.slot[i + 1];
-        memcpy(triangle_of(s, i), triangle_of(s, i + 1), (size_t)(i + 2) * sizeof(double));
+        memcpy(triangle_of(s, i), triangle_of(s, i + 1), (size_t)(i + 2) * sizeof(real));
     }
     s->bundle.slot[count] = slot;
     s->bundle.count = count - 1;
     for (int c = drop; c < count - 1; c++) {
-        const double a = triangle_of(s, c)[c], b = triangle_of(s, c)[c + 1], r = hypot(a, b);
-        const double cosine = a / r, sine = b / r;
+        const real a = triangle_of(s, c)[c], b = triangle_of(s, c)[c + 1], r = hypot(a, b);
+        const real cosine = a / r, sine = b / r;
         for (int i = c; i < count; i++) {
-            double *line = triangle_of(s, i);
-            const double left = line[c], right = line[c + 1];
+            real *line = triangle_of(s, i);
+            const real left = line[c], right = line[c + 1];
             line[c] = cosine * left + sine * right;
             line[c + 1] = cosine * right - sine * left;
         }
     }
-    const double end = triangle_of(s, count - 1)[count - 1];
+    const real end = triangle_of(s, count - 1)[count - 1];
     return end * end;
 }
 
 /* L^T y = y in place */
-static void solve_transposed(const hqp_solver *s, double *y) {
+static void solve_transposed(const hqp_solver *s, real *y) {
     for (int i = s->bundle.count - 1; i >= 0; i--) {
-        const double *line = triangle_of(s, i);
+        const real *line = triangle_of(s, i);
         y[i] /= line[i];
         hqp_add(y, -y[i], line, i);
     }
@@ -105,9 +105,9 @@ static void solve_transposed(const hqp_solver *s, double *y) {
 
 /* The multipliers that close all gaps. */
 static void settle_multipliers(hqp_solver *s) {
-    double *y = s->bundle.multiplier;
+    real *y = s->bundle.multiplier;
     for (int i = 0; i < s->bundle.count; i++) {
-        const double *line = triangle_of(s, i);
+        const real *line = triangle_of(s, i);
         y[i] = (s->bundle.gap[i] - hqp_inner(line, y, i)) / line[i];
     }
     solve_transposed(s, y);
@@ -115,8 +115,8 @@ static void settle_multipliers(hqp_solver *s) {
 
 /* trial = x + Q (0, t), t = sum multiplier row */
 static void make_trial(hqp_solver *s) {
-    double *t = s->step;
-    memset(t, 0, (size_t)s->ld * sizeof(double));
+    real *t = s->step;
+    memset(t, 0, (size_t)s->ld * sizeof(real));
     for (int k = 0; k < s->bundle.count; k++)
         hqp_add(t + s->rank, s->bundle.multiplier[k], row_of(s, k), s->width - s->rank);
     hqp_reflect_row_back(s, s->rank, t);
@@ -125,17 +125,17 @@ static void make_trial(hqp_solver *s) {
 }
 
 /* The row that trial breaks most, in units of its scaled value; -1: none. */
-static int most_broken(const hqp_solver *s, int level, double largest, int *side, double *missing) {
+static int most_broken(const hqp_solver *s, int level, real largest, int *side, real *missing) {
     int worst = -1;
     *missing = 0.0;
     for (int i = 0; i < s->row0[level + 1]; i++) {
         const int own = is_own(s, level, i);
         if (s->side[i] || !(own ? s->kind[i] == HQP_RANGE : hqp_is_hard(s, i))) continue;
-        const double value = hqp_value(s, i, s->trial);
+        const real value = hqp_value(s, i, s->trial);
         const int at = value > s->ub[i] ? 1 : value < s->lb[i] ? -1 : 0;
         if (!at) continue;
-        const double bound = hqp_bound(s, i, at), beyond = at * (value - bound);
-        const double scaled = beyond / (own ? largest : s->norm[i]);
+        const real bound = hqp_bound(s, i, at), beyond = at * (value - bound);
+        const real scaled = beyond / (own ? largest : s->norm[i]);
         if (scaled <= *missing || beyond <= BROKEN * (1.0 + fabs(bound))) continue;
         *missing = scaled;
         *side = at;
@@ -146,7 +146,7 @@ static int most_broken(const hqp_solver *s, int level, double largest, int *side
 
 /* How far the multiplier of the row behind the held ones can grow, with the held rows giving `pull` each for
  * it; *first: who is released then, or -1. */
-static double ratio(const hqp_solver *s, const double *pull, double length, int *first) {
+static real ratio(const hqp_solver *s, const real *pull, real length, int *first) {
     *first = -1;
     for (int k = 0; k < s->bundle.count; k++) {
         if (s->kind[s->bundle.id[k]] != HQP_RANGE || !(pull[k] > 1e-13)) continue;
@@ -158,14 +158,14 @@ static double ratio(const hqp_solver *s, const double *pull, double length, int 
 }
 
 /* Bring the row behind the held ones to its bound. Returns 0 where that cannot be done. */
-static int bring_to_bound(hqp_solver *s, int level, double missing) {
-    double *pull = s->bundle.pull, own = 0.0, size;
-    double left = reduce(s, level, &size);
+static int bring_to_bound(hqp_solver *s, int level, real missing) {
+    real *pull = s->bundle.pull, own = 0.0, size;
+    real left = reduce(s, level, &size);
     for (int first = 0; first >= 0;) {
         const int count = s->bundle.count, is_free = left > DEPENDENT * size;
-        memcpy(pull, triangle_of(s, count), (size_t)count * sizeof(double));
+        memcpy(pull, triangle_of(s, count), (size_t)count * sizeof(real));
         solve_transposed(s, pull);
-        const double length = ratio(s, pull, is_free ? missing / left : INFINITY, &first);
+        const real length = ratio(s, pull, is_free ? missing / left : INFINITY, &first);
         if (!(length < INFINITY)) return 0;
         for (int k = 0; k < count; k++) s->bundle.multiplier[k] -= length * pull[k];
         own += length;
@@ -180,8 +180,8 @@ static int bring_to_bound(hqp_solver *s, int level, double missing) {
 }
 
 /* The level's equalities are held from the start. Returns 0 where there are too many. */
-static int hold_equalities(hqp_solver *s, int level, double largest) {
-    double size;
+static int hold_equalities(hqp_solver *s, int level, real largest) {
+    real size;
     for (int i = s->row0[level]; i < s->row0[level + 1]; i++) {
         if (s->kind[i] != HQP_EQUALITY) continue;
         if (s->bundle.count + 1 >= s->bundle.most) return 0;
@@ -197,7 +197,7 @@ static int hold_equalities(hqp_solver *s, int level, double largest) {
  * level's at x. Returns 0 where it did not end.
  */
 int hqp_guess(hqp_solver *s, int level) {
-    double largest = 0.0, missing;
+    real largest = 0.0, missing;
     int side = 0;
     for (int i = s->row0[level]; i < s->row0[level + 1]; i++) {
         if (s->kind[i] != HQP_IDLE) largest = fmax(largest, s->norm[i]);
@@ -210,7 +210,7 @@ int hqp_guess(hqp_solver *s, int level) {
         make_trial(s);
         const int broken = most_broken(s, level, largest, &side, &missing);
         if (broken < 0) {
-            memcpy(s->bundle.x, s->trial, (size_t)s->ld * sizeof(double));
+            memcpy(s->bundle.x, s->trial, (size_t)s->ld * sizeof(real));
             for (int k = 0; k < s->bundle.count; k++) s->bundle.side[k] = s->side[s->bundle.id[k]];
             return 1;
         }

@@ -2,23 +2,25 @@
 #ifndef HQP_INTERNAL_H
 #define HQP_INTERNAL_H
 
-#include <math.h>
 #include <stddef.h>
+#include <tgmath.h>
 
 #include "hqp.h"
+#include "hqp_extended.h"
 #include "hqp_lanes.h"
 
-/* Rows of `ld` doubles, 32-byte aligned, zero outside the window [first, last), whose ends are multiples
+/* Rows of `ld` numbers, 32-byte aligned, zero outside the window [first, last), whose ends are multiples
  * of 4. */
 typedef struct hqp_rows {
-    double *cell;
+    real *cell;
     int *first;
     int *last;
 } hqp_rows;
 
 /* Levels are not joined (again) in this solve: it would cost one too much, or no proof is found for both. */
-enum { HQP_MOST_LEVELS = 256 };
-static const double HQP_UNIT = 1.1e-16; /* the rounding of a double */
+enum { HQP_MOST_LEVELS = 256, HQP_MOST_VARIABLES = 1024 };
+static const real HQP_FINER = HQP_EPSILON / DBL_EPSILON;          /* than doubles are numbers by so much */
+static const real HQP_UNIT = 1.1e-16 * HQP_EPSILON / DBL_EPSILON; /* the rounding of a number */
 enum { PARTED = 1, UNPROVEN = 2 };
 
 /* A row that cannot act (all zero, or no bound), an equality (lb == ub), or a range. */
@@ -26,7 +28,7 @@ enum { HQP_IDLE = 0, HQP_EQUALITY = 1, HQP_RANGE = 2 };
 
 /* An x and the guesses of the working sets there. */
 typedef struct hqp_place {
-    double *x;
+    real *x;
     signed char *side, *held_side;
     short *held_at;
 } hqp_place;
@@ -38,22 +40,26 @@ typedef struct hqp_place {
 struct hqp_solver {
     int n, levels, total, widest; /* widest: rows of the largest level */
     ptrdiff_t ld;                 /* n rounded up to a multiple of 4 */
-    hqp_settings settings;        /* rank: the one in use */
-    double rank_asked;
+    struct {
+        real feasibility, rank, rounding; /* rank: the one in use */
+        int max_iterations;
+        double time_limit;
+    } settings; /* as hqp_settings */
+    real rank_asked;
     int *row0; /* [levels + 1] of the levels in use, of which those that are joined to another are empty */
     int *first_row;  /* [levels + 1] the same of the caller's levels */
     int *equalities; /* [levels] */
 
     /* per row */
-    hqp_rows given;              /* the caller's coefficients */
-    hqp_rows base;               /* those times H_0 .. H_{done-1} */
-    int *done;                   /* 0: base not filled */
-    int *only;                   /* column of its single nonzero, -1 where there are more or none */
-    double *norm, *lb, *ub;      /* lb == ub for an equality */
-    double *scale;               /* square root of the weight, a factor of all these */
-    double *value, *trial_value; /* row . x, row . trial */
-    double *lacking;         /* what the value lacks to lie in its bounds, where hqp_find_values was called */
-    double *strength;        /* of a held row its multiplier times its norm, of a fitted one its violation */
+    hqp_rows given;            /* the caller's coefficients */
+    hqp_rows base;             /* those times H_0 .. H_{done-1} */
+    int *done;                 /* 0: base not filled */
+    int *only;                 /* column of its single nonzero, -1 where there are more or none */
+    real *norm, *lb, *ub;      /* lb == ub for an equality */
+    real *scale;               /* square root of the weight, a factor of all these */
+    real *value, *trial_value; /* row . x, row . trial */
+    real *lacking;           /* what the value lacks to lie in its bounds, where hqp_find_values was called */
+    real *strength;          /* of a held row its multiplier times its norm, of a fitted one its violation */
     signed char *kind;       /* HQP_IDLE, HQP_EQUALITY, HQP_RANGE */
     signed char *side;       /* membership in the working set: -1 at lb, 1 at ub, 0 no member */
     signed char *forced;     /* of a clash found in this solve: certainly at its bound */
@@ -71,59 +77,59 @@ struct hqp_solver {
 
     /* the shared factorisation, in the columns in play */
     hqp_rows reflector; /* [n] v_k */
-    double *cross;      /* [n][4] v_k . v_i for i from k rounded down to a multiple of 4 on */
+    real *cross;        /* [n][4] v_k . v_i for i from k rounded down to a multiple of 4 on */
     int rank, top;
     int *rank_at;    /* [levels + 1] rank at the start of each level */
     int *column_row; /* [n] row behind each reflector, */
-    double *line;    /* [n][ld] which is, in the columns up to it, this */
+    real *line;      /* [n][ld] which is, in the columns up to it, this */
     int lines;       /* so many of them are known */
 
     /* the working set of the level at hand; position i of the copies is row work[i], fit[i] */
     int *work, *fit, work_count, work_rank, fit_count, fit_rank;
     hqp_rows work_rows, fit_rows;
-    int *work_order, *fit_order;   /* positions in the order of their reflectors, dependent ones last */
-    double *multiplier, *rounding; /* [n] by work_order: must not be negative; what is as good as zero */
-    double *rhs;                   /* [widest] by fit_order */
+    int *work_order, *fit_order; /* positions in the order of their reflectors, dependent ones last */
+    real *multiplier, *rounding; /* [n] by work_order: must not be negative; what is as good as zero */
+    real *rhs;                   /* [widest] by fit_order */
 
     /* the last step: x = trial + direction^T t */
     hqp_rows direction; /* [n] */
     int metric;         /* |t| is measured by R of the level, else like x */
     struct {
-        int count, *id;                  /* held rows, */
-        double *rows, *basis, *triangle; /* [n + 1][ld] in t-space, rows = triangle basis */
-        double *gap, *multiplier;        /* what is missing at t = 0 */
-        double *step, *along;            /* [ld], [n + 4], scratch */
-        int steps;                       /* since all was held anew */
+        int count, *id;                /* held rows, */
+        real *rows, *basis, *triangle; /* [n + 1][ld] in t-space, rows = triangle basis */
+        real *gap, *multiplier;        /* what is missing at t = 0 */
+        real *step, *along;            /* [ld], [n + 4], scratch */
+        int steps;                     /* since all was held anew */
     } held;
-    double *broken_row, *broken_pull; /* [ld] */
+    real *broken_row, *broken_pull; /* [ld] */
     struct {
         int count, *id; /* rows that cannot be met together, */
         signed char *side;
-        double *weight, *pull, size; /* with weights > 0; their sum has terms of this size */
+        real *weight, *pull, size; /* with weights > 0; their sum has terms of this size */
     } clash;
 
-    double *x, *trial, *step, *reduced; /* [ld]; step and reduced also serve as scratch */
-    double *good;                       /* [ld] the last answer that may be relied on */
-    double *start, *kept;               /* [ld] x at the start of the solve, and before what may fail */
-    double *descent;                    /* [ld] a way down for the level at hand */
+    real *x, *trial, *step, *reduced; /* [ld]; step and reduced also serve as scratch */
+    real *good;                       /* [ld] the last answer that may be relied on */
+    real *start, *kept;               /* [ld] x at the start of the solve, and before what may fail */
+    real *descent;                    /* [ld] a way down for the level at hand */
     struct {
-        double *lb, *ub, *x, *target; /* of the rows at their bound, moved there, while -g is projected */
-        signed char *kind, *own;      /* own: the sides of the level's rows, put aside */
-        double least;                 /* multiplier, times the norm of the row, that the projection needs */
+        real *lb, *ub, *x, *target; /* of the rows at their bound, moved there, while -g is projected */
+        signed char *kind, *own;    /* own: the sides of the level's rows, put aside */
+        real least;                 /* multiplier, times the norm of the row, that the projection needs */
         int entered;
     } cone;
     struct {
-        int count, most, *id, *slot;                /* held rows; row k is work_rows[slot[k]], in t-space */
-        double *triangle, *multiplier, *gap, *pull; /* [most][most], [most] .. */
-        double *x;                                  /* [ld] where it ended, */
-        signed char *side;                          /* [most] with these rows on this side */
-    } bundle;                                       /* of hqp_guess.c */
+        int count, most, *id, *slot;              /* held rows; row k is work_rows[slot[k]], in t-space */
+        real *triangle, *multiplier, *gap, *pull; /* [most][most], [most] .. */
+        real *x;                                  /* [ld] where it ended, */
+        signed char *side;                        /* [most] with these rows on this side */
+    } bundle;                                     /* of hqp_guess.c */
     struct {
         int *held, *count; /* [2 levels][n]: by level, 1 + row, negative at lb; [2 levels] */
     } proof; /* what held the projections that proved the levels last, apart and then with levels joined */
     signed char *hidden;   /* [levels] the rounding of its long rows would hide what short ones lack */
-    double *none;          /* [levels] length of a gradient that counts as none, */
-    double *little;        /* and next to no multiplier, times the norm of its row: the level leans on it */
+    real *none;            /* [levels] length of a gradient that counts as none, */
+    real *little;          /* and next to no multiplier, times the norm of its row: the level leans on it */
     signed char *weighted; /* [levels] its rows have weights of their own */
     signed char *joined; /* [levels] the next level is a part of this one: -log2 of the root of its weight */
     signed char *strict; /* [levels] PARTED or UNPROVEN: the next level was or could not be joined */
@@ -138,30 +144,32 @@ struct hqp_solver {
         int warm, softest;
     } before;           /* x, the guesses and the joins at the start of the solve */
     int leans;          /* first level that holds a row by next to nothing, or -1; */
-    double least;       /* its smallest multiplier, times the norm of the row */
-    double *then;       /* [levels] s->none where the level's multipliers were found */
+    real least;         /* its smallest multiplier, times the norm of the row */
+    real *then;         /* [levels] s->none where the level's multipliers were found */
     signed char *slack; /* [levels] there is a slack to be proven minimal */
     int is_doubtful;    /* the last proof failed on rows that were settled by too small a multiplier */
-    double lenience;    /* times what a proof by projection minds otherwise */
+    real lenience;      /* times what a proof by projection minds otherwise */
     int is_rough;       /* the last proof minded no more than that only because it was one by projection */
     int is_lax;         /* no more is asked of joined levels than of others */
     int is_exact;       /* the first try: less counts as none */
     struct {
         hqp_place at;
         int any;
-    } close;        /* the best x of the first try that it could not prove, and its guesses */
-    double hardest; /* the largest multiplier of the last level, times the norm of its row */
-    int softened;   /* x was found with two levels as one */
-    int softest;    /* how many levels as one led to a proof the last time; 0: not so many */
-    double *path;   /* [levels + 1][ld] x at the start of each level of a sweep */
-    double x_norm, trial_norm;
+    } close;      /* the best x of the first try that it could not prove, and its guesses */
+    real hardest; /* the largest multiplier of the last level, times the norm of its row */
+    int softened; /* x was found with two levels as one */
+    int softest;  /* how many levels as one led to a proof the last time; 0: not so many */
+    real *path;   /* [levels + 1][ld] x at the start of each level of a sweep */
+    real x_norm, trial_norm;
     int iterations, iteration_limit;
     int levels_done;
-    int resumable; /* levels whose end state is kept for hqp_resolve */
-    int warm;      /* there are guesses from an earlier solve */
-    int started;   /* x is a guess of the caller */
-    int is_late;   /* the time limit has passed */
-    double began;  /* time at the start of the solve */
+    int resumable;                 /* levels whose end state is kept for hqp_resolve */
+    int warm;                      /* there are guesses from an earlier solve */
+    int started;                   /* x is a guess of the caller */
+    int is_late;                   /* the time limit has passed */
+    double began;                  /* time at the start of the solve */
+    const hqp_level *levels_given; /* the caller's, during a solve */
+    hqp_extended *extended;        /* the solver in extended precision, or NULL */
 };
 
 static inline int hqp_floor4(int i) {
@@ -171,33 +179,33 @@ static inline int hqp_ceil4(int i) {
     return (i + 3) & ~3;
 }
 
-static inline double *hqp_row(const hqp_solver *s, hqp_rows rows, int i) {
+static inline real *hqp_row(const hqp_solver *s, hqp_rows rows, int i) {
     return rows.cell + i * s->ld;
 }
 
-static inline void hqp_swap_rows(double *a, double *b, int count) {
+static inline void hqp_swap_rows(real *a, real *b, int count) {
     for (int i = 0; i < count; i++) {
-        const double kept = a[i];
+        const real kept = a[i];
         a[i] = b[i];
         b[i] = kept;
     }
 }
 
-static inline double hqp_length(const hqp_solver *s, const double *a) {
+static inline real hqp_length(const hqp_solver *s, const real *a) {
     return sqrt(hqp_dot(a, a, 0, (int)s->ld));
 }
 
 /* row . x */
-static inline double hqp_value(const hqp_solver *s, int id, const double *x) {
-    const double *row = hqp_row(s, s->given, id);
+static inline real hqp_value(const hqp_solver *s, int id, const real *x) {
+    const real *row = hqp_row(s, s->given, id);
     if (s->only[id] >= 0) return row[s->only[id]] * x[s->only[id]];
     return hqp_dot(row, x, s->given.first[id], s->given.last[id]);
 }
 
 /* what the value of the row lacks to lie in its bounds */
-static inline double hqp_slack(const hqp_solver *s, int id) {
-    const double value = s->value[id];
-    const double below = s->lb[id] - value, above = s->ub[id] - value;
+static inline real hqp_slack(const hqp_solver *s, int id) {
+    const real value = s->value[id];
+    const real below = s->lb[id] - value, above = s->ub[id] - value;
     return (below > 0.0 ? below : 0.0) + (above < 0.0 ? above : 0.0);
 }
 
@@ -215,7 +223,7 @@ static inline int hqp_holds(const hqp_solver *s, int level) {
     return any;
 }
 
-static inline double hqp_bound(const hqp_solver *s, int id, int side) {
+static inline real hqp_bound(const hqp_solver *s, int id, int side) {
     return side < 0 ? s->lb[id] : s->ub[id];
 }
 
@@ -234,20 +242,20 @@ static inline int hqp_is_hard(const hqp_solver *s, int id) {
     return s->kind[id] == HQP_RANGE && s->frozen_at[id] < 0;
 }
 
-static inline double hqp_tolerance(const hqp_solver *s, int id, double bound, double x_norm) {
+static inline real hqp_tolerance(const hqp_solver *s, int id, real bound, real x_norm) {
     return s->settings.feasibility * (1.0 + fabs(bound)) + s->settings.rounding * s->norm[id] * x_norm;
 }
 
 /* -1: the value is below lb by more than the tolerance, 1: above ub, 0: neither */
-static inline int hqp_outside(const hqp_solver *s, int id, double value, double x_norm) {
+static inline int hqp_outside(const hqp_solver *s, int id, real value, real x_norm) {
     if (value > s->ub[id]) return value - s->ub[id] > hqp_tolerance(s, id, s->ub[id], x_norm);
     if (value < s->lb[id]) return -(s->lb[id] - value > hqp_tolerance(s, id, s->lb[id], x_norm));
     return 0;
 }
 
 /* the value lies at this (finite) bound or beyond it */
-static inline int hqp_at_bound(const hqp_solver *s, int id, int side, double value, double x_norm) {
-    const double bound = hqp_bound(s, id, side);
+static inline int hqp_at_bound(const hqp_solver *s, int id, int side, real value, real x_norm) {
+    const real bound = hqp_bound(s, id, side);
     return side * (bound - value) <= hqp_tolerance(s, id, bound, x_norm);
 }
 
@@ -255,8 +263,8 @@ static inline int hqp_at_bound(const hqp_solver *s, int id, int side, double val
 int hqp_fix(hqp_solver *s, int first);
 void hqp_unfix(hqp_solver *s);
 int hqp_leave_unseen(hqp_solver *s);
-void hqp_gather(const hqp_solver *s, double *to, const double *row);
-void hqp_scatter(const hqp_solver *s, double *row);
+void hqp_gather(const hqp_solver *s, real *to, const real *row);
+void hqp_scatter(const hqp_solver *s, real *row);
 
 /* hqp_join.c: levels in whose order rounding would have the last word */
 void hqp_join(hqp_solver *s);
@@ -279,10 +287,17 @@ void hqp_keep(const hqp_solver *s, hqp_place to);
 void hqp_go_to(hqp_solver *s, hqp_place from);
 int hqp_any_joined(const hqp_solver *s);
 void hqp_bring_back(hqp_solver *s);
-int hqp_is_kept_better(const hqp_solver *s, const double *kept_x);
+int hqp_is_kept_better(const hqp_solver *s, const real *kept_x);
 
 /* hqp.c: all that is known of earlier solves is forgotten, and x = 0 */
 void hqp_forget(hqp_solver *s);
+
+/* hqp_extended.c: with more digits, of which there are no more than those */
+#ifdef HQP_EXTENDED
+#define hqp_try_extended(s, status) (status)
+#else
+hqp_status hqp_try_extended(hqp_solver *s, hqp_status status);
+#endif
 
 /* hqp_tries.c: all ways, one after the other */
 int hqp_usual(int n);
@@ -293,8 +308,8 @@ void hqp_bring(hqp_solver *s, const int *ids, int count);
 void hqp_copy_base(const hqp_solver *s, hqp_rows to, int position, int id);
 void hqp_reflect_all(const hqp_solver *s, int from, int to, hqp_rows rows, const int *idx, int count);
 void hqp_reflect_back(const hqp_solver *s, int from, hqp_rows rows, const int *idx, int count);
-void hqp_reflect_row(const hqp_solver *s, int to, double *row);
-void hqp_reflect_row_back(const hqp_solver *s, int from, double *row);
+void hqp_reflect_row(const hqp_solver *s, int to, real *row);
+void hqp_reflect_row_back(const hqp_solver *s, int from, real *row);
 int hqp_lq(hqp_solver *s, hqp_rows rows, const int *ids, int *order, int count);
 void hqp_least_squares(hqp_solver *s, int column);
 
@@ -303,7 +318,7 @@ int hqp_seat_guess(hqp_solver *s, int level);
 int hqp_seat_violated(hqp_solver *s, int level);
 void hqp_factorise(hqp_solver *s, int level);
 void hqp_find_step(hqp_solver *s, int keep);
-void hqp_find_multipliers(hqp_solver *s, const double *value, double x_norm);
+void hqp_find_multipliers(hqp_solver *s, const real *value, real x_norm);
 void hqp_move_to_trial(hqp_solver *s);
 void hqp_freeze(hqp_solver *s, int level);
 void hqp_hold_fitted(hqp_solver *s);
@@ -315,13 +330,13 @@ int hqp_out_of_iterations(hqp_solver *s);
 double hqp_now(void);
 
 /* hqp_proof.c: is x optimal?; hqp_cone.c: the way down where it is not */
-double hqp_descent(hqp_solver *s, int level);
+real hqp_descent(hqp_solver *s, int level);
 void hqp_find_slacks(hqp_solver *s, int from, int to);
 void hqp_find_values(hqp_solver *s);
 int hqp_has_slack(hqp_solver *s, int level);
 int hqp_is_long(const hqp_solver *s, int level, int id);
-void hqp_gradient(const hqp_solver *s, int level, double *g);
-int hqp_touches_with(const hqp_solver *s, int id, int side, double value, double x_norm);
+void hqp_gradient(const hqp_solver *s, int level, real *g);
+int hqp_touches_with(const hqp_solver *s, int id, int side, real value, real x_norm);
 int hqp_touches(const hqp_solver *s, int id, int side);
 int hqp_prove(hqp_solver *s, int count);
 int hqp_prove_by_descent(hqp_solver *s, int count);
@@ -341,12 +356,12 @@ hqp_status hqp_walk(hqp_solver *s, int level);
  * return one of these, or the level to go back to. */
 enum { HQP_DONE = -1, HQP_NOT_LAST = -2, HQP_LOST = -3 };
 void hqp_close_gaps(hqp_solver *s);
-int hqp_take_into_held(hqp_solver *s, double *rest);
+int hqp_take_into_held(hqp_solver *s, real *rest);
 int hqp_finish(hqp_solver *s, int level);
 void hqp_free_directions(hqp_solver *s);
 int hqp_most_broken(hqp_solver *s, int level);
 void hqp_hold(hqp_solver *s, int level);
 int hqp_hold_broken(hqp_solver *s, int level, int id);
-int hqp_give_way(hqp_solver *s, int level, int id, int side, const double *pull);
+int hqp_give_way(hqp_solver *s, int level, int id, int side, const real *pull);
 
 #endif

@@ -13,21 +13,21 @@
 #include <string.h>
 
 /* times 1 + slack: what a level may lose by a join, and what the next one must gain at least */
-static const double LOSS = 3e-7, GAIN = 4e-6;
+static const real LOSS = 3e-7, GAIN = 4e-6;
 /* times what the weight alone gains: what a join must gain at least */
-static const double CLEARLY = 2.0;
+static const real CLEARLY = 2.0;
 /* times 1 + slack: a loss that counts as none */
-static const double NOTHING = 1e-9;
+static const real NOTHING = 1e-9;
 /* times the root of half of a level's squared slack: how hard it may pull at a row that the one before holds
  */
-static const double PULL = 16.0;
+static const real PULL = 16.0;
 /* times a gradient that counts as none at x: where so much counted as none, multipliers are those of
  * elsewhere */
-static const double ELSEWHERE = 10.0;
+static const real ELSEWHERE = 10.0;
 enum { LEAST = 15, MOST = 18 }; /* -log2 of the root of a weight; with less, rounding has the last word */
 
-static void scale_row(hqp_solver *s, int id, double by) {
-    double *row = hqp_row(s, s->given, id);
+static void scale_row(hqp_solver *s, int id, real by) {
+    real *row = hqp_row(s, s->given, id);
     for (int c = s->given.first[id]; c < s->given.last[id]; c++) row[c] *= by;
     s->norm[id] *= by;
     s->lb[id] *= by;
@@ -91,28 +91,28 @@ void hqp_unjoin(hqp_solver *s) {
 }
 
 /* What the value of the row lacks at this x. */
-static double slack_at(const hqp_solver *s, int id, const double *x) {
-    const double value = hqp_value(s, id, x);
+static real slack_at(const hqp_solver *s, int id, const real *x) {
+    const real value = hqp_value(s, id, x);
     return fmax(s->lb[id] - value, 0.0) + fmin(s->ub[id] - value, 0.0);
 }
 
 /* Half of the squared slack of the caller's level at this x. */
-static double half_square_at(const hqp_solver *s, int level, const double *x) {
-    double sum = 0.0;
+static real half_square_at(const hqp_solver *s, int level, const real *x) {
+    real sum = 0.0;
     for (int i = s->first_row[level]; i < s->first_row[level + 1]; i++) {
-        const double slack = slack_at(s, i, x);
+        const real slack = slack_at(s, i, x);
         if (s->kind[i] != HQP_IDLE) sum += 0.5 * slack * slack;
     }
     return sum;
 }
 
-static double half_square(const hqp_solver *s, int level) {
+static real half_square(const hqp_solver *s, int level) {
     return half_square_at(s, level, s->x);
 }
 
 /* Whether the level after this one gains by the answer `joined` over the one `apart`. */
-static int gains(const hqp_solver *s, int level, const double *joined, const double *apart) {
-    const double size = sqrt(2.0 * half_square_at(s, level + 1, apart));
+static int gains(const hqp_solver *s, int level, const real *joined, const real *apart) {
+    const real size = sqrt(2.0 * half_square_at(s, level + 1, apart));
     return sqrt(2.0 * half_square_at(s, level + 1, joined)) < size - GAIN * (1.0 + size);
 }
 
@@ -120,19 +120,18 @@ static int gains(const hqp_solver *s, int level, const double *joined, const dou
  * What the weight 2^-2k alone may gain of half of the next level's square: rows that the level meets apart
  * from the join are missed by next to nothing, and the next level has a multiplier for each. That is no gain.
  */
-static double gain_by_weight(const hqp_solver *s, int level, int k, const double *joined,
-                             const double *apart) {
-    double squares = 0.0;
+static real gain_by_weight(const hqp_solver *s, int level, int k, const real *joined, const real *apart) {
+    real squares = 0.0;
     for (int i = s->first_row[level]; i < s->first_row[level + 1]; i++) {
-        const double change = slack_at(s, i, joined) - slack_at(s, i, apart);
+        const real change = slack_at(s, i, joined) - slack_at(s, i, apart);
         if (s->kind[i] != HQP_IDLE) squares += change * change;
     }
     return ldexp(squares, 2 * k);
 }
 
 /* Whether `joined` leaves a row that the level holds in the answer apart, whose guesses are at hand. */
-static int leaves_a_row(const hqp_solver *s, int level, const double *joined) {
-    const double x_norm = hqp_length(s, joined);
+static int leaves_a_row(const hqp_solver *s, int level, const real *joined) {
+    const real x_norm = hqp_length(s, joined);
     for (int i = 0; i < s->first_row[level]; i++) {
         if (s->guess_held_at[i] != level || s->kind[i] != HQP_RANGE) continue;
         if (!hqp_touches_with(s, i, s->guess_held_side[i], hqp_value(s, i, joined), x_norm)) return 1;
@@ -141,11 +140,11 @@ static int leaves_a_row(const hqp_solver *s, int level, const double *joined) {
 }
 
 /* The same by leaving a row, and by more than the weight alone, 2^-2k, at next to no cost. */
-static int is_better(const hqp_solver *s, int level, int k, const double *joined, const double *apart) {
+static int is_better(const hqp_solver *s, int level, int k, const real *joined, const real *apart) {
     if (!leaves_a_row(s, level, joined)) return 0;
-    const double gain = half_square_at(s, level + 1, apart) - half_square_at(s, level + 1, joined);
+    const real gain = half_square_at(s, level + 1, apart) - half_square_at(s, level + 1, joined);
     if (!(gain > CLEARLY * gain_by_weight(s, level, k, joined, apart))) return 0;
-    const double size = sqrt(2.0 * half_square_at(s, level, apart));
+    const real size = sqrt(2.0 * half_square_at(s, level, apart));
     return sqrt(2.0 * half_square_at(s, level, joined)) <= size + LOSS * (1.0 + size) &&
            gains(s, level, joined, apart);
 }
@@ -153,7 +152,7 @@ static int is_better(const hqp_solver *s, int level, int k, const double *joined
 /* Whether the levels before this one are as small at x as at the answer apart from joins. */
 static int loses_nothing(const hqp_solver *s, int level) {
     for (int p = 0; p < level; p++) {
-        const double size = sqrt(2.0 * half_square_at(s, p, s->apart.at.x));
+        const real size = sqrt(2.0 * half_square_at(s, p, s->apart.at.x));
         if (!(sqrt(2.0 * half_square(s, p)) <= size + NOTHING * (1.0 + size))) return 0;
     }
     return 1;
@@ -161,7 +160,7 @@ static int loses_nothing(const hqp_solver *s, int level) {
 
 /* With these slacks, -log2 of the root of the weight that the next level may have; more than MOST: none. */
 static int needed(hqp_solver *s, int level) {
-    const double size = sqrt(2.0 * half_square(s, level)), gain = half_square(s, level + 1);
+    const real size = sqrt(2.0 * half_square(s, level)), gain = half_square(s, level + 1);
     int k = LEAST;
     while (k <= MOST && ldexp(gain, -2 * k) > LOSS * size * (1.0 + size)) k++;
     return k;
@@ -248,7 +247,7 @@ static void exchange_guesses(hqp_solver *s) {
 
 /* Put x and its guesses aside. */
 void hqp_keep(const hqp_solver *s, hqp_place to) {
-    memcpy(to.x, s->x, (size_t)s->ld * sizeof(double));
+    memcpy(to.x, s->x, (size_t)s->ld * sizeof(real));
     memcpy(to.side, s->guess_side, (size_t)s->total);
     memcpy(to.held_side, s->guess_held_side, (size_t)s->total);
     memcpy(to.held_at, s->guess_held_at, (size_t)s->total * sizeof(short));
@@ -256,7 +255,7 @@ void hqp_keep(const hqp_solver *s, hqp_place to) {
 
 /* Go to what was put aside there. */
 void hqp_go_to(hqp_solver *s, hqp_place from) {
-    memcpy(s->x, from.x, (size_t)s->ld * sizeof(double));
+    memcpy(s->x, from.x, (size_t)s->ld * sizeof(real));
     memcpy(s->guess_side, from.side, (size_t)s->total);
     memcpy(s->guess_held_side, from.held_side, (size_t)s->total);
     memcpy(s->guess_held_at, from.held_at, (size_t)s->total * sizeof(short));
@@ -271,7 +270,7 @@ static void keep(hqp_solver *s) {
 /* Back to what was put aside. */
 void hqp_bring_back(hqp_solver *s) {
     exchange_guesses(s);
-    memcpy(s->x, s->apart.at.x, (size_t)s->ld * sizeof(double));
+    memcpy(s->x, s->apart.at.x, (size_t)s->ld * sizeof(real));
     hqp_find_values(s);
     s->resumable = 0;
 }
@@ -301,7 +300,7 @@ int hqp_try_join(hqp_solver *s) {
     const int level = s->leans;
     const int known = s->apart.level == level, may = needed(s, level) <= MOST;
     if (known)
-        memcpy(s->apart.at.x, s->x, (size_t)s->ld * sizeof(double));
+        memcpy(s->apart.at.x, s->x, (size_t)s->ld * sizeof(real));
     else
         keep(s);
     s->apart.level = level;
@@ -323,7 +322,7 @@ hqp_status hqp_choose(hqp_solver *s, hqp_status status) {
     const int better = joined && is_better(s, level, joined, s->x, s->apart.at.x);
     if (!(better && status == HQP_SOLVED)) {
         const int refuted = better && loses_nothing(s, level);
-        memcpy(s->x, s->apart.at.x, (size_t)s->ld * sizeof(double));
+        memcpy(s->x, s->apart.at.x, (size_t)s->ld * sizeof(real));
         status = refuted ? HQP_NOT_PROVEN : HQP_SOLVED;
     }
     hqp_find_values(s);
@@ -385,10 +384,10 @@ void hqp_harden(hqp_solver *s) {
 }
 
 /* Whether the first level that differs is smaller at what was kept than at x. */
-int hqp_is_kept_better(const hqp_solver *s, const double *kept_x) {
+int hqp_is_kept_better(const hqp_solver *s, const real *kept_x) {
     for (int p = 0; p < s->levels; p++) {
-        const double now = sqrt(2.0 * half_square(s, p));
-        const double kept = sqrt(2.0 * half_square_at(s, p, kept_x));
+        const real now = sqrt(2.0 * half_square(s, p));
+        const real kept = sqrt(2.0 * half_square_at(s, p, kept_x));
         if (fabs(now - kept) > LOSS * (1.0 + fmin(now, kept))) return kept < now;
     }
     return 0;

@@ -9,11 +9,11 @@
 #include <string.h>
 
 /* of a row's norm: with less left of it, it waits */
-static const double LITTLE = 0.03, NEXT_TO_NOTHING = 1e-6;
+static const real LITTLE = 0.03, NEXT_TO_NOTHING = 1e-6;
 
 /* row -= (row . v) v */
-static void reflect_row(const hqp_solver *s, int k, double *row) {
-    const double *v = hqp_row(s, s->reflector, k);
+static void reflect_row(const hqp_solver *s, int k, real *row) {
+    const real *v = hqp_row(s, s->reflector, k);
     const int from = s->reflector.first[k], to = s->reflector.last[k];
     hqp_axpy(row, -hqp_dot(row, v, from, to), v, from, to);
 }
@@ -29,7 +29,7 @@ static int widen(hqp_rows rows, int r, int from, int to) {
 /* rows[idx] H_k; rows that do not meet the reflector's window are left alone */
 static void reflect(const hqp_solver *s, int k, hqp_rows rows, const int *idx, int count) {
     const int from = s->reflector.first[k], to = s->reflector.last[k];
-    double *batch[4];
+    real *batch[4];
     int filled = 0;
     for (int i = 0; i < count; i++) {
         if (!widen(rows, idx[i], from, to)) continue;
@@ -45,14 +45,13 @@ static void reflect(const hqp_solver *s, int k, hqp_rows rows, const int *idx, i
  * Reflectors k .. k + 3, of one window, as one (Schreiber, Van Loan 1989): their products with `count` rows,
  * which then lose a combination of all four. With `back` they come in the order H_{k+3} .. H_k.
  */
-static inline void reflect_by_four(const hqp_solver *s, int k, int back, double *const *rows,
-                                   const int count) {
+static inline void reflect_by_four(const hqp_solver *s, int k, int back, real *const *rows, const int count) {
     const int from = s->reflector.first[k], to = s->reflector.last[k];
-    const double *const v = hqp_row(s, s->reflector, k), *const w = v + s->ld, *const y = w + s->ld,
-                        *const z = y + s->ld;
-    const double *const of_w = s->cross + 4 * (k + 1), *const of_y = of_w + 4, *const of_z = of_y + 4;
+    const real *const v = hqp_row(s, s->reflector, k), *const w = v + s->ld, *const y = w + s->ld,
+                      *const z = y + s->ld;
+    const real *const of_w = s->cross + 4 * (k + 1), *const of_y = of_w + 4, *const of_z = of_y + 4;
     hqp_four sum[HQP_ROWS_AT_ONCE][4];
-    double t[HQP_ROWS_AT_ONCE][4];
+    real t[HQP_ROWS_AT_ONCE][4];
     for (int r = 0; r < count; r++) {
         for (int j = 0; j < 4; j++) sum[r][j] = hqp_no_four();
     }
@@ -68,7 +67,7 @@ static inline void reflect_by_four(const hqp_solver *s, int k, int back, double 
         }
     }
     for (int r = 0; r < count; r++) {
-        double *const in = t[r];
+        real *const in = t[r];
         for (int j = 0; j < 4; j++) in[j] = hqp_total(sum[r][j]);
         if (back) {
             in[2] -= in[3] * of_z[2];
@@ -84,7 +83,7 @@ static inline void reflect_by_four(const hqp_solver *s, int k, int back, double 
         const hqp_four vi = hqp_load_four(v + i), wi = hqp_load_four(w + i);
         const hqp_four yi = hqp_load_four(y + i), zi = hqp_load_four(z + i);
         for (int r = 0; r < count; r++) {
-            const double *const in = t[r];
+            const real *const in = t[r];
             const hqp_four left = hqp_plus(hqp_scaled(in[0], vi), hqp_scaled(in[1], wi));
             const hqp_four right = hqp_plus(hqp_scaled(in[2], yi), hqp_scaled(in[3], zi));
             hqp_store_four(rows[r] + i, hqp_minus(hqp_load_four(rows[r] + i), hqp_plus(left, right)));
@@ -93,7 +92,7 @@ static inline void reflect_by_four(const hqp_solver *s, int k, int back, double 
 }
 
 /* The same for one row. */
-static void reflect_one(const hqp_solver *s, int k, int back, double *row) {
+static void reflect_one(const hqp_solver *s, int k, int back, real *row) {
     reflect_by_four(s, k, back, &row, 1);
 }
 
@@ -101,7 +100,7 @@ static void reflect_one(const hqp_solver *s, int k, int back, double *row) {
 static void reflect_rows_by_four(const hqp_solver *s, int k, int back, hqp_rows rows, const int *idx,
                                  int count) {
     const int from = s->reflector.first[k], to = s->reflector.last[k];
-    double *batch[HQP_ROWS_AT_ONCE];
+    real *batch[HQP_ROWS_AT_ONCE];
     int filled = 0;
     for (int i = 0; i < count; i++) {
         if (!widen(rows, idx[i], from, to)) continue;
@@ -145,7 +144,7 @@ void hqp_reflect_back(const hqp_solver *s, int from, hqp_rows rows, const int *i
 }
 
 /* row H_0 .. H_{to-1} */
-void hqp_reflect_row(const hqp_solver *s, int to, double *row) {
+void hqp_reflect_row(const hqp_solver *s, int to, real *row) {
     for (int k = 0; k < to; k++) {
         if (are_four(s, k, 0, to)) {
             reflect_one(s, k, 0, row);
@@ -157,7 +156,7 @@ void hqp_reflect_row(const hqp_solver *s, int to, double *row) {
 }
 
 /* row H_{from-1} .. H_0 */
-void hqp_reflect_row_back(const hqp_solver *s, int from, double *row) {
+void hqp_reflect_row_back(const hqp_solver *s, int from, real *row) {
     for (int k = from - 1; k >= 0; k--) {
         if (k >= 3 && are_four(s, k - 3, 0, from)) {
             k -= 3;
@@ -193,20 +192,20 @@ void hqp_bring(hqp_solver *s, const int *ids, int count) {
 
 /* to[position] = base[id] in the columns that the frozen rows leave */
 void hqp_copy_base(const hqp_solver *s, hqp_rows to, int position, int id) {
-    double *copy = hqp_row(s, to, position);
-    const double *base = hqp_row(s, s->base, id);
+    real *copy = hqp_row(s, to, position);
+    const real *base = hqp_row(s, s->base, id);
     const int start = hqp_floor4(s->rank);
-    memcpy(copy + start, base + start, (size_t)(s->ld - start) * sizeof(double));
+    memcpy(copy + start, base + start, (size_t)(s->ld - start) * sizeof(real));
     to.first[position] = s->base.first[id];
     to.last[position] = s->base.last[id];
 }
 
 /* H_top with (row H_top)[top + 1 ..] = 0, for a row of which the length `left` lies from column top on */
-static void make_reflector(hqp_solver *s, double *row, int last, double left) {
+static void make_reflector(hqp_solver *s, real *row, int last, real left) {
     const int top = s->top, from = hqp_floor4(top);
-    double *v = hqp_row(s, s->reflector, top);
-    const double head = row[top], sign = head < 0.0 ? -1.0 : 1.0;
-    const double scale = 1.0 / sqrt(left * (left + fabs(head)));
+    real *v = hqp_row(s, s->reflector, top);
+    const real head = row[top], sign = head < 0.0 ? -1.0 : 1.0;
+    const real scale = 1.0 / sqrt(left * (left + fabs(head)));
     for (int i = from; i < top; i++) v[i] = 0.0;
     for (int i = top; i < last; i++) v[i] = row[i] * scale;
     v[top] = (head + sign * left) * scale;
@@ -219,9 +218,9 @@ static void make_reflector(hqp_solver *s, double *row, int last, double left) {
 }
 
 /* length of the row from column `top` on */
-static double length_left(const double *row, int top, int last) {
+static real length_left(const real *row, int top, int last) {
     const int whole = hqp_ceil4(top);
-    double sum = 0.0;
+    real sum = 0.0;
     for (int i = top; i < whole; i++) sum += row[i] * row[i];
     if (whole < last) sum += hqp_dot(row, row, whole, last);
     return sqrt(sum);
@@ -235,15 +234,15 @@ static double length_left(const double *row, int top, int last) {
  * the rank.
  */
 int hqp_lq(hqp_solver *s, hqp_rows rows, const int *ids, int *order, int count) {
-    const double none = s->settings.rank, least[] = {fmax(LITTLE, none), fmax(NEXT_TO_NOTHING, none), none};
+    const real none = s->settings.rank, least[] = {fmax(LITTLE, none), fmax(NEXT_TO_NOTHING, none), none};
     int rank = 0;
     for (int i = 0; i < count; i++) order[i] = i;
     for (int pass = 0; pass < 3; pass++) {
         for (int i = rank; i < count && s->top < s->width; i++) {
             const int r = order[i];
-            double *row = hqp_row(s, rows, r);
+            real *row = hqp_row(s, rows, r);
             if (rows.last[r] <= s->top) continue;
-            const double left = length_left(row, s->top, rows.last[r]);
+            const real left = length_left(row, s->top, rows.last[r]);
             if (!(left > least[pass] * s->norm[ids[r]])) continue;
             make_reflector(s, row, rows.last[r], left);
             order[i] = order[rank];
@@ -258,15 +257,15 @@ int hqp_lq(hqp_solver *s, hqp_rows rows, const int *ids, int *order, int count) 
  * One column of fold_dependent: a reflector from the left, u = (head, M[:, c]), takes M[:, c] into L[c, c].
  * [rows, rhs] -= factor u (u^T [rows, rhs])
  */
-static void fold_column(hqp_solver *s, int column, int c, double length) {
+static void fold_column(hqp_solver *s, int column, int c, real length) {
     const int rank = s->fit_rank, count = s->fit_count;
-    double *pivot = hqp_row(s, s->fit_rows, s->fit_order[c]) + column, *sum = s->step;
-    const double sign = pivot[c] < 0.0 ? -1.0 : 1.0, head = pivot[c] + sign * length;
-    const double factor = 1.0 / (length * fabs(head));
-    double sum_rhs = head * s->rhs[c];
+    real *pivot = hqp_row(s, s->fit_rows, s->fit_order[c]) + column, *sum = s->step;
+    const real sign = pivot[c] < 0.0 ? -1.0 : 1.0, head = pivot[c] + sign * length;
+    const real factor = 1.0 / (length * fabs(head));
+    real sum_rhs = head * s->rhs[c];
     for (int k = 0; k < c; k++) sum[k] = head * pivot[k];
     for (int i = rank; i < count; i++) {
-        const double *row = hqp_row(s, s->fit_rows, s->fit_order[i]) + column;
+        const real *row = hqp_row(s, s->fit_rows, s->fit_order[i]) + column;
         for (int k = 0; k < c; k++) sum[k] += row[c] * row[k];
         sum_rhs += row[c] * s->rhs[i];
     }
@@ -274,8 +273,8 @@ static void fold_column(hqp_solver *s, int column, int c, double length) {
     s->rhs[c] -= factor * head * sum_rhs;
     pivot[c] = -sign * length;
     for (int i = rank; i < count; i++) {
-        double *row = hqp_row(s, s->fit_rows, s->fit_order[i]) + column;
-        const double u = factor * row[c];
+        real *row = hqp_row(s, s->fit_rows, s->fit_order[i]) + column;
+        const real u = factor * row[c];
         for (int k = 0; k < c; k++) row[k] -= u * sum[k];
         s->rhs[i] -= u * sum_rhs;
         row[c] = 0.0;
@@ -289,18 +288,18 @@ static void fold_column(hqp_solver *s, int column, int c, double length) {
  * whole row sees none of these columns: by a large residual it would pull at rows that are much shorter.
  */
 static void fold_dependent(hqp_solver *s, int column) {
-    const size_t size = (size_t)s->fit_rank * sizeof(double);
+    const size_t size = (size_t)s->fit_rank * sizeof(real);
     for (int i = s->fit_rank; i < s->fit_count; i++) {
         const int r = s->fit_order[i];
-        double *row = hqp_row(s, s->fit_rows, r) + column;
-        const double rounding = s->settings.rounding * s->norm[s->fit[r]];
+        real *row = hqp_row(s, s->fit_rows, r) + column;
+        const real rounding = s->settings.rounding * s->norm[s->fit[r]];
         if (hqp_inner(row, row, s->fit_rank) <= rounding * rounding) memset(row, 0, size);
     }
     for (int c = s->fit_rank - 1; c >= 0; c--) {
-        const double diagonal = hqp_row(s, s->fit_rows, s->fit_order[c])[column + c];
-        double below = 0.0;
+        const real diagonal = hqp_row(s, s->fit_rows, s->fit_order[c])[column + c];
+        real below = 0.0;
         for (int i = s->fit_rank; i < s->fit_count; i++) {
-            const double m = hqp_row(s, s->fit_rows, s->fit_order[i])[column + c];
+            const real m = hqp_row(s, s->fit_rows, s->fit_order[i])[column + c];
             below += m * m;
         }
         if (below > 0.0) fold_column(s, column, c, sqrt(diagonal * diagonal + below));
@@ -309,11 +308,11 @@ static void fold_dependent(hqp_solver *s, int column) {
 
 /* reduced[column ..] = argmin |[L; M] z - rhs| */
 void hqp_least_squares(hqp_solver *s, int column) {
-    double *z = s->reduced + column;
+    real *z = s->reduced + column;
     if (s->fit_rank < s->fit_count) fold_dependent(s, column);
     for (int i = 0; i < s->fit_rank; i++) {
-        const double *row = hqp_row(s, s->fit_rows, s->fit_order[i]) + column;
-        double sum = s->rhs[i];
+        const real *row = hqp_row(s, s->fit_rows, s->fit_order[i]) + column;
+        real sum = s->rhs[i];
         for (int k = 0; k < i; k++) sum -= row[k] * z[k];
         z[i] = sum / row[i];
     }

@@ -15,35 +15,35 @@
 #include <string.h>
 
 /* times norm of row (1 + slack): a gradient that counts as none; and times rounding of row . x: the same */
-static const double PROVEN = 1e-9, ROUNDINGS = 1.0;
+static const real PROVEN = 1e-9, ROUNDINGS = 1.0;
 /* times that without the roundings: they are so large that long rows are looked through, which are those
  * whose own rounding is more than LONG of it */
-static const double HIDING = 10.0, LONG = 0.1;
+static const real HIDING = 10.0, LONG = 0.1;
 /* times these, in the first try: so exactly there is mostly but one answer proven */
-static const double EXACT = 3e-3, EXACT_ROUNDINGS = 0.1;
+static const real EXACT = 3e-3, EXACT_ROUNDINGS = 0.1;
 /* times PROVEN, of the last level: no other leans on what is left of its gradient */
-static const double LAST = 3.0;
+static const real LAST = 3.0;
 /* times PROVEN, where levels are joined or were: the gradient of one with a small weight counts, too */
-static const double FINER = 1e-4;
+static const real FINER = 1e-4;
 /* the same for such a level by itself, times norm of row (1 + slack), both scaled by the root of its weight
  */
-static const double PART = 2e-6;
+static const real PART = 2e-6;
 /* times what counts as none, but for EXACT: next to no multiplier, times the norm of its row */
-static const double LITTLE = 2e3;
+static const real LITTLE = 2e3;
 /* times that, or times what counts as none: a smaller multiplier settles no row, or lower levels could lean
  * on it a million times over */
-static const double SETTLED = 0.5, SETTLED_IF_JOINED = 2.0;
+static const real SETTLED = 0.5, SETTLED_IF_JOINED = 2.0;
 /* times what a level's multipliers leave of its gradient: the same */
-static const double CERTAIN = 1e8;
+static const real CERTAIN = 1e8;
 /* times that, by projection: what may be left of the gradient of a level, in the first try and then, and of
  * the last one */
-static const double PROJECTED_EXACT = 3.0, PROJECTED = 10.0, PROJECTED_LAST = 300.0;
+static const real PROJECTED_EXACT = 3.0, PROJECTED = 10.0, PROJECTED_LAST = 300.0;
 /* times (1 + |value|): rounding of a row that hides its value */
-static const double BLURRED = 1e-3;
+static const real BLURRED = 1e-3;
 /* To confirm a proof: times what may be left of a gradient otherwise; rows at a smaller angle are one row. */
-static const double LENIENT = 200.0, ONE_ROW = 1e-7;
+static const real LENIENT = 200.0, ONE_ROW = 1e-7;
 /* times (1 + |bound|), plus that many times rounding of row . x: a row this close is at its bound */
-static const double TOUCHING = 1e-9, NEAR = 20.0;
+static const real TOUCHING = 1e-9, NEAR = 20.0;
 
 /* s->lacking of rows whose values are known */
 void hqp_find_slacks(hqp_solver *s, int from, int to) {
@@ -58,8 +58,8 @@ void hqp_find_values(hqp_solver *s) {
 }
 
 /* Length of a gradient that counts as none for the level that is joined to this one. */
-static double of_the_next(const hqp_solver *s, int level) {
-    double squares = 0.0, largest = 0.0;
+static real of_the_next(const hqp_solver *s, int level) {
+    real squares = 0.0, largest = 0.0;
     for (int i = s->first_row[level + 1]; i < s->row0[level + 1]; i++) {
         if (s->kind[i] == HQP_IDLE) continue;
         squares += s->lacking[i] * s->lacking[i];
@@ -74,9 +74,9 @@ static int is_strict(const hqp_solver *s, int level) {
 }
 
 /* A value of the row is, to within what a proof minds, its bound at this side; and so is its value at x. */
-int hqp_touches_with(const hqp_solver *s, int id, int side, double value, double x_norm) {
-    const double bound = hqp_bound(s, id, side);
-    const double near = NEAR * s->settings.rounding * s->norm[id] * x_norm;
+int hqp_touches_with(const hqp_solver *s, int id, int side, real value, real x_norm) {
+    const real bound = hqp_bound(s, id, side);
+    const real near = NEAR * s->settings.rounding * s->norm[id] * x_norm;
     return isfinite(bound) && fabs(bound - value) <= TOUCHING * (1.0 + fabs(bound)) + near;
 }
 
@@ -86,7 +86,7 @@ int hqp_touches(const hqp_solver *s, int id, int side) {
 
 /* The rounding of the row's value, times the row, is no less than what counts as none. */
 int hqp_is_long(const hqp_solver *s, int level, int id) {
-    const double rounding = s->settings.rounding * s->norm[id] * s->x_norm;
+    const real rounding = s->settings.rounding * s->norm[id] * s->x_norm;
     return s->kind[id] != HQP_IDLE && rounding * s->norm[id] > LONG * s->none[level];
 }
 
@@ -101,21 +101,21 @@ static void meet_rounded(hqp_solver *s, int level) {
  * length; what they pull at most; and what of that may be rounding, but for long rows where these are looked
  * through. */
 typedef struct missed {
-    double slack, length, most, rounding;
+    real slack, length, most, rounding;
 } missed;
 
 static missed find_missed(const hqp_solver *s, int level) {
-    double squares = 0.0, pulls = 0.0, most = 0.0, longest = 0.0;
+    real squares = 0.0, pulls = 0.0, most = 0.0, longest = 0.0;
     for (int i = s->row0[level]; i < s->row0[level + 1]; i++) {
-        const double slack = s->lacking[i], pull = fabs(slack) * s->norm[i];
+        const real slack = s->lacking[i], pull = fabs(slack) * s->norm[i];
         if (slack == 0.0 || s->kind[i] == HQP_IDLE) continue;
         squares += slack * slack;
         pulls += pull * pull;
         most += pull;
         if (!s->hidden[level] || !hqp_is_long(s, level, i)) longest = fmax(longest, s->norm[i]);
     }
-    const double slack = sqrt(squares), length = squares > 0.0 ? sqrt(pulls / squares) : longest;
-    const double rounding = s->settings.rounding * (length * slack + longest * longest * s->x_norm);
+    const real slack = sqrt(squares), length = squares > 0.0 ? sqrt(pulls / squares) : longest;
+    const real rounding = s->settings.rounding * (length * slack + longest * longest * s->x_norm);
     return (missed){slack, length, most, rounding};
 }
 
@@ -125,8 +125,8 @@ static missed find_missed(const hqp_solver *s, int level) {
 int hqp_has_slack(hqp_solver *s, int level) {
     const int is_finer = is_strict(s, level), is_last = hqp_is_last(s, level);
     const int is_exact = s->is_exact && !is_finer && !is_last;
-    const double factor = PROVEN * (is_finer ? FINER : is_last ? LAST : is_exact ? EXACT : 1.0);
-    const double roundings = is_exact ? EXACT_ROUNDINGS : ROUNDINGS;
+    const real factor = PROVEN * (is_finer ? FINER : is_last ? LAST : is_exact ? EXACT : 1.0);
+    const real roundings = is_exact ? EXACT_ROUNDINGS : ROUNDINGS;
     s->hidden[level] = 0;
     missed of = find_missed(s, level);
     s->none[level] = factor * of.length * (1.0 + of.slack);
@@ -145,10 +145,10 @@ int hqp_has_slack(hqp_solver *s, int level) {
 }
 
 /* g = -sum slack row over the rows of the level */
-void hqp_gradient(const hqp_solver *s, int level, double *g) {
-    memset(g, 0, (size_t)s->ld * sizeof(double));
+void hqp_gradient(const hqp_solver *s, int level, real *g) {
+    memset(g, 0, (size_t)s->ld * sizeof(real));
     for (int i = s->row0[level]; i < s->row0[level + 1]; i++) {
-        const double slack = s->kind[i] == HQP_IDLE ? 0.0 : s->lacking[i];
+        const real slack = s->kind[i] == HQP_IDLE ? 0.0 : s->lacking[i];
         if (slack == 0.0) continue;
         hqp_axpy(g, -slack, hqp_row(s, s->given, i), s->given.first[i], s->given.last[i]);
     }
@@ -156,22 +156,22 @@ void hqp_gradient(const hqp_solver *s, int level, double *g) {
 
 /* g += lambda (+-row) over the rows that the level holds. Returns 0 where one has a wrong sign or is off its
  * bound. */
-static int add_held(const hqp_solver *s, int level, double *g) {
+static int add_held(const hqp_solver *s, int level, real *g) {
     for (int i = 0; i < s->row0[level]; i++) {
         const int is_settled = s->frozen_at[i] >= 0 && s->frozen_at[i] < level;
         if (s->guess_held_at[i] != level || s->kind[i] == HQP_IDLE || is_settled) continue;
         const int side = s->guess_held_side[i];
         if (s->kind[i] == HQP_RANGE && !(s->strength[i] >= -s->none[level] && hqp_touches(s, i, side)))
             return 0;
-        const double lambda = s->strength[i] / s->norm[i];
+        const real lambda = s->strength[i] / s->norm[i];
         hqp_axpy(g, side * lambda, hqp_row(s, s->given, i), s->given.first[i], s->given.last[i]);
     }
     return 1;
 }
 
 /* What the multipliers at hand leave of the gradient of this level; infinite where one has a wrong sign. */
-static double left_by_held(hqp_solver *s, int level) {
-    double *g = s->trial, *rest = s->reduced, sum = 0.0;
+static real left_by_held(hqp_solver *s, int level) {
+    real *g = s->trial, *rest = s->reduced, sum = 0.0;
     hqp_gradient(s, level, g);
     if (!add_held(s, level, g)) return INFINITY;
     hqp_gather(s, rest, g);
@@ -191,7 +191,7 @@ static int is_missed(const hqp_solver *s, int level, int id) {
 static int is_certain(const hqp_solver *s, int id) {
     const int at = s->frozen_at[id];
     if (id >= s->row0[at]) return is_missed(s, at, id);
-    const double settled = is_strict(s, at) ? SETTLED_IF_JOINED * s->none[at] : SETTLED * s->little[at];
+    const real settled = is_strict(s, at) ? SETTLED_IF_JOINED * s->none[at] : SETTLED * s->little[at];
     return s->clear[id] && s->strength[id] > settled;
 }
 
@@ -207,7 +207,7 @@ static int first_doubtful(const hqp_solver *s) {
 
 /* The level leaves so much of its gradient: it is clear about none of the rows that it holds by too little
  * for that. Returns whether there are any. */
-static int any_unclear(hqp_solver *s, int level, double rest) {
+static int any_unclear(hqp_solver *s, int level, real rest) {
     int any = 0;
     for (int i = 0; i < s->row0[level]; i++) {
         if (s->frozen_at[i] != level || !(rest > s->strength[i] / CERTAIN)) continue;
@@ -224,17 +224,17 @@ static int any_unclear(hqp_solver *s, int level, double rest) {
  * earlier level, times as much as it takes to make good what was wrong in the last digit.
  */
 static int is_held_by_frozen(hqp_solver *s, int level) {
-    double *rest = s->reduced, least = INFINITY, most = 0.0;
+    real *rest = s->reduced, least = INFINITY, most = 0.0;
     if (s->rank_at[level] > s->lines) return 0;
     for (int k = s->rank_at[level] - 1; k >= 0; k--) {
         const int id = s->column_row[k];
-        const double *row = s->line + k * s->ld;
-        const double multiplier = -rest[k] / row[k];
+        const real *row = s->line + k * s->ld;
+        const real multiplier = -rest[k] / row[k];
         hqp_add(rest, multiplier, row, k);
         most = fmax(most, fabs(multiplier) * s->norm[id]);
         if (s->kind[id] != HQP_RANGE || is_certain(s, id)) continue;
         const int side = id >= s->row0[s->frozen_at[id]] ? s->guess_side[id] : s->guess_held_side[id];
-        const double strength = side * multiplier * s->norm[id];
+        const real strength = side * multiplier * s->norm[id];
         if (!(strength >= -s->none[level] && hqp_touches(s, id, side))) return 0;
         if (strength > s->none[level] && strength < least) least = strength;
     }
@@ -271,7 +271,7 @@ int hqp_prove(hqp_solver *s, int count) {
         s->is_doubtful = p > doubtful;
         if (p <= s->fixed_through) return p;
         const int is_free = s->rank_at[p] < s->width;
-        const double rest = is_free || s->is_doubtful ? left_by_held(s, p) : 0.0;
+        const real rest = is_free || s->is_doubtful ? left_by_held(s, p) : 0.0;
         if (!(rest <= s->none[p]) || (s->is_doubtful && !is_held_by_frozen(s, p))) return p;
         if (any_unclear(s, p, rest) && p < doubtful) doubtful = p;
     }
@@ -280,16 +280,16 @@ int hqp_prove(hqp_solver *s, int count) {
 }
 
 /* Whether so little is left of the gradient of a level that its projection proves it minimal. */
-static int is_little(hqp_solver *s, int level, double left) {
-    const double upper = s->is_exact ? PROJECTED_EXACT : PROJECTED;
-    const double most = is_strict(s, level) ? 1.0 : hqp_is_last(s, level) ? PROJECTED_LAST : upper;
+static int is_little(hqp_solver *s, int level, real left) {
+    const real upper = s->is_exact ? PROJECTED_EXACT : PROJECTED;
+    const real most = is_strict(s, level) ? 1.0 : hqp_is_last(s, level) ? PROJECTED_LAST : upper;
     s->is_rough |= !(left <= s->lenience * s->none[level]);
     return left <= fmax(most, s->lenience) * s->none[level];
 }
 
 /* What is left of the gradient of a level at x, whose values are known, 0 without a slack worth a proof;
  * s->descent is a way down where there is one. */
-static double left_of(hqp_solver *s, int level) {
+static real left_of(hqp_solver *s, int level) {
     if (!hqp_has_slack(s, level) || s->rank == s->width) return 0.0;
     return hqp_descent(s, level);
 }
@@ -374,7 +374,7 @@ int hqp_is_minimal(hqp_solver *s, int level) {
  * its inverse. Leaves a factorisation that neither hqp_resolve nor a walk can take up.
  */
 int hqp_confirm(hqp_solver *s) {
-    const double rank = s->settings.rank;
+    const real rank = s->settings.rank;
     const int rank_at_end = hqp_rank(s), leans = s->leans;
     s->settings.rank = ONE_ROW;
     s->lenience = LENIENT;

@@ -8,14 +8,14 @@
 
 #include <string.h>
 
-static const double CLEAR = 10.0; /* times rounding: a multiplier that is certainly not zero */
+static const real CLEAR = 10.0; /* times rounding: a multiplier that is certainly not zero */
 
 /* Line k of the triangle of all rows behind reflectors is this row. */
 static void keep_line(hqp_solver *s, int k, hqp_rows rows, int position, const int *ids) {
     const int id = ids[position];
-    double *line = s->line + k * s->ld;
-    memcpy(line, hqp_row(s, s->base, id), (size_t)s->rank * sizeof(double));
-    memcpy(line + s->rank, hqp_row(s, rows, position) + s->rank, (size_t)(k + 1 - s->rank) * sizeof(double));
+    real *line = s->line + k * s->ld;
+    memcpy(line, hqp_row(s, s->base, id), (size_t)s->rank * sizeof(real));
+    memcpy(line + s->rank, hqp_row(s, rows, position) + s->rank, (size_t)(k + 1 - s->rank) * sizeof(real));
     s->column_row[k] = id;
 }
 
@@ -48,7 +48,7 @@ void hqp_factorise(hqp_solver *s, int level) {
         keep_line(s, s->rank + s->work_rank + i, s->fit_rows, s->fit_order[i], s->fit);
 }
 
-static double missing(const hqp_solver *s, int id) {
+static real missing(const hqp_solver *s, int id) {
     return hqp_bound(s, id, s->side[id]) - s->value[id];
 }
 
@@ -59,39 +59,39 @@ static double missing(const hqp_solver *s, int id) {
  */
 void hqp_find_step(hqp_solver *s, int keep) {
     const int brought = keep ? 0 : s->work_rank;
-    double *y = s->reduced + s->rank;
-    memset(s->reduced, 0, (size_t)s->ld * sizeof(double));
+    real *y = s->reduced + s->rank;
+    memset(s->reduced, 0, (size_t)s->ld * sizeof(real));
     for (int i = 0; i < brought; i++) {
         const int r = s->work_order[i];
-        const double *row = hqp_row(s, s->work_rows, r) + s->rank;
-        double sum = missing(s, s->work[r]);
+        const real *row = hqp_row(s, s->work_rows, r) + s->rank;
+        real sum = missing(s, s->work[r]);
         for (int k = 0; k < i; k++) sum -= row[k] * y[k];
         y[i] = sum / row[i];
     }
     for (int i = 0; i < s->fit_count; i++) {
         const int r = s->fit_order[i];
-        const double *row = hqp_row(s, s->fit_rows, r) + s->rank;
-        double sum = missing(s, s->fit[r]);
+        const real *row = hqp_row(s, s->fit_rows, r) + s->rank;
+        real sum = missing(s, s->fit[r]);
         for (int k = 0; k < brought; k++) sum -= row[k] * y[k];
         s->rhs[i] = sum;
     }
     hqp_least_squares(s, s->rank + s->work_rank);
-    memcpy(s->step, s->reduced, (size_t)s->ld * sizeof(double));
+    memcpy(s->step, s->reduced, (size_t)s->ld * sizeof(real));
     hqp_reflect_row_back(s, s->top, s->step);
     hqp_scatter(s, s->step);
 }
 
-static const double *work_triangle(const hqp_solver *s, int i) {
+static const real *work_triangle(const hqp_solver *s, int i) {
     return hqp_row(s, s->work_rows, s->work_order[i]) + s->rank;
 }
 
 /* What rounding can do to multiplier i: column i of |L^{-1}| times error, the rounding of the right-hand
  * sides. */
-static double rounding_of(hqp_solver *s, int i, const double *error) {
-    double *column = s->reduced, sum = 0.0;
+static real rounding_of(hqp_solver *s, int i, const real *error) {
+    real *column = s->reduced, sum = 0.0;
     for (int j = i; j < s->work_rank; j++) {
-        const double *row = work_triangle(s, j);
-        double z = j == i ? 1.0 : 0.0;
+        const real *row = work_triangle(s, j);
+        real z = j == i ? 1.0 : 0.0;
         for (int k = i; k < j; k++) z -= row[k] * column[k];
         column[j] = z / row[j];
         sum += fabs(column[j]) * error[j];
@@ -104,24 +104,24 @@ static double rounding_of(hqp_solver *s, int i, const double *error) {
  * bound), times the norm of the row and signed so that they must not be negative. rounding: what is as good
  * as zero.
  */
-void hqp_find_multipliers(hqp_solver *s, const double *value, double x_norm) {
-    const double unit = s->settings.rounding;
+void hqp_find_multipliers(hqp_solver *s, const real *value, real x_norm) {
+    const real unit = s->settings.rounding;
     const int count = s->work_rank;
-    double *lambda = s->multiplier, *error = s->step;
+    real *lambda = s->multiplier, *error = s->step;
     for (int k = 0; k < count; k++) lambda[k] = error[k] = 0.0;
     for (int i = 0; i < s->fit_count && count > 0; i++) {
         const int id = s->fit[i];
-        const double *row = hqp_row(s, s->fit_rows, i) + s->rank;
-        const double bound = hqp_bound(s, id, s->side[id]), residual = value[id] - bound;
-        const double of_value = unit * (fabs(bound) + s->norm[id] * x_norm);
-        const double of_row = unit * s->norm[id] * fabs(residual);
+        const real *row = hqp_row(s, s->fit_rows, i) + s->rank;
+        const real bound = hqp_bound(s, id, s->side[id]), residual = value[id] - bound;
+        const real of_value = unit * (fabs(bound) + s->norm[id] * x_norm);
+        const real of_row = unit * s->norm[id] * fabs(residual);
         for (int k = 0; k < count; k++) {
             lambda[k] += row[k] * residual;
             error[k] += fabs(row[k]) * of_value + of_row;
         }
     }
     for (int i = count - 1; i >= 0; i--) {
-        const double *row = work_triangle(s, i);
+        const real *row = work_triangle(s, i);
         lambda[i] /= row[i];
         error[i] += unit * fabs(row[i] * lambda[i]);
         for (int k = 0; k < i; k++) {
@@ -137,7 +137,7 @@ void hqp_find_multipliers(hqp_solver *s, const double *value, double x_norm) {
 }
 
 void hqp_move_to_trial(hqp_solver *s) {
-    double *swap = s->x;
+    real *swap = s->x;
     s->x = s->trial;
     s->trial = swap;
     swap = s->value;
@@ -148,7 +148,7 @@ void hqp_move_to_trial(hqp_solver *s) {
 
 /* Count one more working set, unless it is one too many or too late. */
 int hqp_out_of_iterations(hqp_solver *s) {
-    const double limit = s->settings.time_limit;
+    const real limit = s->settings.time_limit;
     if (limit > 0.0 && hqp_now() - s->began > limit) s->is_late = 1;
     if (s->is_late || s->iterations >= s->iteration_limit) return 1;
     s->iterations++;
@@ -157,7 +157,7 @@ int hqp_out_of_iterations(hqp_solver *s) {
 
 /* What counts as next to no multiplier, times the norm of its row; 0: it does not matter. A row that is held
  * by none, but for rounding, is left to lower levels anyway. */
-static double leaning(hqp_solver *s, int level) {
+static real leaning(hqp_solver *s, int level) {
     if (s->strict[level] == PARTED || (s->leans >= 0 && s->leans != level) || s->row0[level + 1] == s->total)
         return 0.0;
     hqp_find_slacks(s, s->row0[level], s->row0[level + 1]);
@@ -168,7 +168,7 @@ static double leaning(hqp_solver *s, int level) {
 
 /* Take out of the working set what need not be frozen. Returns how many rows. */
 static int release_doubtful(hqp_solver *s, int level) {
-    double little = s->work_rank ? leaning(s, level) : 0.0;
+    real little = s->work_rank ? leaning(s, level) : 0.0;
     int changes = 0;
     hqp_find_multipliers(s, s->value, s->x_norm);
     for (int i = 0; i < s->work_rank; i++) {

@@ -20,7 +20,7 @@ static int member(const hqp_solver *s, int i) {
 }
 
 /* How clearly member i belongs to the working set: its multiplier, or its violation. */
-static double strength(const hqp_solver *s, int i) {
+static real strength(const hqp_solver *s, int i) {
     if (i < s->work_rank) return s->multiplier[i];
     const int id = member(s, i), side = s->side[id];
     return s->kind[id] == HQP_EQUALITY ? 0.0 : side * (s->trial_value[id] - hqp_bound(s, id, side));
@@ -40,13 +40,13 @@ static int belongs(const hqp_solver *s, int i) {
  */
 static int correct_set(hqp_solver *s, int one_by_one) {
     const int count = s->work_rank + s->fit_count;
-    double way = 1.0;
+    real way = 1.0;
     int first = -1, wrong = 0;
     hqp_find_multipliers(s, s->trial_value, s->trial_norm);
     for (int i = 0; i < count; i++) {
         if (belongs(s, i)) continue;
         const int id = member(s, i);
-        const double now = strength(s, i), before = s->strength[id];
+        const real now = strength(s, i), before = s->strength[id];
         wrong++;
         if (!one_by_one) s->side[id] = 0;
         if (before > way * (before - now)) continue;
@@ -54,7 +54,7 @@ static int correct_set(hqp_solver *s, int one_by_one) {
         first = id;
     }
     for (int i = 0; i < count; i++) {
-        double *of = &s->strength[member(s, i)];
+        real *of = &s->strength[member(s, i)];
         *of += way * (strength(s, i) - *of);
     }
     if (one_by_one && first >= 0) s->side[first] = 0;
@@ -131,14 +131,14 @@ int hqp_sweep(hqp_solver *s, int first, int repair) {
     memset(s->forced, 0, (size_t)s->total);
     for (int level = first; level <= s->levels; level++) {
         s->rank_at[level] = s->rank;
-        memcpy(s->path + level * s->ld, s->x, (size_t)s->ld * sizeof(double));
+        memcpy(s->path + level * s->ld, s->x, (size_t)s->ld * sizeof(real));
         if (level == s->levels && s->rank == s->width) break;
         const int result =
             level < s->levels ? sweep_level(s, level, repair, level == back) : hqp_finish(s, level);
         if (result == HQP_DONE) continue;
         if (result < first || !repair || ++returns * s->n * s->n > RETURNS || hqp_out_of_iterations(s))
             return 0;
-        memcpy(s->x, s->path + result * s->ld, (size_t)s->ld * sizeof(double));
+        memcpy(s->x, s->path + result * s->ld, (size_t)s->ld * sizeof(real));
         hqp_rewind(s, result);
         back = result;
         level = result - 1;

@@ -6,14 +6,14 @@
 
 #include <string.h>
 
-static const double FARTHEST = 1e7; /* the length of a start of which the rounding hides what rows lack */
-static const double COARSER = 1000.0, COARSEST = 1e-3; /* times the rank that was asked for */
-static const double FINER = 10.0;                      /* that over this: the next try */
-enum { ATTEMPTS = 3 };                                 /* walks of the levels that are not proven */
-static const double HARD = 1e6;    /* times 1 + slack: a multiplier for which others should give way */
-static const double MISSED = 1e-5; /* times norm of row (1 + |x|): more than a small weight leaves or takes */
-static const double FAR = 1e-9;    /* rounding times |x| that may be seen in a slack */
-static const double CLOSER = 0.1;  /* times rounding, which rows are minded by where such an x is put right */
+static const real FARTHEST = 1e7; /* the length of a start of which the rounding hides what rows lack */
+static const real COARSER = 1000.0, COARSEST = 1e-3; /* times the rank that was asked for */
+static const real FINER = 10.0;                      /* that over this: the next try */
+enum { ATTEMPTS = 3 };                               /* walks of the levels that are not proven */
+static const real HARD = 1e6;    /* times 1 + slack: a multiplier for which others should give way */
+static const real MISSED = 1e-5; /* times norm of row (1 + |x|): more than a small weight leaves or takes */
+static const real FAR = 1e-9;    /* rounding times |x| that may be seen in a slack */
+static const real CLOSER = 0.1;  /* times rounding, which rows are minded by where such an x is put right */
 enum { USUAL = 16, LEAST_USUAL = 128 }; /* times n, and at least: iterations that nearly all do with */
 enum { GLANCE = 16 };                   /* iterations to see whether joins are needed */
 enum { SOFT_GLANCE = 3 };               /* times n / 4: the same, to find x with two levels as one */
@@ -41,8 +41,8 @@ static hqp_status walk_from(hqp_solver *s, int first) {
 }
 
 /* Take the factorisation and x to the start of level `first`. */
-static void start_at(hqp_solver *s, const double *x, int first) {
-    memcpy(s->x, x, (size_t)s->ld * sizeof(double));
+static void start_at(hqp_solver *s, const real *x, int first) {
+    memcpy(s->x, x, (size_t)s->ld * sizeof(real));
     hqp_rewind(s, first);
 }
 
@@ -66,11 +66,11 @@ static enum outcome sweep(hqp_solver *s, int first, int repair) {
     hqp_rewind(s, first);
     if (!hqp_sweep(s, first, repair)) return LOST;
     const int proven = is_proven(s);
-    const double rounding = s->settings.rounding;
+    const real rounding = s->settings.rounding;
     const int is_far = rounding * s->x_norm > FAR;
     if (proven && !s->is_lax && !is_far) return PROVEN; /* small weights cost digits, and so does a long x */
     if (s->is_doubtful) return SETTLED;
-    memcpy(s->kept, s->x, (size_t)s->ld * sizeof(double));
+    memcpy(s->kept, s->x, (size_t)s->ld * sizeof(real));
     hqp_rewind(s, 0);
     s->polishing = 1;
     s->settings.rounding = is_far ? CLOSER * rounding : rounding;
@@ -79,7 +79,7 @@ static enum outcome sweep(hqp_solver *s, int first, int repair) {
     s->polishing = 0;
     if (settled && is_proven(s)) return PROVEN;
     if (proven || !settled) {
-        memcpy(s->x, s->kept, (size_t)s->ld * sizeof(double));
+        memcpy(s->x, s->kept, (size_t)s->ld * sizeof(real));
         hqp_find_values(s);
     }
     return proven ? PROVEN : SETTLED;
@@ -95,7 +95,7 @@ static enum outcome try_sweeps(hqp_solver *s, int *first) {
         const enum outcome outcome = sweep(s, *first, 1);
         if (outcome != LOST) return outcome;
         hqp_unfix(s);
-        memcpy(s->x, s->start, (size_t)s->ld * sizeof(double));
+        memcpy(s->x, s->start, (size_t)s->ld * sizeof(real));
         *first = 0;
     }
     s->iteration_limit = begin + limit;
@@ -105,7 +105,7 @@ static enum outcome try_sweeps(hqp_solver *s, int *first) {
 /* Prove the first `count` levels by projection, with a factorisation that hqp_resolve cannot take up. */
 static int is_proven_by_descent(hqp_solver *s, int count) {
     const int rank = hqp_rank(s), leans = s->leans;
-    const double least = s->least;
+    const real least = s->least;
     s->resumable = 0;
     s->levels_done = hqp_prove_by_descent(s, count);
     if (leans >= 0) {
@@ -124,9 +124,9 @@ static int is_confirmed(hqp_solver *s) {
  * what rounding left. If not, s->levels_done levels are, and the next can be walked again. */
 static int is_walk_proven(hqp_solver *s, hqp_status of_walk) {
     const int rank = hqp_rank(s);
-    memcpy(s->kept, s->x, (size_t)s->ld * sizeof(double));
+    memcpy(s->kept, s->x, (size_t)s->ld * sizeof(real));
     if (of_walk == HQP_SOLVED && sweep(s, 0, 0) == PROVEN && is_confirmed(s)) return 1;
-    memcpy(s->x, s->kept, (size_t)s->ld * sizeof(double));
+    memcpy(s->x, s->kept, (size_t)s->ld * sizeof(real));
     hqp_unfix(s);
     s->rank_at[s->levels] = rank;
     return is_proven_by_descent(s, of_walk == HQP_ITERATION_CAP ? s->levels_done : s->levels);
@@ -178,7 +178,7 @@ static int is_proven_here(hqp_solver *s) {
 /* What a proof says of x. */
 typedef struct verdict {
     int is_rough, leans, levels_done;
-    double least, hardest;
+    real least, hardest;
 } verdict;
 
 static verdict get_verdict(const hqp_solver *s) {
@@ -197,7 +197,7 @@ static void set_verdict(hqp_solver *s, verdict of) {
  * not go well, where x is. */
 static int is_proven_fitted(hqp_solver *s) {
     const verdict before = get_verdict(s);
-    memcpy(s->kept, s->x, (size_t)s->ld * sizeof(double));
+    memcpy(s->kept, s->x, (size_t)s->ld * sizeof(real));
     hqp_fit_face(s);
     const int is_fitted = is_proven_here(s);
     if (is_fitted && !s->is_rough) return 1;
@@ -206,7 +206,7 @@ static int is_proven_fitted(hqp_solver *s) {
     set_verdict(s, before);
     const int is_proven = is_proven_here(s);
     if (!is_fitted || (is_proven && !s->is_rough)) return is_proven;
-    memcpy(s->x, s->kept, (size_t)s->ld * sizeof(double));
+    memcpy(s->x, s->kept, (size_t)s->ld * sizeof(real));
     hqp_find_values(s);
     set_verdict(s, fitted);
     return 1;
@@ -230,7 +230,7 @@ static int is_clearly_missed(const hqp_solver *s, int level) {
 /* Whether a short sweep from the start with levels as one finds x, which is proven without. They are as many
  * as led to a proof the last time, or else two, both of which x must miss clearly. */
 static int is_found_softened(hqp_solver *s) {
-    memcpy(s->x, s->start, (size_t)s->ld * sizeof(double));
+    memcpy(s->x, s->start, (size_t)s->ld * sizeof(real));
     hqp_find_values(s);
     const int known = s->softest, level = hqp_soften(s, known ? known : LEAST_SOFTENED);
     if (level < 0) return 0;
@@ -255,7 +255,7 @@ static void keep_close(hqp_solver *s) {
 
 /* Both methods, one after the other. */
 static hqp_status try_both(hqp_solver *s, int first) {
-    memcpy(s->start, s->x, (size_t)s->ld * sizeof(double));
+    memcpy(s->start, s->x, (size_t)s->ld * sizeof(real));
     s->resumable = s->levels_done = s->levels;
     s->softened = 0;
     if (!is_worth_a_sweep(s)) {
@@ -278,27 +278,9 @@ static hqp_status try_both(hqp_solver *s, int first) {
 
 /* Whether the last level would gain a lot, were others to give way by next to nothing. */
 static int is_hard(const hqp_solver *s) {
-    double squares = 0.0;
+    real squares = 0.0;
     for (int i = s->first_row[s->levels - 1]; i < s->total; i++) squares += s->lacking[i] * s->lacking[i];
     return s->hardest > HARD * (1.0 + sqrt(squares));
-}
-
-/*
- * x was found with levels from `level` on as one, of three in a row that have a slack, and all but the last
- * are proven there: what the weights left of that one is walked from x. Whether it is proven then; else x
- * comes back, of which more is proven.
- */
-static int is_last_level_walked(hqp_solver *s, int level, int count) {
-    const int are_three = count == MOST_SOFTENED || (level > 0 && hqp_has_slack(s, level - 1));
-    if (s->is_exact || !are_three || s->levels_done != s->levels - 1) return 0;
-    const verdict before = get_verdict(s);
-    hqp_keep(s, s->close.at);
-    if (try_walk(s, SETTLED, s->levels_done) == HQP_SOLVED) return 1;
-    hqp_go_to(s, s->close.at);
-    hqp_find_values(s);
-    set_verdict(s, before);
-    s->resumable = 0;
-    return 0;
 }
 
 /*
@@ -308,7 +290,7 @@ static int is_last_level_walked(hqp_solver *s, int level, int count) {
  */
 static hqp_status try_softened(hqp_solver *s, hqp_status status) {
     const int leans = s->leans, begin = status != HQP_SOLVED && s->softest ? s->softest : LEAST_SOFTENED;
-    const double least = s->least;
+    const real least = s->least;
     s->softest = 0;
     for (int k = 0; k < 2 && !s->is_late; k++) {
         const int count = k == 0 ? begin : LEAST_SOFTENED + MOST_SOFTENED - begin;
@@ -317,8 +299,7 @@ static hqp_status try_softened(hqp_solver *s, hqp_status status) {
         s->warm = 1;
         const int found = try_both(s, 0) == HQP_SOLVED;
         hqp_harden(s);
-        const int proven =
-            is_proven_softened(s, level) || (status != HQP_SOLVED && is_last_level_walked(s, level, count));
+        const int proven = is_proven_softened(s, level);
         if (found && !proven && status != HQP_SOLVED) keep_close(s);
         if (proven && (status != HQP_SOLVED || !hqp_is_kept_better(s, s->apart.at.x))) {
             s->softest = count;
@@ -386,7 +367,7 @@ static int needs_no_joins(hqp_solver *s) {
 /* No level is known to lean on a row. */
 static void forget_leaning(hqp_solver *s) {
     s->leans = -1;
-    memset(s->then, 0, (size_t)s->levels * sizeof(double));
+    memset(s->then, 0, (size_t)s->levels * sizeof(real));
 }
 
 static hqp_status try_again(hqp_solver *s, int is_first) {
@@ -478,14 +459,15 @@ static hqp_status try_close(hqp_solver *s) {
 
 /*
  * Only what is proven is solved, and exactly if that can be done: of several answers that are proven less
- * well the start decides. Where nothing is, rows at a tiny angle may be one row but for the rounding of the
- * data, which decides everything then: all is tried from cold with other ideas of rank, first a finer one,
- * and at last with the first. The one that led to a proof is kept.
+ * well the start decides. What is not proven is tried with more digits. Where there are no more, rows at a
+ * tiny angle may be one row but for the rounding of the data, which decides everything then: all is tried
+ * from cold with other ideas of rank, first a finer one, and at last with the first. The one that led to a
+ * proof is kept.
  */
 hqp_status hqp_solve_from(hqp_solver *s, int first) {
-    const double rank = s->settings.rank, asked = s->rank_asked;
-    const double coarser = COARSER * asked < COARSEST ? COARSER * asked : asked / COARSER;
-    const double other = rank == asked ? coarser : asked, ranks[] = {rank, asked / FINER, other, rank};
+    const real rank = s->settings.rank, asked = s->rank_asked;
+    const real coarser = COARSER * asked < COARSEST ? COARSER * asked : asked / COARSER;
+    const real other = rank == asked ? coarser : asked, ranks[] = {rank, asked / FINER, other, rank};
     s->lenience = 1.0;
     if (!(hqp_length(s, s->x) < FARTHEST)) hqp_forget(s);
     memset(s->strict, 0, (size_t)s->levels);
@@ -494,8 +476,9 @@ hqp_status hqp_solve_from(hqp_solver *s, int first) {
     hqp_take_up(s, s->before.joined, 0);
     if (s->resumable < first) first = 0;
     hqp_status status = try_exact(s, first);
-    if (status != HQP_SOLVED && try_close(s) == HQP_SOLVED) status = HQP_SOLVED;
-    for (int attempt = 0, last = s->before.warm ? 3 : 2; attempt <= last; attempt++) {
+    if (status != HQP_SOLVED) status = try_close(s) == HQP_SOLVED ? HQP_SOLVED : hqp_try_extended(s, status);
+    const int last = s->extended ? -1 : s->before.warm ? 3 : 2;
+    for (int attempt = 0; attempt <= last; attempt++) {
         const int is_spent = attempt > 0 || s->is_late || s->iterations >= s->settings.max_iterations;
         if (status == HQP_SOLVED || (status == HQP_ITERATION_CAP && is_spent)) break;
         if (attempt > 1 && hqp_any_strict(s)) break; /* a coarser one is not what decides there */

@@ -11,17 +11,17 @@
 #include <string.h>
 
 enum { TRIALS = 6, FEW = 4, PATIENCE = 8 }; /* FEW: changes of a set that are no sign of going astray */
-static const double DOUBT = 0.05; /* times rounding: a multiplier that is wrong by less is left alone */
+static const real DOUBT = 0.05; /* times rounding: a multiplier that is wrong by less is left alone */
 
 /* row . x for the hard rows of earlier levels and the rows of this one */
-static void level_values(const hqp_solver *s, int level, const double *x, double *value) {
+static void level_values(const hqp_solver *s, int level, const real *x, real *value) {
     for (int i = 0; i < s->row0[level + 1]; i++) {
         if (i >= s->row0[level] || hqp_is_hard(s, i)) value[i] = hqp_value(s, i, x);
     }
 }
 
 /* trial = x + length step, and the values there */
-static void make_trial(hqp_solver *s, int level, double length) {
+static void make_trial(hqp_solver *s, int level, real length) {
     for (int i = 0; i < s->ld; i++) s->trial[i] = s->x[i] + length * s->step[i];
     s->trial_norm = hqp_length(s, s->trial);
     level_values(s, level, s->trial, s->trial_value);
@@ -29,7 +29,7 @@ static void make_trial(hqp_solver *s, int level, double length) {
 
 /* Fit rows of the level whose violation began, drop those where it clearly ended. Returns how many changed.
  */
-static int revise_fit(hqp_solver *s, int level, const double *value, double x_norm) {
+static int revise_fit(hqp_solver *s, int level, const real *value, real x_norm) {
     int changes = 0;
     for (int i = s->row0[level]; i < s->row0[level + 1]; i++) {
         if (s->kind[i] != HQP_RANGE) continue;
@@ -83,14 +83,14 @@ static int settle_by_trial(hqp_solver *s, int level) {
 }
 
 /* Longest step along which no hard row breaks; *block is the row that ends it, or -1 */
-static double longest_step(const hqp_solver *s, int level, const double *slope, int *block) {
-    const double least = 2.0 * s->settings.rank * hqp_length(s, s->step);
-    double longest = INFINITY;
+static real longest_step(const hqp_solver *s, int level, const real *slope, int *block) {
+    const real least = 2.0 * s->settings.rank * hqp_length(s, s->step);
+    real longest = INFINITY;
     *block = -1;
     for (int i = 0; i < s->row0[level]; i++) {
         if (!hqp_is_hard(s, i) || s->side[i] || !(fabs(slope[i]) > least * s->norm[i])) continue;
-        const double bound = slope[i] > 0.0 ? s->ub[i] : s->lb[i];
-        const double reach = fmax((bound - s->value[i]) / slope[i], 0.0);
+        const real bound = slope[i] > 0.0 ? s->ub[i] : s->lb[i];
+        const real reach = fmax((bound - s->value[i]) / slope[i], 0.0);
         if (reach >= longest) continue;
         longest = reach;
         *block = i;
@@ -100,14 +100,14 @@ static double longest_step(const hqp_solver *s, int level, const double *slope, 
 
 /* Minimise phi(x + alpha step) over [0, limit]: its derivative is piecewise linear, walk from kink to kink.
  */
-static double line_search(const hqp_solver *s, int level, const double *slope, double limit) {
-    double alpha = 0.0;
+static real line_search(const hqp_solver *s, int level, const real *slope, real limit) {
+    real alpha = 0.0;
     for (int kinks = 2 * (s->row0[level + 1] - s->row0[level]); kinks >= 0; kinks--) {
-        double first = 0.0, second = 0.0, next = limit;
+        real first = 0.0, second = 0.0, next = limit;
         for (int i = s->row0[level]; i < s->row0[level + 1]; i++) {
             if (s->kind[i] == HQP_IDLE || slope[i] == 0.0) continue;
-            const double upper = (s->ub[i] - s->value[i]) / slope[i],
-                         lower = (s->lb[i] - s->value[i]) / slope[i];
+            const real upper = (s->ub[i] - s->value[i]) / slope[i],
+                       lower = (s->lb[i] - s->value[i]) / slope[i];
             if (upper > alpha && upper < next) next = upper;
             if (lower > alpha && lower < next) next = lower;
             const int above = s->kind[i] == HQP_EQUALITY || (slope[i] > 0.0 ? upper <= alpha : upper > alpha);
@@ -127,7 +127,7 @@ static double line_search(const hqp_solver *s, int level, const double *slope, d
 
 /* Release the work row with the worst multiplier, if one is wrong. */
 static int release_one(hqp_solver *s) {
-    double worst = 0.0;
+    real worst = 0.0;
     int release = -1;
     hqp_find_multipliers(s, s->value, s->x_norm);
     for (int i = 0; i < s->work_rank; i++) {
@@ -149,7 +149,7 @@ static void begin_descent(hqp_solver *s, int level) {
 }
 
 /* no fitted row would change by more than its tolerance: x already minimises the piece */
-static int negligible(const hqp_solver *s, const double *slope) {
+static int negligible(const hqp_solver *s, const real *slope) {
     for (int i = 0; i < s->fit_count; i++) {
         const int id = s->fit[i];
         if (fabs(slope[id]) > hqp_tolerance(s, id, hqp_bound(s, id, s->side[id]), s->x_norm)) return 0;
@@ -161,7 +161,7 @@ static int negligible(const hqp_solver *s, const double *slope) {
  * Rows of the level at their bound, to within rounding, that the step carries outside at once join the fitted
  * rows: phi is the same with and without them, and the next step minds them. Returns how many.
  */
-static int fit_outgoing(hqp_solver *s, int level, const double *slope) {
+static int fit_outgoing(hqp_solver *s, int level, const real *slope) {
     int added = 0;
     for (int i = s->row0[level]; i < s->row0[level + 1]; i++) {
         if (s->kind[i] != HQP_RANGE || s->side[i] || slope[i] == 0.0) continue;
@@ -179,11 +179,11 @@ static enum progress descent_step(hqp_solver *s, int level) {
     int block;
     hqp_factorise(s, level);
     hqp_find_step(s, 1);
-    double *slope = s->trial_value;
+    real *slope = s->trial_value;
     level_values(s, level, s->step, slope);
     if (negligible(s, slope)) return MINIMAL;
-    const double limit = longest_step(s, level, slope, &block);
-    const double length = line_search(s, level, slope, limit);
+    const real limit = longest_step(s, level, slope, &block);
+    const real length = line_search(s, level, slope, limit);
     const int blocked = block >= 0 && length >= limit;
     if (!blocked && length < 1e-6 && fit_outgoing(s, level, slope)) return STUCK;
     if (!blocked && !(length > 0.0)) return MINIMAL;
@@ -196,15 +196,15 @@ static enum progress descent_step(hqp_solver *s, int level) {
 }
 
 /* phi at x */
-static double half_square(const hqp_solver *s, int level) {
-    double sum = 0.0;
+static real half_square(const hqp_solver *s, int level) {
+    real sum = 0.0;
     for (int i = s->row0[level]; i < s->row0[level + 1]; i++) sum += 0.5 * hqp_slack(s, i) * hqp_slack(s, i);
     return sum;
 }
 
 /* Whether the multipliers of the working set, which was factorised for this x, prove the level minimal. */
 static int is_held(hqp_solver *s, int level) {
-    double *g = s->trial, *rest = s->reduced, sum = 0.0;
+    real *g = s->trial, *rest = s->reduced, sum = 0.0;
     hqp_find_slacks(s, s->row0[level], s->row0[level + 1]);
     if (!hqp_has_slack(s, level)) return 1;
     hqp_find_multipliers(s, s->value, s->x_norm);
@@ -227,11 +227,11 @@ static int is_minimal(hqp_solver *s, int level) {
  * set is what holds the gradient, and what ends the step. Returns whether phi fell. */
 static int leave_vertex(hqp_solver *s, int level) {
     int block;
-    memcpy(s->step, s->descent, (size_t)s->ld * sizeof(double));
-    double *slope = s->trial_value;
+    memcpy(s->step, s->descent, (size_t)s->ld * sizeof(real));
+    real *slope = s->trial_value;
     level_values(s, level, s->step, slope);
-    const double limit = longest_step(s, level, slope, &block), before = half_square(s, level);
-    const double length = line_search(s, level, slope, limit);
+    const real limit = longest_step(s, level, slope, &block), before = half_square(s, level);
+    const real length = line_search(s, level, slope, limit);
     if (block >= 0 && length >= limit) s->side[block] = slope[block] < 0.0 ? -1 : 1;
     if (!(length > 0.0)) return 0;
     make_trial(s, level, length);
@@ -270,9 +270,9 @@ static int breaks_none(const hqp_solver *s, int level) {
 /* Go from x to where the guess ended, with the hard rows that it holds brought exactly to their bounds,
  * unless another one breaks there. */
 static void move_to_guess(hqp_solver *s, int level) {
-    double *const back = s->kept;
-    memcpy(back, s->x, (size_t)s->ld * sizeof(double));
-    memcpy(s->x, s->bundle.x, (size_t)s->ld * sizeof(double));
+    real *const back = s->kept;
+    memcpy(back, s->x, (size_t)s->ld * sizeof(real));
+    memcpy(s->x, s->bundle.x, (size_t)s->ld * sizeof(real));
     s->x_norm = hqp_length(s, s->x);
     level_values(s, level, s->x, s->value);
     memset(s->side, 0, (size_t)s->row0[level + 1]);
@@ -286,7 +286,7 @@ static void move_to_guess(hqp_solver *s, int level) {
         hqp_move_to_trial(s);
         return;
     }
-    memcpy(s->x, back, (size_t)s->ld * sizeof(double));
+    memcpy(s->x, back, (size_t)s->ld * sizeof(real));
     s->x_norm = hqp_length(s, s->x);
     level_values(s, level, s->x, s->value);
 }

@@ -65,7 +65,8 @@ FOLDERS = ("binding", "hqp", "csrc")
 def contents() -> list[tuple[Path, str]]:
     """Files of the checkout, and where they go in the tree."""
     packages = [f"{name}/{file}" for name in ("binding", "hqp") for file in ("*.py", "*.pyi", "py.typed")]
-    parts = [*packages, "csrc/hqp*.c", "csrc/hqp*.h", "csrc/hqp*.hpp", "csrc/qp_module.c", "csrc/build.py"]
+    parts = [*packages, "csrc/hqp*.c", "csrc/hqp*.h", "csrc/hqp*.hpp", "csrc/extended/*.[ch]"]
+    parts += ["csrc/qp_module.c", "csrc/build.py"]
     files = [(path, str(path.relative_to(ROOT))) for part in parts for path in sorted(ROOT.glob(part))]
     return [*files, (ROOT / "LICENSE", "LICENSE"), (ROOT / "docs" / "hqp.md", "README.md")]
 
@@ -97,7 +98,7 @@ def stage(tree: Path, link: bool) -> None:
     for source, place in contents():
         if link and place.startswith(tuple(f"{name}/" for name in FOLDERS)):
             continue
-        (tree / place).parent.mkdir(exist_ok=True)
+        (tree / place).parent.mkdir(parents=True, exist_ok=True)
         shutil.copyfile(source, tree / place)
     (tree / "pyproject.toml").write_text(pyproject(), encoding="utf-8")
     (tree / "setup.py").write_text(SETUP, encoding="utf-8")

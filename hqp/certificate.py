@@ -11,13 +11,13 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from .cone import distance
 from .problem import Array, HqpError, Level, check_levels, check_numbers, check_point, check_tolerance
 
 Mask = NDArray[np.bool_]
 
 ROUNDED = 1e-8
 """A distance that is looked at more closely."""
-REFINEMENTS = 8
 
 
 def slacks(level: Level, x: Array) -> tuple[Array, Array]:
@@ -133,17 +133,14 @@ def _unit(rows: Array) -> Array:
 
 def _distance(gradient: Array, free: Array, cone: Array) -> float:
     """Distance of the gradient from {free^T y + cone^T z: z >= 0}."""
-    rest, rows, rank = gradient, cone, 0
+    rest, rows = gradient, cone
     if len(free):
         _, sizes, right = np.linalg.svd(free, full_matrices=False)
-        rank = int(np.sum(sizes > 1e-9 * sizes[0]))
-        basis = right[:rank]
+        basis = right[: int(np.sum(sizes > 1e-9 * sizes[0]))]
         for _ in range(2):  # of a row a billionth may be left, and once leaves the rounding of all of it
             rest, rows = rest - basis.T @ (basis @ rest), rows - (rows @ basis.T) @ basis
     norms = np.linalg.norm(rows, axis=1)
-    clear = norms > 1e-9
-    rows = rows[clear] / norms[clear, None]
-    held = np.zeros(len(rows), dtype=bool)
+    rows = rows[norms > 1e-9] / norms[norms > 1e-9, None]
     if len(rows):
         try:
             from scipy.optimize import nnls
@@ -152,36 +149,5 @@ def _distance(gradient: Array, free: Array, cone: Array) -> float:
             raise HqpError("certificate", "needs scipy, which is not installed", mend) from error
         z, _ = nnls(rows.T, rest, maxiter=100 * len(rows))
         rest = rest - rows.T @ z
-        held = z > 0.0
-    distance = float(np.linalg.norm(rest))
-    if not distance > ROUNDED or not held.any():
-        return distance
-    return min(distance, _refined(gradient, _independent(free, rank), cone[clear][held]))
-
-
-def _independent(rows: Array, count: int) -> Array:
-    """So many of the rows, as independent as they come."""
-    from scipy.linalg import qr
-
-    if not count:  # not every version of scipy takes an empty matrix
-        return rows[:0]
-    _, order = qr(rows.T, mode="r", pivoting=True)
-    return np.asarray(rows[order[:count]])
-
-
-def _refined(gradient: Array, free: Array, held: Array) -> float:
-    """Distance of the gradient from free^T y + held^T z; infinite where z < 0.
-
-    Multipliers of 1e9 leave the rounding of all they pull at, so it is computed from these rows, with more
-    than double precision where the machine has that.
-    """
-    rows = np.vstack([free, held])
-    exact, multipliers = rows.T.astype(np.longdouble), np.zeros(len(rows), dtype=np.longdouble)
-    rest, least = gradient.astype(np.longdouble), np.inf
-    for _ in range(REFINEMENTS):
-        step, *_ = np.linalg.lstsq(rows.T, rest.astype(np.float64), rcond=0.0)
-        multipliers += step
-        rest = gradient - exact @ multipliers
-        if multipliers[len(free) :].min() >= 0.0:
-            least = min(least, float(np.sqrt(rest @ rest)))
-    return least
+    found = float(np.linalg.norm(rest))
+    return found if found <= ROUNDED else min(found, distance(gradient, free, cone))

@@ -61,7 +61,8 @@ def build(folder):
     if not clang:
         print("fuzz: no clang found; e.g.: sudo apt install clang  (or name one: CLANG=...)", file=sys.stderr)
         raise SystemExit(2)
-    sources = [ROOT / "tests" / "hqp" / "fuzz.c", *sorted((ROOT / "csrc").glob("hqp*.c"))]
+    parts = (path for part in ("hqp*.c", "extended/*.c") for path in sorted((ROOT / "csrc").glob(part)))
+    sources = [ROOT / "tests" / "hqp" / "fuzz.c", *parts]
     program = folder / "fuzz"
     command = [clang, *FLAGS, SANITIZERS, f"-I{ROOT / 'csrc'}", *sources, "-lm", "-o", program]
     done = subprocess.run(command, capture_output=True, text=True, check=False)

@@ -24,7 +24,8 @@ def compile_c(folder, flags, *arguments):
 
 
 def core_objects(folder, flags):
-    compile_c(folder, flags, "-c", *sorted((ROOT / "csrc").glob("hqp*.c")))
+    sources = [*(ROOT / "csrc").glob("hqp*.c"), *(ROOT / "csrc" / "extended").glob("*.c")]
+    compile_c(folder, flags, "-c", *sorted(sources))
     return sorted(folder.glob("*.o"))
 
 

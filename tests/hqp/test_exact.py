@@ -5,7 +5,7 @@ import pytest
 from hapticd.hqp import Level, Solver, Status, solve
 from hapticd.hqp.certificate import certificate, slack_norms
 
-from .test_contacts import DATA, recorded, solver_of
+from .test_contacts import DATA, recorded, solver_of, too_large_for_more_digits
 
 
 def small_ticks(name):
@@ -120,18 +120,60 @@ def test_what_cannot_be_proven_exactly_is_not_looked_for_again():
     assert solution.iterations < 400
 
 
-def test_the_last_level_is_walked_where_it_alone_is_not_proven():
-    """Levels 6 to 8 have a slack; as one, by small weights, they lead to an x at which 1 to 7 are proven."""
+@pytest.mark.parametrize(("name", "last"), [("contact_last", 441.1238), ("contact_undecided", 477.6662)])
+def test_what_doubles_leave_unproven_is_solved_with_more_digits_and_alike_from_any_start(name, last):
+    """Levels 6 to 8 have a slack, and each is held by multipliers of 1e9 and more of those before."""
+    levels = recorded(name)[0]
+    norms = []
+    for scale in (0.0, 1.0, 1000.0):
+        solver = solver_of(levels)
+        solver.start(scale * np.random.default_rng(1).normal(size=solver.n))
+        solution = solver.solve(levels)
+        assert solution.status is Status.SOLVED and solution.levels_done == len(levels)
+        assert certificate(levels, solution.x).max() < 1e-6
+        norms.append(slack_norms(levels, solution.x))
+        again = solver.solve(levels)
+        assert again.status is Status.SOLVED and np.allclose(
+            slack_norms(levels, again.x), norms[-1], rtol=1e-9
+        )
+    assert np.allclose(norms, norms[0], rtol=1e-9, atol=1e-9)
+    assert norms[0][-1] == pytest.approx(last, abs=1e-3)
+
+
+def test_more_digits_keep_to_the_iterations_and_to_the_time_that_are_left():
     levels = recorded("contact_last")[0]
-    solution = solve(levels)
-    assert solution.status is Status.SOLVED and certificate(levels, solution.x).max() < 1e-6
-    assert slack_norms(levels, solution.x)[-1] == pytest.approx(413.8122, abs=1e-3)
+    needed = solve(levels).iterations
+    for most in (needed - 1, needed // 2, 1):
+        cut = solve(levels, max_iterations=most)
+        assert cut.status is Status.ITERATION_CAP and cut.iterations <= most + 1
+        assert np.isfinite(cut.x).all() and cut.levels_done < len(levels)
+    assert solve(levels, time_limit=1e-9).status is Status.TIME_LIMIT
+    assert solve(levels, time_limit=100.0).status is Status.SOLVED
+
+
+def test_what_is_found_with_more_digits_leaves_free_what_no_row_sees():
+    levels = [
+        Level(
+            **{name: np.pad(getattr(level, name), ((0, 0), (0, 2))) for name in "AC"},
+            b=level.b,
+            lb=level.lb,
+            ub=level.ub,
+        )
+        for level in recorded("contact_last")[0]
+    ]
+    solver = solver_of(levels)
+    start = np.zeros(solver.n)
+    start[-2:] = 3.0, -4.0
+    solver.start(start)
+    solution = solver.solve(levels)
+    assert solution.status is Status.SOLVED and not solution.unique
+    assert solution.x[-2:].tolist() == [3.0, -4.0]
 
 
 def test_a_join_by_a_small_weight_leads_to_the_next_answer():
-    """Levels 7 and 8 are proven as one, by 2^-32, and not apart: the second tick begins with that, once the
-    first try has found no better."""
-    ticks = recorded("contact_streak")
+    """Levels 7 and 8 are proven as one, by 2^-32, and by doubles not apart: the second tick begins with that,
+    once the first try has found no better."""
+    ticks = [too_large_for_more_digits(levels) for levels in recorded("contact_streak")]
     solver = solver_of(ticks[0])
     for levels in ticks:
         warm, cold = solver.solve(levels), solve(levels)
