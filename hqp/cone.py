@@ -1,7 +1,7 @@
 """How far a vector is from a cone, with more than double precision where the machine has that.
 
-Multipliers of 1e9 and more leave the rounding of all that they pull at: in doubles a distance of nothing comes
-out as 1e-4.
+Multipliers of 1e9 and more leave the rounding of all that they pull at: in doubles a distance of nothing
+comes out as 1e-4.
 """
 
 import numpy as np
@@ -60,7 +60,7 @@ def _basis(rows: Extended) -> Extended:
 
 
 def _multipliers(rows: Extended, target: Extended) -> Extended:
-    """z of the least |target - rows^T z|, 0 of a row that depends on those before it."""
+    """Those of the least |target - rows^T z|, 0 of a row that depends on those before it."""
     count = len(rows)
     basis, triangle = np.zeros_like(rows), np.zeros((count, count), dtype=np.longdouble)
     for i, row in enumerate(rows):
@@ -100,7 +100,7 @@ def _non_negative(target: Extended, rows: Extended) -> float:
 
 
 def _step(held: list[int], z: Extended, rows: Extended, target: Extended) -> tuple[list[int], Extended]:
-    """Towards the least with these rows held, without those whose multiplier would turn negative on the way."""
+    """Towards the least with these rows held, without those whose multiplier turns negative on the way."""
     while held:
         wanted = _multipliers(rows[held], target)
         if wanted.min() >= 0.0:
