@@ -227,5 +227,5 @@ def check_tolerance(tolerance: object) -> None:
     Raises:
         HqpError: it is no number in [0, 1).
     """
-    if not isinstance(tolerance, Real) or not 0.0 <= tolerance < 1.0:
+    if not isinstance(tolerance, Real) or not 0.0 <= float(tolerance) < 1.0:
         raise HqpError("tolerance", f"is {tolerance!r}", "take one from 0 to less than 1")

@@ -390,7 +390,7 @@ def test_an_x_whose_rounding_hides_a_row_is_not_proven():
 
 
 def test_what_is_not_proven_says_so():
-    """Three levels lean on each other: doubles find no x that is proven, whatever weights they have as one."""
+    """Three levels lean on each other: doubles find no x that is proven, however they are weighted."""
     levels = too_large_for_more_digits(recorded("contact_undecided")[0])
     solution = solve(levels, max_iterations=100_000)
     assert solution.status is Status.NOT_PROVEN
