@@ -2,6 +2,11 @@
 #ifndef HQP_NAMES_H
 #define HQP_NAMES_H
 
+/* A tenth slower and half the size. */
+#if defined __GNUC__ && !defined __clang__
+#pragma GCC optimize("Os")
+#endif
+
 #define HQP_EXTENDED
 #define hqp_solver hqp_extended
 #define hqp_any_joined hqp_extended_any_joined
