@@ -20,7 +20,7 @@ static void go_to(hqp_solver *s, const double *x, int rank) {
 }
 
 /* Solve from where the solver is, with the iterations that are left. What is not proven changes nothing but,
- * if it was cut short, the status, which is that of the search so far. */
+ * if it was cut short and nothing was proven before, the status, which is that of the search so far. */
 hqp_status hqp_try_extended(hqp_solver *s, hqp_status status) {
     const int left = s->settings.max_iterations - s->iterations;
     const double seconds = time_left(s);
@@ -33,7 +33,6 @@ hqp_status hqp_try_extended(hqp_solver *s, hqp_status status) {
     s->iterations += info.iterations;
     s->is_late = found == HQP_TIME_LIMIT;
     if (found == HQP_SOLVED) go_to(s, x, info.rank);
-    return found == HQP_SOLVED                        ? found
-           : found == HQP_ITERATION_CAP || s->is_late ? HQP_ITERATION_CAP
-                                                      : status;
+    if (found == HQP_SOLVED || status == HQP_SOLVED) return HQP_SOLVED;
+    return found == HQP_ITERATION_CAP || s->is_late ? HQP_ITERATION_CAP : status;
 }

@@ -155,11 +155,12 @@ struct hqp_solver {
     struct {
         hqp_place at;
         int any;
-    } close;      /* the best x of the first try that it could not prove, and its guesses */
-    real hardest; /* the largest multiplier of the last level, times the norm of its row */
-    int softened; /* x was found with two levels as one */
-    int softest;  /* how many levels as one led to a proof the last time; 0: not so many */
-    real *path;   /* [levels + 1][ld] x at the start of each level of a sweep */
+    } close;          /* the best x of the first try that it could not prove, and its guesses */
+    real hardest;     /* the largest multiplier of the last level, times the norm of its row */
+    int softened;     /* x was found with two levels as one */
+    int sees_faintly; /* a direction was fixed by a row that hardly sees it */
+    int softest;      /* how many levels as one led to a proof the last time; 0: not so many */
+    real *path;       /* [levels + 1][ld] x at the start of each level of a sweep */
     real x_norm, trial_norm;
     int iterations, iteration_limit;
     int levels_done;

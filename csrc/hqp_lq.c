@@ -10,6 +10,7 @@
 
 /* of a row's norm: with less left of it, it waits */
 static const real LITTLE = 0.03, NEXT_TO_NOTHING = 1e-6;
+static const real FAINT = 1e-4; /* the same: a direction that is hardly seen */
 
 /* row -= (row . v) v */
 static void reflect_row(const hqp_solver *s, int k, real *row) {
@@ -244,6 +245,7 @@ int hqp_lq(hqp_solver *s, hqp_rows rows, const int *ids, int *order, int count) 
             if (rows.last[r] <= s->top) continue;
             const real left = length_left(row, s->top, rows.last[r]);
             if (!(left > least[pass] * s->norm[ids[r]])) continue;
+            if (left < FAINT * s->norm[ids[r]]) s->sees_faintly = 1;
             make_reflector(s, row, rows.last[r], left);
             order[i] = order[rank];
             order[rank++] = r;

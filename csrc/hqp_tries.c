@@ -12,6 +12,7 @@ static const real FINER = 10.0;                      /* that over this: the next
 enum { ATTEMPTS = 3 };                               /* walks of the levels that are not proven */
 static const real HARD = 1e6;    /* times 1 + slack: a multiplier for which others should give way */
 static const real MISSED = 1e-5; /* times norm of row (1 + |x|): more than a small weight leaves or takes */
+static const real FAINT = 1e-12; /* the same: more than rounding */
 static const real FAR = 1e-9;    /* rounding times |x| that may be seen in a slack */
 static const real CLOSER = 0.1;  /* times rounding, which rows are minded by where such an x is put right */
 enum { USUAL = 16, LEAST_USUAL = 128 }; /* times n, and at least: iterations that nearly all do with */
@@ -457,6 +458,19 @@ static hqp_status try_close(hqp_solver *s) {
     return is_proven_fitted(s) ? weigh_joins(s, HQP_SOLVED) : HQP_NOT_PROVEN;
 }
 
+/* A level is missed by more than rounding and by less than is clear: along a direction that it hardly sees
+ * its gradient is none although it could be met. */
+static int is_faintly_missed(const hqp_solver *s) {
+    for (int p = 0; p < s->levels && s->sees_faintly; p++) {
+        real most = 0.0;
+        for (int i = s->first_row[p]; i < s->first_row[p + 1]; i++) {
+            if (s->kind[i] != HQP_IDLE) most = fmax(most, fabs(s->lacking[i]) / s->norm[i]);
+        }
+        if (most > FAINT * (1.0 + s->x_norm) && most <= MISSED * (1.0 + s->x_norm)) return 1;
+    }
+    return 0;
+}
+
 /*
  * Only what is proven is solved, and exactly if that can be done: of several answers that are proven less
  * well the start decides. What is not proven is tried with more digits. Where there are no more, rows at a
@@ -475,8 +489,10 @@ hqp_status hqp_solve_from(hqp_solver *s, int first) {
     keep_start(s);
     hqp_take_up(s, s->before.joined, 0);
     if (s->resumable < first) first = 0;
+    if (first == 0) s->sees_faintly = 0;
     hqp_status status = try_exact(s, first);
-    if (status != HQP_SOLVED) status = try_close(s) == HQP_SOLVED ? HQP_SOLVED : hqp_try_extended(s, status);
+    if (status != HQP_SOLVED && try_close(s) == HQP_SOLVED) status = HQP_SOLVED;
+    if (status != HQP_SOLVED || is_faintly_missed(s)) status = hqp_try_extended(s, status);
     const int last = s->extended ? -1 : s->before.warm ? 3 : 2;
     for (int attempt = 0; attempt <= last; attempt++) {
         const int is_spent = attempt > 0 || s->is_late || s->iterations >= s->settings.max_iterations;

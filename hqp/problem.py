@@ -30,6 +30,7 @@ class HqpError(Exception):
 
 PARTS = {"A": 2, "b": 1, "C": 2, "lb": 1, "ub": 1, "weights": 1}
 """The arrays of a level and their numbers of dimensions."""
+NO_BOUND = {"lb": -np.inf, "ub": np.inf}
 
 
 def _absent() -> Array:
@@ -207,7 +208,7 @@ def check_point(x: object, n: int, finite: bool = True) -> None:
 
 
 def check_numbers(levels: Sequence[Level]) -> None:
-    """Check what a solver would refuse: numbers that are not finite, but for bounds that are none.
+    """Check what a solver would refuse: numbers that are not finite, but for -inf as lb and inf as ub.
 
     Raises:
         HqpError: such a number.
@@ -215,9 +216,9 @@ def check_numbers(levels: Sequence[Level]) -> None:
     for p, level in enumerate(levels):
         for name in PARTS:
             array = getattr(level, name)
-            is_bound = name in ("lb", "ub")
-            if np.isnan(array).any() if is_bound else not np.isfinite(array).all():
-                problem = "has an entry that is NaN" if is_bound else "has an entry that is not finite"
+            is_good = np.isfinite(array) | (array == NO_BOUND.get(name))
+            if not is_good.all():
+                problem = f"has the entry {array[~is_good].flat[0]}"
                 raise HqpError(f"{name} of level {p}", problem, "look where it comes from")
 
 

@@ -151,6 +151,30 @@ def test_more_digits_keep_to_the_iterations_and_to_the_time_that_are_left():
     assert solve(levels, time_limit=100.0).status is Status.SOLVED
 
 
+def test_a_level_that_hardly_sees_a_direction_is_met_where_it_can_be_whatever_the_start():
+    """Level 2 sees one direction by 3e-7, along which x = (-3, -2, -3, 2, 0) meets all: fitted at its other
+    bound its range leaves 7e-7 of its equations, and 2.7 of level 3, and no gradient to speak of."""
+    tiny = 2.0**-17
+    near = [
+        [2 * tiny, -2 - tiny, -1 - tiny, tiny, 2 * tiny],
+        [-2.0, 0, 0, 4, 0],
+        [-4 * tiny, -10 + 4 * tiny, -3 + 4 * tiny, 0, -2 - 4 * tiny],
+    ]
+    met = np.array([-3.0, -2, -3, 2, 0])
+    rows = np.array([[0.0, 2, 1, 0, 0], [0, 2, 0, 0, 1]]), np.array(near), np.array([[0.0, 0, -2, 0, -4]])
+    between = {"C": np.array([[3.0, 0, -1, 0, -4]]), "lb": np.array([-9.0]), "ub": np.array([-6.0])}
+    levels = [
+        Level(A=rows[0], b=rows[0] @ met),
+        Level(A=rows[1], b=rows[1] @ met, **between),
+        Level(A=rows[2], b=rows[2] @ met),
+    ]
+    solver = solver_of(levels)
+    for seed in range(40):
+        solver.start(3.0 * np.random.default_rng(seed).normal(size=5))
+        solution = solver.solve(levels)
+        assert solution.status is Status.SOLVED and slack_norms(levels, solution.x).max() < 1e-6, seed
+
+
 def test_what_is_found_with_more_digits_leaves_free_what_no_row_sees():
     levels = [
         Level(

@@ -399,8 +399,15 @@ def certified(levels, x, level, tolerance=1e-9):
 @pytest.mark.parametrize(
     ("levels", "says"),
     [
-        ([wish(1.0, np.nan), wish(0.0, 0.0)], "b of level 0 has an entry that is not finite"),
-        ([wish(1.0, 2.0), Level(lb=np.array([0.0, np.nan]), ub=np.ones(2))], "lb of level 1 has an entry"),
+        ([wish(1.0, np.nan), wish(0.0, 0.0)], "b of level 0 has the entry nan"),
+        (
+            [wish(1.0, 2.0), Level(lb=np.array([0.0, np.nan]), ub=np.ones(2))],
+            "lb of level 1 has the entry nan",
+        ),
+        (
+            [wish(1.0, 2.0), Level(lb=np.array([0.0, np.inf]), ub=np.ones(2))],
+            "lb of level 1 has the entry inf",
+        ),
         ([wish(1.0, 2.0), wish(1.0, 2.0, 3.0)], "levels have 2 and 3 columns"),
     ],
 )
