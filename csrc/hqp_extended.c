@@ -1,9 +1,11 @@
 /* What the rounding of doubles leaves unproven is solved with more digits, and x rounded. */
 #include "hqp_internal.h"
 
-/* Seconds that are left, or 0 where no limit is set. */
+/* Seconds that are left, negative where none are, or 0 where no limit is set. */
 static double time_left(const hqp_solver *s) {
-    return s->settings.time_limit > 0.0 ? s->settings.time_limit - (hqp_now() - s->began) : 0.0;
+    if (!(s->settings.time_limit > 0.0)) return 0.0;
+    const double left = s->settings.time_limit - (hqp_now() - s->began);
+    return left > 0.0 ? left : -1.0;
 }
 
 /* Go to what was found with more digits. */
