@@ -192,18 +192,13 @@ static int settings_fit(const hqp_settings *t) {
            t->rounding > 0.0 && t->rounding < 1.0 && t->max_iterations >= 0 && t->time_limit >= 0.0;
 }
 
-/* The solver, with one of more digits for what doubles leave unproven; NULL where memory is short. */
+/* The solver, with one of more digits for what these leave unproven; NULL where memory is short. */
 static hqp_solver *extend(hqp_solver *s, const hqp_dims *dims, const hqp_settings *settings) {
-#ifndef HQP_EXTENDED
     if (!HQP_HAS_EXTENDED || s->total * s->ld > MAX_EXTENDED) return s;
     s->extended = hqp_extended_create(dims, settings);
     if (s->extended) return s;
     free(s);
     return NULL;
-#else
-    (void)dims, (void)settings;
-    return s;
-#endif
 }
 
 hqp_solver *hqp_create(const hqp_dims *dims, const hqp_settings *settings) {
@@ -211,9 +206,9 @@ hqp_solver *hqp_create(const hqp_dims *dims, const hqp_settings *settings) {
     if (!settings) settings = &defaults;
     if (!dims_fit(dims) || !settings_fit(settings)) return NULL;
     hqp_solver shape = {.n = dims->n, .levels = dims->levels, .ld = hqp_ceil4(dims->n)};
-    shape.settings.feasibility = HQP_FINER * settings->feasibility;
+    shape.settings.feasibility = HQP_FINENESS * settings->feasibility;
     shape.settings.rank = settings->rank;
-    shape.settings.rounding = HQP_FINER * settings->rounding;
+    shape.settings.rounding = HQP_FINENESS * settings->rounding;
     shape.settings.max_iterations = settings->max_iterations;
     shape.settings.time_limit = settings->time_limit;
     const int shares = SHARES * hqp_usual(shape.n);
@@ -251,9 +246,7 @@ hqp_solver *hqp_create(const hqp_dims *dims, const hqp_settings *settings) {
 }
 
 void hqp_destroy(hqp_solver *s) {
-#ifndef HQP_EXTENDED
     if (s && s->extended) hqp_extended_destroy(s->extended);
-#endif
     free(s);
 }
 

@@ -10,7 +10,12 @@
 
 #include "hqp.h"
 
+/* Whether there are more digits than these. */
+#ifdef HQP_EXTENDED
+enum { HQP_HAS_EXTENDED = 0 };
+#else
 enum { HQP_HAS_EXTENDED = LDBL_MANT_DIG == 64 };
+#endif
 
 typedef struct hqp_extended hqp_extended;
 
@@ -19,7 +24,8 @@ hqp_extended *hqp_extended_create(const hqp_dims *dims, const hqp_settings *sett
 hqp_status hqp_extended_solve(hqp_extended *e, const hqp_level *levels, double *x, hqp_info *info);
 void hqp_extended_destroy(hqp_extended *e);
 
-/* extended/place.c: limits of the next solve, and where it begins; the working sets where it ended. */
+/* extended/extended_place.c: limits of the next solve, and where it begins; the working sets where it ended.
+ */
 void hqp_extended_limit(hqp_extended *e, int max_iterations, double time_limit);
 void hqp_extended_begin(hqp_extended *e, const double *x, const signed char *side,
                         const signed char *held_side, const short *held_at);

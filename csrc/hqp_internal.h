@@ -17,10 +17,10 @@ typedef struct hqp_rows {
     int *last;
 } hqp_rows;
 
-/* Levels are not joined (again) in this solve: it would cost one too much, or no proof is found for both. */
 enum { HQP_MOST_LEVELS = 256, HQP_MOST_VARIABLES = 1024 };
-static const real HQP_FINER = HQP_EPSILON / DBL_EPSILON;          /* than doubles are numbers by so much */
-static const real HQP_UNIT = 1.1e-16 * HQP_EPSILON / DBL_EPSILON; /* the rounding of a number */
+#define HQP_FINENESS (HQP_EPSILON / DBL_EPSILON)     /* 1 of doubles, 2^-11 of 64 bits */
+static const real HQP_UNIT = 1.1e-16 * HQP_FINENESS; /* the rounding of a number */
+/* Levels are not joined (again) in this solve: it would cost one too much, or no proof is found for both. */
 enum { PARTED = 1, UNPROVEN = 2 };
 
 /* A row that cannot act (all zero, or no bound), an equality (lb == ub), or a range. */

@@ -1,4 +1,4 @@
-/* Products and sums of rows of doubles, four lanes at a time: the order of every sum is fixed by the source,
+/* Products and sums of rows of numbers, four lanes at a time: the order of every sum is fixed by the source,
  * not by the machine. */
 #ifndef HQP_LANES_H
 #define HQP_LANES_H

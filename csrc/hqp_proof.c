@@ -37,7 +37,8 @@ static const real SETTLED = 0.5, SETTLED_IF_JOINED = 2.0;
 static const real CERTAIN = 1e8;
 /* times that, by projection: what may be left of the gradient of a level, in the first try and then, and of
  * the last one, with more digits and without */
-static const real PROJECTED_EXACT = 3.0, PROJECTED = 10.0, PROJECTED_LAST = HQP_FINER < 1.0 ? 100.0 : 300.0;
+static const real PROJECTED_EXACT = 3.0, PROJECTED = 10.0,
+                  PROJECTED_LAST = HQP_FINENESS < 1.0 ? 100.0 : 300.0;
 /* times (1 + |value|): rounding of a row that hides its value */
 static const real BLURRED = 1e-3;
 /* To confirm a proof: times what may be left of a gradient otherwise; rows at a smaller angle are one row. */

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from .cone import distance
+from .cone import INDEPENDENT, distance
 from .problem import Array, HqpError, Level, check_levels, check_numbers, check_point, check_tolerance
 
 Mask = NDArray[np.bool_]
@@ -136,11 +136,12 @@ def _distance(gradient: Array, free: Array, cone: Array) -> float:
     rest, rows = gradient, cone
     if len(free):
         _, sizes, right = np.linalg.svd(free, full_matrices=False)
-        basis = right[: int(np.sum(sizes > 1e-9 * sizes[0]))]
+        basis = right[: int(np.sum(sizes > INDEPENDENT * sizes[0]))]
         for _ in range(2):  # of a row a billionth may be left, and once leaves the rounding of all of it
             rest, rows = rest - basis.T @ (basis @ rest), rows - (rows @ basis.T) @ basis
     norms = np.linalg.norm(rows, axis=1)
-    rows = rows[norms > 1e-9] / norms[norms > 1e-9, None]
+    clear = norms > INDEPENDENT
+    rows = rows[clear] / norms[clear, None]
     if len(rows):
         try:
             from scipy.optimize import nnls
