@@ -183,11 +183,10 @@ static real to_t_space(const hqp_solver *s, int id, int side, real *row) {
 
 /* along[0 .. 4) = four lines of `rows` . a over [0, to) */
 static void dot_four(const hqp_solver *s, const real *rows, const real *a, int to, real *along) {
-    hqp_four sum[4] = {hqp_no_four(), hqp_no_four(), hqp_no_four(), hqp_no_four()};
-    for (int j = 0; j < to; j += 4) {
-        const hqp_four aj = hqp_load_four(a + j);
-        for (int i = 0; i < 4; i++)
-            sum[i] = hqp_with_product(sum[i], hqp_load_four(rows + i * s->ld + j), aj);
+    hqp_lanes sum[4] = {hqp_no_lanes(), hqp_no_lanes(), hqp_no_lanes(), hqp_no_lanes()};
+    for (int j = 0; j < to; j += HQP_LANES) {
+        const hqp_lanes aj = hqp_load(a + j);
+        for (int i = 0; i < 4; i++) sum[i] = hqp_with_product(sum[i], hqp_load(rows + i * s->ld + j), aj);
     }
     for (int i = 0; i < 4; i++) along[i] = hqp_total(sum[i]);
 }
@@ -195,12 +194,12 @@ static void dot_four(const hqp_solver *s, const real *rows, const real *a, int t
 /* a -= along[0 .. 4) . four lines of `rows` */
 static void take_four(const hqp_solver *s, real *a, const real *along, const real *rows, int to) {
     const real *const second = rows + s->ld, *const third = second + s->ld, *const fourth = third + s->ld;
-    for (int j = 0; j < to; j += 4) {
-        const hqp_four left = hqp_plus(hqp_scaled(along[0], hqp_load_four(rows + j)),
-                                       hqp_scaled(along[1], hqp_load_four(second + j)));
-        const hqp_four right = hqp_plus(hqp_scaled(along[2], hqp_load_four(third + j)),
-                                        hqp_scaled(along[3], hqp_load_four(fourth + j)));
-        hqp_store_four(a + j, hqp_minus(hqp_load_four(a + j), hqp_plus(left, right)));
+    for (int j = 0; j < to; j += HQP_LANES) {
+        const hqp_lanes left =
+            hqp_plus(hqp_scaled(along[0], hqp_load(rows + j)), hqp_scaled(along[1], hqp_load(second + j)));
+        const hqp_lanes right =
+            hqp_plus(hqp_scaled(along[2], hqp_load(third + j)), hqp_scaled(along[3], hqp_load(fourth + j)));
+        hqp_store(a + j, hqp_minus(hqp_load(a + j), hqp_plus(left, right)));
     }
 }
 

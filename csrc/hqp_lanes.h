@@ -13,139 +13,134 @@ typedef double real;
 #define HQP_EPSILON DBL_EPSILON
 #endif
 
-/* With AVX2 one vector, else two pairs, which each x86-64 and ARM64 has; of more digits there are no vectors.
- */
+/* With AVX2 one vector, else two pairs, which each x86-64 and ARM64 has. Of more digits there are no vectors:
+ * one lane leaves the sums of four rows in the eight registers. */
 #ifdef HQP_EXTENDED
-typedef struct hqp_four {
-    real a, b, c, d;
-} hqp_four;
-enum { HQP_ROWS_AT_ONCE = 1 };
+typedef real hqp_lanes;
+enum { HQP_LANES = 1, HQP_ROWS_AT_ONCE = 1 };
 
-static inline hqp_four hqp_no_four(void) {
-    return (hqp_four){0.0, 0.0, 0.0, 0.0};
+static inline hqp_lanes hqp_no_lanes(void) {
+    return 0.0;
 }
-static inline hqp_four hqp_load_four(const real *a) {
-    return (hqp_four){a[0], a[1], a[2], a[3]};
+static inline hqp_lanes hqp_load(const real *a) {
+    return *a;
 }
-static inline void hqp_store_four(real *a, hqp_four b) {
-    a[0] = b.a;
-    a[1] = b.b;
-    a[2] = b.c;
-    a[3] = b.d;
+static inline void hqp_store(real *a, hqp_lanes b) {
+    *a = b;
 }
-static inline hqp_four hqp_plus(hqp_four a, hqp_four b) {
-    return (hqp_four){a.a + b.a, a.b + b.b, a.c + b.c, a.d + b.d};
-}
-static inline hqp_four hqp_minus(hqp_four a, hqp_four b) {
-    return (hqp_four){a.a - b.a, a.b - b.b, a.c - b.c, a.d - b.d};
-}
-static inline hqp_four hqp_product(hqp_four a, hqp_four b) {
-    return (hqp_four){a.a * b.a, a.b * b.b, a.c * b.c, a.d * b.d};
-}
-static inline hqp_four hqp_scaled(real t, hqp_four a) {
-    return (hqp_four){t * a.a, t * a.b, t * a.c, t * a.d};
-}
-static inline real hqp_total(hqp_four a) {
-    return (a.a + a.b) + (a.c + a.d);
-}
-#elif defined __AVX2__
-typedef real hqp_four __attribute__((vector_size(32), may_alias));
-enum { HQP_ROWS_AT_ONCE = 2 };
-
-static inline hqp_four hqp_no_four(void) {
-    return (hqp_four){0.0, 0.0, 0.0, 0.0};
-}
-static inline hqp_four hqp_load_four(const real *a) {
-    return *(const hqp_four *)a;
-}
-static inline void hqp_store_four(real *a, hqp_four b) {
-    *(hqp_four *)a = b;
-}
-static inline hqp_four hqp_plus(hqp_four a, hqp_four b) {
+static inline hqp_lanes hqp_plus(hqp_lanes a, hqp_lanes b) {
     return a + b;
 }
-static inline hqp_four hqp_minus(hqp_four a, hqp_four b) {
+static inline hqp_lanes hqp_minus(hqp_lanes a, hqp_lanes b) {
     return a - b;
 }
-static inline hqp_four hqp_product(hqp_four a, hqp_four b) {
+static inline hqp_lanes hqp_product(hqp_lanes a, hqp_lanes b) {
     return a * b;
 }
-static inline hqp_four hqp_scaled(real t, hqp_four a) {
+static inline hqp_lanes hqp_scaled(real t, hqp_lanes a) {
     return t * a;
 }
-static inline real hqp_total(hqp_four a) {
+static inline real hqp_total(hqp_lanes a) {
+    return a;
+}
+#elif defined __AVX2__
+typedef real hqp_lanes __attribute__((vector_size(32), may_alias));
+enum { HQP_LANES = 4, HQP_ROWS_AT_ONCE = 2 };
+
+static inline hqp_lanes hqp_no_lanes(void) {
+    return (hqp_lanes){0.0, 0.0, 0.0, 0.0};
+}
+static inline hqp_lanes hqp_load(const real *a) {
+    return *(const hqp_lanes *)a;
+}
+static inline void hqp_store(real *a, hqp_lanes b) {
+    *(hqp_lanes *)a = b;
+}
+static inline hqp_lanes hqp_plus(hqp_lanes a, hqp_lanes b) {
+    return a + b;
+}
+static inline hqp_lanes hqp_minus(hqp_lanes a, hqp_lanes b) {
+    return a - b;
+}
+static inline hqp_lanes hqp_product(hqp_lanes a, hqp_lanes b) {
+    return a * b;
+}
+static inline hqp_lanes hqp_scaled(real t, hqp_lanes a) {
+    return t * a;
+}
+static inline real hqp_total(hqp_lanes a) {
     return (a[0] + a[1]) + (a[2] + a[3]);
 }
 #else
 typedef real hqp_pair __attribute__((vector_size(16), may_alias));
-typedef struct hqp_four {
+typedef struct hqp_lanes {
     hqp_pair low, high;
-} hqp_four;
-enum { HQP_ROWS_AT_ONCE = 1 }; /* for two there are too few registers */
+} hqp_lanes;
+enum { HQP_LANES = 4, HQP_ROWS_AT_ONCE = 1 }; /* for two there are too few registers */
 
-static inline hqp_four hqp_no_four(void) {
-    return (hqp_four){{0.0, 0.0}, {0.0, 0.0}};
+static inline hqp_lanes hqp_no_lanes(void) {
+    return (hqp_lanes){{0.0, 0.0}, {0.0, 0.0}};
 }
-static inline hqp_four hqp_load_four(const real *a) {
-    return (hqp_four){*(const hqp_pair *)a, *(const hqp_pair *)(a + 2)};
+static inline hqp_lanes hqp_load(const real *a) {
+    return (hqp_lanes){*(const hqp_pair *)a, *(const hqp_pair *)(a + 2)};
 }
-static inline void hqp_store_four(real *a, hqp_four b) {
+static inline void hqp_store(real *a, hqp_lanes b) {
     *(hqp_pair *)a = b.low;
     *(hqp_pair *)(a + 2) = b.high;
 }
-static inline hqp_four hqp_plus(hqp_four a, hqp_four b) {
-    return (hqp_four){a.low + b.low, a.high + b.high};
+static inline hqp_lanes hqp_plus(hqp_lanes a, hqp_lanes b) {
+    return (hqp_lanes){a.low + b.low, a.high + b.high};
 }
-static inline hqp_four hqp_minus(hqp_four a, hqp_four b) {
-    return (hqp_four){a.low - b.low, a.high - b.high};
+static inline hqp_lanes hqp_minus(hqp_lanes a, hqp_lanes b) {
+    return (hqp_lanes){a.low - b.low, a.high - b.high};
 }
-static inline hqp_four hqp_product(hqp_four a, hqp_four b) {
-    return (hqp_four){a.low * b.low, a.high * b.high};
+static inline hqp_lanes hqp_product(hqp_lanes a, hqp_lanes b) {
+    return (hqp_lanes){a.low * b.low, a.high * b.high};
 }
-static inline hqp_four hqp_scaled(real t, hqp_four a) {
-    return (hqp_four){t * a.low, t * a.high};
+static inline hqp_lanes hqp_scaled(real t, hqp_lanes a) {
+    return (hqp_lanes){t * a.low, t * a.high};
 }
-static inline real hqp_total(hqp_four a) {
+static inline real hqp_total(hqp_lanes a) {
     return (a.low[0] + a.low[1]) + (a.high[0] + a.high[1]);
 }
 #endif
 
 /* sum + a b */
-static inline hqp_four hqp_with_product(hqp_four sum, hqp_four a, hqp_four b) {
+static inline hqp_lanes hqp_with_product(hqp_lanes sum, hqp_lanes a, hqp_lanes b) {
     return hqp_plus(sum, hqp_product(a, b));
 }
 
 /* sum a_i b_i over [from, to), multiples of 4, aligned */
 static inline real hqp_dot(const real *a, const real *b, int from, int to) {
-    hqp_four sum = hqp_no_four(), next = sum;
+    hqp_lanes sum = hqp_no_lanes(), next = sum;
     int i = from;
-    for (; i + 8 <= to; i += 8) {
-        sum = hqp_with_product(sum, hqp_load_four(a + i), hqp_load_four(b + i));
-        next = hqp_with_product(next, hqp_load_four(a + i + 4), hqp_load_four(b + i + 4));
+    for (; i + 2 * HQP_LANES <= to; i += 2 * HQP_LANES) {
+        sum = hqp_with_product(sum, hqp_load(a + i), hqp_load(b + i));
+        next = hqp_with_product(next, hqp_load(a + i + HQP_LANES), hqp_load(b + i + HQP_LANES));
     }
-    if (i < to) sum = hqp_with_product(sum, hqp_load_four(a + i), hqp_load_four(b + i));
+    if (i < to) sum = hqp_with_product(sum, hqp_load(a + i), hqp_load(b + i));
     return hqp_total(hqp_plus(sum, next));
 }
 
 /* a += t b over [from, to), multiples of 4, aligned */
 static inline void hqp_axpy(real *a, real t, const real *b, int from, int to) {
-    for (int i = from; i < to; i += 4)
-        hqp_store_four(a + i, hqp_plus(hqp_load_four(a + i), hqp_scaled(t, hqp_load_four(b + i))));
+    for (int i = from; i < to; i += HQP_LANES)
+        hqp_store(a + i, hqp_plus(hqp_load(a + i), hqp_scaled(t, hqp_load(b + i))));
 }
 
 /* row -= (row . v) v over [from, to) for four rows at once: the loads of v are shared and the sums do not
  * wait for each other */
 static inline void hqp_reflect_four(real *const rows[4], const real *v, int from, int to) {
-    hqp_four sum[4] = {hqp_no_four(), hqp_no_four(), hqp_no_four(), hqp_no_four()};
-    for (int i = from; i < to; i += 4) {
-        const hqp_four vi = hqp_load_four(v + i);
-        for (int r = 0; r < 4; r++) sum[r] = hqp_with_product(sum[r], hqp_load_four(rows[r] + i), vi);
+    hqp_lanes sum[4] = {hqp_no_lanes(), hqp_no_lanes(), hqp_no_lanes(), hqp_no_lanes()};
+    for (int i = from; i < to; i += HQP_LANES) {
+        const hqp_lanes vi = hqp_load(v + i);
+        for (int r = 0; r < 4; r++) sum[r] = hqp_with_product(sum[r], hqp_load(rows[r] + i), vi);
     }
     const real t[4] = {hqp_total(sum[0]), hqp_total(sum[1]), hqp_total(sum[2]), hqp_total(sum[3])};
-    for (int i = from; i < to; i += 4) {
-        const hqp_four vi = hqp_load_four(v + i);
+    for (int i = from; i < to; i += HQP_LANES) {
+        const hqp_lanes vi = hqp_load(v + i);
         for (int r = 0; r < 4; r++)
-            hqp_store_four(rows[r] + i, hqp_minus(hqp_load_four(rows[r] + i), hqp_scaled(t[r], vi)));
+            hqp_store(rows[r] + i, hqp_minus(hqp_load(rows[r] + i), hqp_scaled(t[r], vi)));
     }
 }
 

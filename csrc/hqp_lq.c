@@ -51,16 +51,16 @@ static inline void reflect_by_four(const hqp_solver *s, int k, int back, real *c
     const real *const v = hqp_row(s, s->reflector, k), *const w = v + s->ld, *const y = w + s->ld,
                       *const z = y + s->ld;
     const real *const of_w = s->cross + 4 * (k + 1), *const of_y = of_w + 4, *const of_z = of_y + 4;
-    hqp_four sum[HQP_ROWS_AT_ONCE][4];
+    hqp_lanes sum[HQP_ROWS_AT_ONCE][4];
     real t[HQP_ROWS_AT_ONCE][4];
     for (int r = 0; r < count; r++) {
-        for (int j = 0; j < 4; j++) sum[r][j] = hqp_no_four();
+        for (int j = 0; j < 4; j++) sum[r][j] = hqp_no_lanes();
     }
-    for (int i = from; i < to; i += 4) {
-        const hqp_four vi = hqp_load_four(v + i), wi = hqp_load_four(w + i);
-        const hqp_four yi = hqp_load_four(y + i), zi = hqp_load_four(z + i);
+    for (int i = from; i < to; i += HQP_LANES) {
+        const hqp_lanes vi = hqp_load(v + i), wi = hqp_load(w + i);
+        const hqp_lanes yi = hqp_load(y + i), zi = hqp_load(z + i);
         for (int r = 0; r < count; r++) {
-            const hqp_four a = hqp_load_four(rows[r] + i);
+            const hqp_lanes a = hqp_load(rows[r] + i);
             sum[r][0] = hqp_with_product(sum[r][0], a, vi);
             sum[r][1] = hqp_with_product(sum[r][1], a, wi);
             sum[r][2] = hqp_with_product(sum[r][2], a, yi);
@@ -80,14 +80,14 @@ static inline void reflect_by_four(const hqp_solver *s, int k, int back, real *c
             in[3] -= in[0] * of_z[0] + in[1] * of_z[1] + in[2] * of_z[2];
         }
     }
-    for (int i = from; i < to; i += 4) {
-        const hqp_four vi = hqp_load_four(v + i), wi = hqp_load_four(w + i);
-        const hqp_four yi = hqp_load_four(y + i), zi = hqp_load_four(z + i);
+    for (int i = from; i < to; i += HQP_LANES) {
+        const hqp_lanes vi = hqp_load(v + i), wi = hqp_load(w + i);
+        const hqp_lanes yi = hqp_load(y + i), zi = hqp_load(z + i);
         for (int r = 0; r < count; r++) {
             const real *const in = t[r];
-            const hqp_four left = hqp_plus(hqp_scaled(in[0], vi), hqp_scaled(in[1], wi));
-            const hqp_four right = hqp_plus(hqp_scaled(in[2], yi), hqp_scaled(in[3], zi));
-            hqp_store_four(rows[r] + i, hqp_minus(hqp_load_four(rows[r] + i), hqp_plus(left, right)));
+            const hqp_lanes left = hqp_plus(hqp_scaled(in[0], vi), hqp_scaled(in[1], wi));
+            const hqp_lanes right = hqp_plus(hqp_scaled(in[2], yi), hqp_scaled(in[3], zi));
+            hqp_store(rows[r] + i, hqp_minus(hqp_load(rows[r] + i), hqp_plus(left, right)));
         }
     }
 }

@@ -473,10 +473,11 @@ static int is_faintly_missed(const hqp_solver *s) {
 
 /*
  * Only what is proven is solved, and exactly if that can be done: of several answers that are proven less
- * well the start decides. What is not proven is tried with more digits. Where there are no more, rows at a
- * tiny angle may be one row but for the rounding of the data, which decides everything then: all is tried
- * from cold with other ideas of rank, first a finer one, and at last with the first. The one that led to a
- * proof is kept.
+ * well the start decides. What is not proven is tried with more digits, where that is not looked for first:
+ * it takes as long again, and as many answers depend on the start. Where there are no more, rows at a tiny
+ * angle may be one row but for the rounding of the data, which decides everything then: all is tried from
+ * cold with other ideas of rank, first a finer one, and at last with the first. The one that led to a proof
+ * is kept.
  */
 hqp_status hqp_solve_from(hqp_solver *s, int first) {
     const real rank = s->settings.rank, asked = s->rank_asked;
@@ -490,7 +491,7 @@ hqp_status hqp_solve_from(hqp_solver *s, int first) {
     hqp_take_up(s, s->before.joined, 0);
     if (s->resumable < first) first = 0;
     if (first == 0) s->sees_faintly = 0;
-    hqp_status status = try_exact(s, first);
+    hqp_status status = HQP_FINENESS < 1.0 ? HQP_NOT_PROVEN : try_exact(s, first);
     if (status != HQP_SOLVED && try_close(s) == HQP_SOLVED) status = HQP_SOLVED;
     if (status != HQP_SOLVED || is_faintly_missed(s)) status = hqp_try_extended(s, status);
     const int last = s->extended ? -1 : s->before.warm ? 3 : 2;

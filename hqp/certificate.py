@@ -74,8 +74,8 @@ def certificate(levels: Sequence[Level], x: Array, tolerance: float = 1e-9) -> A
         (levels,), 0 where the level is proven minimal.
 
     Raises:
-        HqpError: there are no levels, a number in them or in x is not finite, the tolerance is not in [0, 1),
-            or scipy is not installed.
+        HqpError: there are no levels, a solver would refuse a number in them, one of x is not finite, the
+            tolerance is not in [0, 1), or scipy is not installed.
     """
     check_levels(levels)
     check_numbers(levels)

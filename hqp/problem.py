@@ -31,6 +31,8 @@ class HqpError(Exception):
 PARTS = {"A": 2, "b": 1, "C": 2, "lb": 1, "ub": 1, "weights": 1}
 """The arrays of a level and their numbers of dimensions."""
 NO_BOUND = {"lb": -np.inf, "ub": np.inf}
+LARGEST, CLOSED = 1e100, 1e-9
+"""Of a number that is no bound; of lb and ub, what lb may be more by. A solver has the same."""
 
 
 def _absent() -> Array:
@@ -207,19 +209,36 @@ def check_point(x: object, n: int, finite: bool = True) -> None:
         raise HqpError("x", "has entries that are not finite", mend)
 
 
+def _refused(name: str, array: Array) -> NDArray[np.bool_]:
+    """Entries of a part of a level that a solver refuses."""
+    if name in NO_BOUND:
+        refused = ~np.isfinite(array) & (array != NO_BOUND[name])
+    elif name == "weights":
+        refused = ~((array > 0.0) & (array <= LARGEST))
+    else:
+        refused = ~(np.abs(array) <= LARGEST)
+    return np.asarray(refused)
+
+
 def check_numbers(levels: Sequence[Level]) -> None:
-    """Check what a solver would refuse: numbers that are not finite, but for -inf as lb and inf as ub.
+    """Check the numbers that a solver would refuse.
 
     Raises:
-        HqpError: such a number.
+        HqpError: NaN; an infinite or absurd number that is no bound; a weight of 0 or less; or bounds that
+            contradict each other.
     """
     for p, level in enumerate(levels):
         for name in PARTS:
             array = getattr(level, name)
-            is_good = np.isfinite(array) | (array == NO_BOUND.get(name))
-            if not is_good.all():
-                problem = f"has the entry {array[~is_good].flat[0]}"
-                raise HqpError(f"{name} of level {p}", problem, "look where it comes from")
+            refused = _refused(name, array)
+            if refused.any():
+                mend = "give one in (0, 1e100]" if name == "weights" else "look where it comes from"
+                raise HqpError(f"{name} of level {p}", f"has the entry {array[refused].flat[0]}", mend)
+        lb, ub = 0.5 * level.lb, 0.5 * level.ub  # the difference of the largest two doubles is none
+        crossed = np.flatnonzero(lb - ub > CLOSED * (0.5 + np.abs(lb) + np.abs(ub)))
+        for row in crossed[:1]:
+            problem = f"is {level.lb[row]} in row {row}, more than ub, {level.ub[row]}"
+            raise HqpError(f"lb of level {p}", problem, "exchange them, or look where they come from")
 
 
 def check_tolerance(tolerance: object) -> None:

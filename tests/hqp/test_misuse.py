@@ -409,6 +409,24 @@ def certified(levels, x, level, tolerance=1e-9):
             "lb of level 1 has the entry inf",
         ),
         ([wish(1.0, 2.0), wish(1.0, 2.0, 3.0)], "levels have 2 and 3 columns"),
+        ([wish(1.0, 2.0), wish(1e101, 0.0)], "b of level 1 has the entry 1e+101"),
+        (
+            [Level(A=np.diag([1.0, -1e101]), b=np.ones(2)), wish(1.0, 2.0)],
+            "A of level 0 has the entry -1e+101",
+        ),
+        ([Level(C=np.diag([1e200, 1.0]), lb=np.zeros(2), ub=np.ones(2)), wish(1.0, 2.0)], "C of level 0 has"),
+        *(
+            (
+                [wish(1.0, 2.0), Level(A=np.eye(2), b=np.ones(2), weights=np.array([1.0, weight]))],
+                f"weights of level 1 has the entry {weight}; give one in (0, 1e100]",
+            )
+            for weight in (-1.0, 0.0, np.nan, np.inf)
+        ),
+        (
+            [Level(lb=np.array([-np.inf, 1.0]), ub=np.array([np.inf, 0.5])), wish(1.0, 2.0)],
+            "lb of level 0 is 1.0 in row 1, more than ub, 0.5; exchange them",
+        ),
+        ([Level(lb=np.full(2, 1e308), ub=np.full(2, -1e308)), wish(1.0, 2.0)], "lb of level 0 is 1e+308"),
     ],
 )
 def test_levels_that_cannot_be_judged_are_refused(ask, levels, says):
