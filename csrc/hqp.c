@@ -94,7 +94,7 @@ static void lay_out_reals(hqp_solver *s, char *arena, size_t *used) {
         {&s->trial, ld},
         {&s->step, ld},
         {&s->reduced, ld},
-        {&s->start, ld},
+        {&s->start.x, ld},
         {&s->good, ld},
         {&s->descent, ld},
         {&s->cone.lb, rows},
@@ -149,6 +149,8 @@ static size_t lay_out(hqp_solver *s, char *arena) {
                                    &s->apart.at.side,
                                    &s->apart.at.held_side,
                                    &s->bundle.side,
+                                   &s->start.side,
+                                   &s->start.held_side,
                                    &s->before.at.side,
                                    &s->before.at.held_side,
                                    &s->close.at.side,
@@ -157,6 +159,7 @@ static size_t lay_out(hqp_solver *s, char *arena) {
     s->guess_held_at = slice(arena, &used, rows * sizeof(short));
     s->frozen_at = slice(arena, &used, rows * sizeof(short));
     s->apart.at.held_at = slice(arena, &used, rows * sizeof(short));
+    s->start.held_at = slice(arena, &used, rows * sizeof(short));
     s->before.at.held_at = slice(arena, &used, rows * sizeof(short));
     s->close.at.held_at = slice(arena, &used, rows * sizeof(short));
     s->place = slice(arena, &used, (ld + 1) * sizeof(int));

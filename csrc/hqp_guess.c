@@ -192,6 +192,47 @@ static int hold_equalities(hqp_solver *s, int level, real largest) {
     return 1;
 }
 
+/* The side that the row is known to be held or fitted at in this level, or 0. */
+static int known_side(const hqp_solver *s, int level, int id) {
+    const int own = is_own(s, level, id), is_known = own || s->guess_held_at[id] == level;
+    const int side = own ? s->guess_side[id] : s->guess_held_side[id];
+    const int may = own ? s->kind[id] == HQP_RANGE : hqp_is_hard(s, id);
+    return is_known && may && side && isfinite(hqp_bound(s, id, side)) ? side : 0;
+}
+
+/* The held row with the most negative multiplier, which has to go, or -1. */
+static int most_negative(const hqp_solver *s) {
+    int worst = -1;
+    for (int k = 0; k < s->bundle.count; k++) {
+        if (s->kind[s->bundle.id[k]] != HQP_RANGE || !(s->bundle.multiplier[k] < 0.0)) continue;
+        if (worst < 0 || s->bundle.multiplier[k] < s->bundle.multiplier[worst]) worst = k;
+    }
+    return worst;
+}
+
+/* The known rows are held from the start, but for those whose multiplier would be negative. Returns 0 where
+ * that takes too long. */
+static int hold_known(hqp_solver *s, int level, real largest) {
+    real size;
+    for (int i = 0; i < s->row0[level + 1]; i++) {
+        const int side = s->bundle.count + 1 < s->bundle.most ? known_side(s, level, i) : 0;
+        if (!side) continue;
+        place(s, level, i, side, largest);
+        const real left = reduce(s, level, &size);
+        if (left > DEPENDENT * size)
+            hold(s, left);
+        else
+            s->side[i] = 0;
+    }
+    settle_multipliers(s);
+    for (int worst = most_negative(s); worst >= 0; worst = most_negative(s)) {
+        release(s, worst);
+        settle_multipliers(s);
+        if (hqp_out_of_iterations(s)) return 0;
+    }
+    return 1;
+}
+
 /*
  * Seat the working set of this level that the dual method ends with. s->value: of the hard rows and of the
  * level's at x. Returns 0 where it did not end.
@@ -205,7 +246,7 @@ int hqp_guess(hqp_solver *s, int level) {
     memset(s->side, 0, (size_t)s->row0[level + 1]);
     s->bundle.count = 0;
     for (int k = 0; k < s->bundle.most; k++) s->bundle.slot[k] = k;
-    if (!hold_equalities(s, level, largest)) return 0;
+    if (!hold_equalities(s, level, largest) || (s->warm && !hold_known(s, level, largest))) return 0;
     for (;;) {
         make_trial(s);
         const int broken = most_broken(s, level, largest, &side, &missing);

@@ -110,7 +110,7 @@ struct hqp_solver {
 
     real *x, *trial, *step, *reduced; /* [ld]; step and reduced also serve as scratch */
     real *good;                       /* [ld] the last answer that may be relied on */
-    real *start, *kept;               /* [ld] x at the start of the solve, and before what may fail */
+    real *kept;                       /* [ld] x before what may fail */
     real *descent;                    /* [ld] a way down for the level at hand */
     struct {
         real *lb, *ub, *x, *target; /* of the rows at their bound, moved there, while -g is projected */
@@ -143,6 +143,7 @@ struct hqp_solver {
         signed char *joined;
         int warm, softest;
     } before;           /* x, the guesses and the joins at the start of the solve */
+    hqp_place start;    /* x and the guesses at the start of what is tried */
     int leans;          /* first level that holds a row by next to nothing, or -1; */
     real least;         /* its smallest multiplier, times the norm of the row */
     real *then;         /* [levels] s->none where the level's multipliers were found */

@@ -11,9 +11,10 @@
 
 #include <string.h>
 
-/* A sweep that goes back this often, times 1 / n^2, to levels that must give way, or changes the set of one
- * level this often, wanders: for the walk a change costs less, the more so the more variables there are. */
-enum { RETURNS = 8192, REPAIRS = 32 };
+/* A sweep that goes back to levels that must give way this often, over n^2 or, where these are more than FEW
+ * variables, n^3 / FEW, or changes the set of one level this often, wanders: for the walk a change costs
+ * less, the more so the more variables there are. */
+enum { RETURNS = 8192, FEW = 32, REPAIRS = 32 };
 
 static int member(const hqp_solver *s, int i) {
     return i < s->work_rank ? s->work[s->work_order[i]] : s->fit[i - s->work_rank];
@@ -122,6 +123,11 @@ static int sweep_level(hqp_solver *s, int level, int repair, int one_by_one) {
     return s->rank < s->width ? HQP_DONE : hqp_finish(s, level + 1);
 }
 
+/* So often, the sweep has gone back too often. */
+static int wanders(const hqp_solver *s, int returns) {
+    return returns * s->n * s->n > RETURNS * FEW / (s->n > FEW ? s->n : FEW);
+}
+
 /*
  * Sweep from `first` on; without `repair` the guess must be right at once. Returns 1 where the final x is
  * proven optimal; otherwise x is of no use.
@@ -136,8 +142,7 @@ int hqp_sweep(hqp_solver *s, int first, int repair) {
         const int result =
             level < s->levels ? sweep_level(s, level, repair, level == back) : hqp_finish(s, level);
         if (result == HQP_DONE) continue;
-        if (result < first || !repair || ++returns * s->n * s->n > RETURNS || hqp_out_of_iterations(s))
-            return 0;
+        if (result < first || !repair || wanders(s, ++returns) || hqp_out_of_iterations(s)) return 0;
         memcpy(s->x, s->path + result * s->ld, (size_t)s->ld * sizeof(real));
         hqp_rewind(s, result);
         back = result;

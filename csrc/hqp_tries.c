@@ -10,11 +10,11 @@ static const real FARTHEST = 1e7; /* the length of a start of which the rounding
 static const real COARSER = 1000.0, COARSEST = 1e-3; /* times the rank that was asked for */
 static const real FINER = 10.0;                      /* that over this: the next try */
 enum { ATTEMPTS = 3 };                               /* walks of the levels that are not proven */
-static const real HARD = 1e6;    /* times 1 + slack: a multiplier for which others should give way */
-static const real MISSED = 1e-5; /* times norm of row (1 + |x|): more than a small weight leaves or takes */
-static const real FAINT = 1e-12; /* the same: more than rounding */
-static const real FAR = 1e-9;    /* rounding times |x| that may be seen in a slack */
-static const real CLOSER = 0.1;  /* times rounding, which rows are minded by where such an x is put right */
+static const real HARD = 1e6; /* times 1 + slack: a multiplier for which others should give way */
+/* times norm of row (1 + |x|): what a row is missed by, more than rounding, and clearly */
+static const real FAINT = 1e-12, MISSED = 1e-5;
+static const real FAR = 1e-9;   /* rounding times |x| that may be seen in a slack */
+static const real CLOSER = 0.1; /* times rounding, which rows are minded by where such an x is put right */
 enum { USUAL = 16, LEAST_USUAL = 128 }; /* times n, and at least: iterations that nearly all do with */
 enum { GLANCE = 16 };                   /* iterations to see whether joins are needed */
 enum { SOFT_GLANCE = 3 };               /* times n / 4: the same, to find x with two levels as one */
@@ -39,12 +39,6 @@ static hqp_status walk_from(hqp_solver *s, int first) {
     }
     s->rank_at[s->levels] = s->rank;
     return status;
-}
-
-/* Take the factorisation and x to the start of level `first`. */
-static void start_at(hqp_solver *s, const real *x, int first) {
-    memcpy(s->x, x, (size_t)s->ld * sizeof(real));
-    hqp_rewind(s, first);
 }
 
 enum outcome { LOST, SETTLED, PROVEN }; /* SETTLED: x is likely, its proof is missing */
@@ -96,7 +90,7 @@ static enum outcome try_sweeps(hqp_solver *s, int *first) {
         const enum outcome outcome = sweep(s, *first, 1);
         if (outcome != LOST) return outcome;
         hqp_unfix(s);
-        memcpy(s->x, s->start, (size_t)s->ld * sizeof(real));
+        memcpy(s->x, s->start.x, (size_t)s->ld * sizeof(real));
         *first = 0;
     }
     s->iteration_limit = begin + limit;
@@ -138,7 +132,10 @@ static int is_walk_proven(hqp_solver *s, hqp_status of_walk) {
 static hqp_status try_walk(hqp_solver *s, enum outcome of_sweep, int first) {
     hqp_status status = HQP_NOT_PROVEN;
     s->iteration_limit = s->settings.max_iterations;
-    if (of_sweep == LOST) start_at(s, s->start, first);
+    if (of_sweep == LOST) {
+        hqp_go_to(s, s->start);
+        hqp_rewind(s, first);
+    }
     const int is_brief = s->is_exact || hqp_any_strict(s) || s->leans >= 0; /* there are other ways yet */
     const int attempts = is_brief ? 1 : ATTEMPTS;
     for (int i = 0; i < attempts && status != HQP_SOLVED && status != HQP_ITERATION_CAP; i++) {
@@ -220,27 +217,17 @@ static int is_proven_softened(hqp_solver *s, int level) {
     return proven;
 }
 
-/* The level is missed by more than a small weight leaves of it, or takes from the one before. */
-static int is_clearly_missed(const hqp_solver *s, int level) {
-    for (int i = s->first_row[level]; i < s->first_row[level + 1]; i++) {
-        if (fabs(s->lacking[i]) > MISSED * s->norm[i] * (1.0 + s->x_norm)) return 1;
-    }
-    return 0;
-}
-
-/* Whether a short sweep from the start with levels as one finds x, which is proven without. They are as many
- * as led to a proof the last time, or else two, both of which x must miss clearly. */
+/* Whether a short sweep from the start, with as many levels as one as led to a proof the last time, finds x,
+ * which is proven without. */
 static int is_found_softened(hqp_solver *s) {
-    memcpy(s->x, s->start, (size_t)s->ld * sizeof(real));
+    memcpy(s->x, s->start.x, (size_t)s->ld * sizeof(real));
     hqp_find_values(s);
-    const int known = s->softest, level = hqp_soften(s, known ? known : LEAST_SOFTENED);
+    const int level = hqp_soften(s, s->softest);
     if (level < 0) return 0;
     const int half = (s->settings.max_iterations - s->iterations) / 2, most = SOFT_GLANCE * s->n / 4;
     const enum outcome outcome = glance(s, half < most ? half : most);
     hqp_harden(s);
-    if (outcome != LOST && is_proven_softened(s, level) &&
-        (known || (is_clearly_missed(s, level) && is_clearly_missed(s, level + 1))))
-        return 1;
+    if (outcome != LOST && is_proven_softened(s, level)) return 1;
     hqp_bring_back(s);
     s->softest = 0;
     return 0;
@@ -256,7 +243,7 @@ static void keep_close(hqp_solver *s) {
 
 /* Both methods, one after the other. */
 static hqp_status try_both(hqp_solver *s, int first) {
-    memcpy(s->start, s->x, (size_t)s->ld * sizeof(real));
+    hqp_keep(s, s->start);
     s->resumable = s->levels_done = s->levels;
     s->softened = 0;
     if (!is_worth_a_sweep(s)) {
@@ -267,7 +254,7 @@ static hqp_status try_both(hqp_solver *s, int first) {
     enum outcome outcome = try_sweeps(s, &first);
     if (outcome == PROVEN && is_confirmed(s)) return HQP_SOLVED;
     if (outcome != LOST && is_proven_here(s)) return HQP_SOLVED;
-    if (outcome == LOST || (s->softest && !s->is_lax)) {
+    if (s->softest && (outcome == LOST || !s->is_lax)) {
         s->softened = is_found_softened(s);
         if (s->softened) return HQP_SOLVED;
         outcome = LOST;
@@ -473,11 +460,11 @@ static int is_faintly_missed(const hqp_solver *s) {
 
 /*
  * Only what is proven is solved, and exactly if that can be done: of several answers that are proven less
- * well the start decides. What is not proven is tried with more digits, where that is not looked for first:
- * it takes as long again, and as many answers depend on the start. Where there are no more, rows at a tiny
- * angle may be one row but for the rounding of the data, which decides everything then: all is tried from
- * cold with other ideas of rank, first a finer one, and at last with the first. The one that led to a proof
- * is kept.
+ * well the start decides. What is not proven is tried once more from the start, less exactly, and then with
+ * more digits, where an exact proof is not looked for first: that takes as long again, and as many answers
+ * depend on the start. Where there are no more digits, rows at a tiny angle may be one row but for the
+ * rounding of the data, which decides everything then: all is tried from cold with other ideas of rank, first
+ * a finer one, and at last with the first. The one that led to a proof is kept.
  */
 hqp_status hqp_solve_from(hqp_solver *s, int first) {
     const real rank = s->settings.rank, asked = s->rank_asked;
@@ -493,8 +480,7 @@ hqp_status hqp_solve_from(hqp_solver *s, int first) {
     if (first == 0) s->sees_faintly = 0;
     hqp_status status = HQP_FINENESS < 1.0 ? HQP_NOT_PROVEN : try_exact(s, first);
     if (status != HQP_SOLVED && try_close(s) == HQP_SOLVED) status = HQP_SOLVED;
-    if (status != HQP_SOLVED || is_faintly_missed(s)) status = hqp_try_extended(s, status);
-    const int last = s->extended ? -1 : s->before.warm ? 3 : 2;
+    const int last = s->extended ? 0 : s->before.warm ? 3 : 2;
     for (int attempt = 0; attempt <= last; attempt++) {
         const int is_spent = attempt > 0 || s->is_late || s->iterations >= s->settings.max_iterations;
         if (status == HQP_SOLVED || (status == HQP_ITERATION_CAP && is_spent)) break;
@@ -505,6 +491,7 @@ hqp_status hqp_solve_from(hqp_solver *s, int first) {
         if (attempt == 0) back_to_start(s);
         status = try_joined(s, 0);
     }
+    if (status != HQP_SOLVED || is_faintly_missed(s)) status = hqp_try_extended(s, status);
     if (status != HQP_SOLVED) s->settings.rank = rank;
     hqp_part(s);
     return status;

@@ -205,7 +205,7 @@ def test_a_join_by_a_small_weight_leads_to_the_next_answer():
         assert certificate(levels, warm.x).max() < 1e-6
         norms = [slack_norms(levels, solution.x) for solution in (warm, cold)]
         np.testing.assert_allclose(*norms, rtol=1e-6, atol=1e-9)
-    assert warm.iterations < 150 < cold.iterations
+    assert warm.iterations < 100 < cold.iterations
 
 
 def test_multipliers_that_are_all_rounding_prove_nothing():
