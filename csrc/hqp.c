@@ -95,6 +95,7 @@ static void lay_out_reals(hqp_solver *s, char *arena, size_t *used) {
         {&s->step, ld},
         {&s->reduced, ld},
         {&s->start.x, ld},
+        {&s->distant.x, ld},
         {&s->good, ld},
         {&s->descent, ld},
         {&s->cone.lb, rows},
@@ -151,6 +152,8 @@ static size_t lay_out(hqp_solver *s, char *arena) {
                                    &s->bundle.side,
                                    &s->start.side,
                                    &s->start.held_side,
+                                   &s->distant.side,
+                                   &s->distant.held_side,
                                    &s->before.at.side,
                                    &s->before.at.held_side,
                                    &s->close.at.side,
@@ -159,6 +162,7 @@ static size_t lay_out(hqp_solver *s, char *arena) {
     s->guess_held_at = slice(arena, &used, rows * sizeof(short));
     s->frozen_at = slice(arena, &used, rows * sizeof(short));
     s->apart.at.held_at = slice(arena, &used, rows * sizeof(short));
+    s->distant.held_at = slice(arena, &used, rows * sizeof(short));
     s->start.held_at = slice(arena, &used, rows * sizeof(short));
     s->before.at.held_at = slice(arena, &used, rows * sizeof(short));
     s->close.at.held_at = slice(arena, &used, rows * sizeof(short));

@@ -144,6 +144,7 @@ struct hqp_solver {
         int warm, softest;
     } before;           /* x, the guesses and the joins at the start of the solve */
     hqp_place start;    /* x and the guesses at the start of what is tried */
+    hqp_place distant;  /* an answer so long that a shorter one is looked for */
     int leans;          /* first level that holds a row by next to nothing, or -1; */
     real least;         /* its smallest multiplier, times the norm of the row */
     real *then;         /* [levels] s->none where the level's multipliers were found */

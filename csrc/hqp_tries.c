@@ -6,7 +6,7 @@
 
 #include <string.h>
 
-static const real FARTHEST = 1e7; /* the length of a start of which the rounding hides what rows lack */
+static const real FARTHEST = 1e7; /* the length of an x of which the rounding hides what rows lack */
 static const real COARSER = 1000.0, COARSEST = 1e-3; /* times the rank that was asked for */
 static const real FINER = 10.0;                      /* that over this: the next try */
 enum { ATTEMPTS = 3 };                               /* walks of the levels that are not proven */
@@ -466,7 +466,7 @@ static int is_faintly_missed(const hqp_solver *s) {
  * rounding of the data, which decides everything then: all is tried from cold with other ideas of rank, first
  * a finer one, and at last with the first. The one that led to a proof is kept.
  */
-hqp_status hqp_solve_from(hqp_solver *s, int first) {
+static hqp_status solve_once(hqp_solver *s, int first) {
     const real rank = s->settings.rank, asked = s->rank_asked;
     const real coarser = COARSER * asked < COARSEST ? COARSER * asked : asked / COARSER;
     const real other = rank == asked ? coarser : asked, ranks[] = {rank, asked / FINER, other, rank};
@@ -495,4 +495,30 @@ hqp_status hqp_solve_from(hqp_solver *s, int first) {
     if (status != HQP_SOLVED) s->settings.rank = rank;
     hqp_part(s);
     return status;
+}
+
+/* From cold, but for variables that no row sees. */
+static hqp_status solve_from_cold(hqp_solver *s) {
+    memcpy(s->kept, s->x, (size_t)s->ld * sizeof(real));
+    hqp_reset(s);
+    for (int c = 0; c < s->n; c++) s->x[c] = s->unseen[c] ? s->kept[c] : 0.0;
+    return solve_once(s, 0);
+}
+
+/* The same; where x has become so long that its rounding hides what rows lack, a shorter one is looked for
+ * from cold. */
+hqp_status hqp_solve_from(hqp_solver *s, int first) {
+    const hqp_status status = solve_once(s, first);
+    if (status != HQP_SOLVED || !s->before.warm || hqp_length(s, s->x) < FARTHEST) return status;
+    const int rank = hqp_rank(s);
+    hqp_keep(s, s->distant);
+    if (solve_from_cold(s) == HQP_SOLVED && hqp_length(s, s->x) < FARTHEST) return HQP_SOLVED;
+    hqp_reset(s);
+    hqp_unfix(s);
+    hqp_go_to(s, s->distant);
+    hqp_find_values(s);
+    s->warm = 1;
+    s->levels_done = s->levels;
+    s->rank_at[s->levels] = rank;
+    return HQP_SOLVED;
 }

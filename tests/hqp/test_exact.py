@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from hapticd.hqp import Level, Solver, Status, solve
 from hapticd.hqp.certificate import certificate, slack_norms
+from hapticd.hqp.generate import jump, problem
 
 from .test_contacts import DATA, recorded, solver_of, too_large_for_more_digits
 
@@ -192,6 +193,18 @@ def test_what_is_found_with_more_digits_leaves_free_what_no_row_sees():
     solution = solver.solve(levels)
     assert solution.status is Status.SOLVED and not solution.unique
     assert solution.x[-2:].tolist() == [3.0, -4.0]
+
+
+def test_an_x_that_a_warm_solve_makes_very_long_is_looked_for_from_cold():
+    """By nearly parallel rows: 5e9, of which the rounding hid slacks of 2e-5; from cold it is 1.5e4."""
+    seed = 999752
+    levels = problem("nearly_parallel", seed)
+    solver = solver_of(levels)
+    solver.solve(levels)
+    jump(np.random.default_rng(seed), levels)
+    solution = solver.solve(levels)
+    assert solution.status is Status.SOLVED and certificate(levels, solution.x).max() < 1e-9
+    assert np.linalg.norm(solution.x) < 1e5
 
 
 def test_a_join_by_a_small_weight_leads_to_the_next_answer():
