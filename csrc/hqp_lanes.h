@@ -22,24 +22,6 @@ enum { HQP_LANES = 1, HQP_ROWS_AT_ONCE = 1 };
 static inline hqp_lanes hqp_no_lanes(void) {
     return 0.0;
 }
-static inline hqp_lanes hqp_load(const real *a) {
-    return *a;
-}
-static inline void hqp_store(real *a, hqp_lanes b) {
-    *a = b;
-}
-static inline hqp_lanes hqp_plus(hqp_lanes a, hqp_lanes b) {
-    return a + b;
-}
-static inline hqp_lanes hqp_minus(hqp_lanes a, hqp_lanes b) {
-    return a - b;
-}
-static inline hqp_lanes hqp_product(hqp_lanes a, hqp_lanes b) {
-    return a * b;
-}
-static inline hqp_lanes hqp_scaled(real t, hqp_lanes a) {
-    return t * a;
-}
 static inline real hqp_total(hqp_lanes a) {
     return a;
 }
@@ -50,6 +32,12 @@ enum { HQP_LANES = 4, HQP_ROWS_AT_ONCE = 2 };
 static inline hqp_lanes hqp_no_lanes(void) {
     return (hqp_lanes){0.0, 0.0, 0.0, 0.0};
 }
+static inline real hqp_total(hqp_lanes a) {
+    return (a[0] + a[1]) + (a[2] + a[3]);
+}
+#endif
+
+#if defined HQP_EXTENDED || defined __AVX2__
 static inline hqp_lanes hqp_load(const real *a) {
     return *(const hqp_lanes *)a;
 }
@@ -67,9 +55,6 @@ static inline hqp_lanes hqp_product(hqp_lanes a, hqp_lanes b) {
 }
 static inline hqp_lanes hqp_scaled(real t, hqp_lanes a) {
     return t * a;
-}
-static inline real hqp_total(hqp_lanes a) {
-    return (a[0] + a[1]) + (a[2] + a[3]);
 }
 #else
 typedef real hqp_pair __attribute__((vector_size(16), may_alias));
