@@ -15,10 +15,7 @@ static void go_to(hqp_solver *s, const double *x, int rank) {
     hqp_forget(s);
     for (int i = 0; i < s->n; i++) s->x[i] = x[i];
     hqp_extended_end(s->extended, s->guess_side, s->guess_held_side, s->guess_held_at);
-    hqp_find_values(s);
-    s->warm = 1;
-    s->levels_done = s->levels;
-    s->rank_at[s->levels] = rank;
+    hqp_end_here(s, rank);
 }
 
 /* Solve from where the solver is, with the iterations that are left. What is not proven changes nothing but,

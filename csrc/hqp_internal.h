@@ -304,6 +304,7 @@ hqp_status hqp_try_extended(hqp_solver *s, hqp_status status);
 
 /* hqp_tries.c: all ways, one after the other */
 int hqp_usual(int n);
+void hqp_end_here(hqp_solver *s, int rank);
 hqp_status hqp_solve_from(hqp_solver *s, int first);
 
 /* hqp_lq.c: the factorisation */

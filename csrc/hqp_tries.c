@@ -41,6 +41,14 @@ static hqp_status walk_from(hqp_solver *s, int first) {
     return status;
 }
 
+/* x, with its guesses, is a proven answer of this rank, found elsewhere: there is no factorisation for it. */
+void hqp_end_here(hqp_solver *s, int rank) {
+    hqp_find_values(s);
+    s->warm = 1;
+    s->levels_done = s->levels;
+    s->rank_at[s->levels] = rank;
+}
+
 enum outcome { LOST, SETTLED, PROVEN }; /* SETTLED: x is likely, its proof is missing */
 
 /* By the multipliers at hand. */
@@ -217,17 +225,27 @@ static int is_proven_softened(hqp_solver *s, int level) {
     return proven;
 }
 
-/* Whether a short sweep from the start, with as many levels as one as led to a proof the last time, finds x,
- * which is proven without. */
+/* The level is missed by more than a small weight leaves of it, or takes from the one before. */
+static int is_clearly_missed(const hqp_solver *s, int level) {
+    for (int i = s->first_row[level]; i < s->first_row[level + 1]; i++) {
+        if (fabs(s->lacking[i]) > MISSED * s->norm[i] * (1.0 + s->x_norm)) return 1;
+    }
+    return 0;
+}
+
+/* Whether a short sweep from the start with levels as one finds x, which is proven without. They are as many
+ * as led to a proof the last time, or else two, both of which x must miss clearly. */
 static int is_found_softened(hqp_solver *s) {
     memcpy(s->x, s->start.x, (size_t)s->ld * sizeof(real));
     hqp_find_values(s);
-    const int level = hqp_soften(s, s->softest);
+    const int known = s->softest, level = hqp_soften(s, known ? known : LEAST_SOFTENED);
     if (level < 0) return 0;
     const int half = (s->settings.max_iterations - s->iterations) / 2, most = SOFT_GLANCE * s->n / 4;
     const enum outcome outcome = glance(s, half < most ? half : most);
     hqp_harden(s);
-    if (outcome != LOST && is_proven_softened(s, level)) return 1;
+    if (outcome != LOST && is_proven_softened(s, level) &&
+        (known || (is_clearly_missed(s, level) && is_clearly_missed(s, level + 1))))
+        return 1;
     hqp_bring_back(s);
     s->softest = 0;
     return 0;
@@ -254,7 +272,9 @@ static hqp_status try_both(hqp_solver *s, int first) {
     enum outcome outcome = try_sweeps(s, &first);
     if (outcome == PROVEN && is_confirmed(s)) return HQP_SOLVED;
     if (outcome != LOST && is_proven_here(s)) return HQP_SOLVED;
-    if (s->softest && (outcome == LOST || !s->is_lax)) {
+    /* a walk that begins with what was held needs fewer working sets */
+    const int may_soften = s->softest || (outcome == LOST && !s->before.warm);
+    if (may_soften && (outcome == LOST || !s->is_lax)) {
         s->softened = is_found_softened(s);
         if (s->softened) return HQP_SOLVED;
         outcome = LOST;
@@ -516,9 +536,6 @@ hqp_status hqp_solve_from(hqp_solver *s, int first) {
     hqp_reset(s);
     hqp_unfix(s);
     hqp_go_to(s, s->distant);
-    hqp_find_values(s);
-    s->warm = 1;
-    s->levels_done = s->levels;
-    s->rank_at[s->levels] = rank;
+    hqp_end_here(s, rank);
     return HQP_SOLVED;
 }

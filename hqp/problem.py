@@ -221,7 +221,7 @@ def _refused(name: str, array: Array) -> NDArray[np.bool_]:
 
 
 def check_numbers(levels: Sequence[Level]) -> None:
-    """Check the numbers that a solver would refuse.
+    """Check for numbers, each by itself, that a solver would refuse.
 
     Raises:
         HqpError: NaN; an infinite or absurd number that is no bound; a weight of 0 or less; or bounds that

@@ -22,6 +22,7 @@
 #define hqp_default_settings hqp_extended_default_settings
 #define hqp_descent hqp_extended_descent
 #define hqp_destroy hqp_extended_destroy
+#define hqp_end_here hqp_extended_end_here
 #define hqp_factorise hqp_extended_factorise
 #define hqp_find_multipliers hqp_extended_find_multipliers
 #define hqp_find_slacks hqp_extended_find_slacks
