@@ -92,7 +92,7 @@ struct hqp_solver {
     real *rhs;                   /* [widest] by fit_order */
 
     /* the last step: x = trial + direction^T t */
-    hqp_rows direction; /* [n] */
+    hqp_rows direction; /* [n]; without a last step at hand scratch */
     int metric;         /* |t| is measured by R of the level, else like x */
     struct {
         int count, *id;                /* held rows, */

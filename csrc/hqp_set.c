@@ -85,18 +85,23 @@ static const real *work_triangle(const hqp_solver *s, int i) {
     return hqp_row(s, s->work_rows, s->work_order[i]) + s->rank;
 }
 
-/* What rounding can do to multiplier i: column i of |L^{-1}| times error, the rounding of the right-hand
- * sides. */
-static real rounding_of(hqp_solver *s, int i, const real *error) {
-    real *column = s->reduced, sum = 0.0;
-    for (int j = i; j < s->work_rank; j++) {
+/* What rounding can do to the multipliers: |L^{-T}| error, the rounding of the right-hand sides; L^{-1} is found
+ * row by row. */
+static void find_rounding(hqp_solver *s, const real *error) {
+    memset(s->rounding, 0, (size_t)s->work_rank * sizeof(real));
+    for (int j = 0; j < s->work_rank; j++) {
         const real *row = work_triangle(s, j);
-        real z = j == i ? 1.0 : 0.0;
-        for (int k = i; k < j; k++) z -= row[k] * column[k];
-        column[j] = z / row[j];
-        sum += fabs(column[j]) * error[j];
+        real *inverse = hqp_row(s, s->direction, j);
+        memset(inverse, 0, (size_t)hqp_ceil4(s->work_rank) * sizeof(real));
+        inverse[j] = 1.0;
+        for (int k = 0; k < j; k++) {
+            if (row[k] != 0.0) hqp_axpy(inverse, -row[k], hqp_row(s, s->direction, k), 0, hqp_ceil4(k + 1));
+        }
+        for (int i = 0; i <= j; i++) {
+            inverse[i] /= row[j];
+            s->rounding[i] += fabs(inverse[i]) * error[j];
+        }
     }
-    return sum;
 }
 
 /*
@@ -129,9 +134,10 @@ void hqp_find_multipliers(hqp_solver *s, const real *value, real x_norm) {
             error[k] += unit * fabs(row[k] * lambda[i]);
         }
     }
+    find_rounding(s, error);
     for (int i = 0; i < count; i++) {
         const int id = s->work[s->work_order[i]];
-        s->rounding[i] = rounding_of(s, i, error) * s->norm[id];
+        s->rounding[i] *= s->norm[id];
         lambda[i] *= -s->side[id] * s->norm[id];
     }
 }

@@ -123,12 +123,14 @@ static int is_confirmed(hqp_solver *s) {
     return s->settings.rank <= s->rank_asked || hqp_confirm(s);
 }
 
-/* Whether x, where the walk ended, is proven as it is or after a sweep with the walk's sets, which puts right
- * what rounding left. If not, s->levels_done levels are, and the next can be walked again. */
+/* Whether x, where the walk ended, is proven as it is or, where that need not be exactly, after a sweep with
+ * the walk's sets, which puts right what rounding left. If not, s->levels_done levels are, and the next can be
+ * walked again. */
 static int is_walk_proven(hqp_solver *s, hqp_status of_walk) {
     const int rank = hqp_rank(s);
     memcpy(s->kept, s->x, (size_t)s->ld * sizeof(real));
-    if (of_walk == HQP_SOLVED && sweep(s, 0, 0) == PROVEN && is_confirmed(s)) return 1;
+    const int may_sweep = of_walk == HQP_SOLVED && !s->is_exact;
+    if (may_sweep && sweep(s, 0, 0) == PROVEN && is_confirmed(s)) return 1;
     memcpy(s->x, s->kept, (size_t)s->ld * sizeof(real));
     hqp_unfix(s);
     s->rank_at[s->levels] = rank;
@@ -269,15 +271,17 @@ static hqp_status try_both(hqp_solver *s, int first) {
         hqp_unfix(s); /* the walk needs the columns that the last solve had fixed */
         return try_walk(s, LOST, first);
     }
-    enum outcome outcome = try_sweeps(s, &first);
+    const enum outcome outcome = try_sweeps(s, &first);
     if (outcome == PROVEN && is_confirmed(s)) return HQP_SOLVED;
     if (outcome != LOST && is_proven_here(s)) return HQP_SOLVED;
+    if (outcome == SETTLED && s->is_exact) { /* a walk from there seldom ends where there is an exact proof */
+        keep_close(s);
+        return HQP_NOT_PROVEN;
+    }
     /* a walk that begins with what was held needs fewer working sets */
-    const int may_soften = s->softest || (outcome == LOST && !s->before.warm);
-    if (may_soften && (outcome == LOST || !s->is_lax)) {
+    if (outcome == LOST && !s->before.warm) {
         s->softened = is_found_softened(s);
         if (s->softened) return HQP_SOLVED;
-        outcome = LOST;
     }
     const hqp_status status = try_walk(s, outcome, outcome == LOST ? 0 : s->levels_done);
     if (status == HQP_NOT_PROVEN) keep_close(s);
