@@ -85,8 +85,8 @@ static const real *work_triangle(const hqp_solver *s, int i) {
     return hqp_row(s, s->work_rows, s->work_order[i]) + s->rank;
 }
 
-/* What rounding can do to the multipliers: |L^{-T}| error, the rounding of the right-hand sides; L^{-1} is found
- * row by row. */
+/* What rounding can do to the multipliers: |L^{-T}| error, the rounding of the right-hand sides; L^{-1} is
+ * found row by row. */
 static void find_rounding(hqp_solver *s, const real *error) {
     memset(s->rounding, 0, (size_t)s->work_rank * sizeof(real));
     for (int j = 0; j < s->work_rank; j++) {
