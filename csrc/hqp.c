@@ -35,7 +35,7 @@ const char *hqp_status_name(hqp_status status) {
     case HQP_TIME_LIMIT:
         return "time limit reached";
     case HQP_BAD_MATRIX:
-        return "entry not finite";
+        return "entry not finite or absurdly large, or a bad weight";
     case HQP_BAD_BOUNDS:
         return "bounds contradict";
     case HQP_OVERFLOW:
@@ -346,8 +346,10 @@ static int load_row(hqp_solver *s, int id, const real *from) {
 static int load_bounds(hqp_solver *s, int id, double lb, double ub) {
     if (!(lb < INFINITY) || !(ub > -INFINITY)) return 0;
     if (lb > ub) {
-        if (lb - ub > CLOSED * (1.0 + fabs(lb) + fabs(ub))) return 0;
-        lb = ub = 0.5 * lb + 0.5 * ub;
+        const double lower = 0.5 * lb,
+                     upper = 0.5 * ub; /* the difference of the largest two doubles is none */
+        if (lower - upper > CLOSED * (0.5 + fabs(lower) + fabs(upper))) return 0;
+        lb = ub = lower + upper;
     }
     s->lb[id] = lb;
     s->ub[id] = ub;

@@ -90,8 +90,8 @@ hqp_settings hqp_default_settings(void);
  * 2^26 coefficients (rows of all levels times n), no memory. */
 hqp_solver *hqp_create(const hqp_dims *dims, const hqp_settings *settings);
 
-/* Solve, starting from the last solution and its working sets. levels: [dims.levels]; x: [n], written only.
- */
+/* Solve, starting from the last solution and its working sets. levels: [dims.levels]; x: [n], written only;
+ * info: not NULL, though its arrays may be. */
 hqp_status hqp_solve(hqp_solver *s, const hqp_level *levels, double *x, hqp_info *info);
 
 /* The same when only levels >= first_changed_level (from 0) have changed since the last call. */

@@ -68,8 +68,9 @@ class Level:
     weights: Array = field(default_factory=_absent)
 
     def __post_init__(self) -> None:
-        if np.shape(self.C) == (0, 0) and np.ndim(self.lb) == 1:
-            object.__setattr__(self, "C", np.eye(len(self.lb)))
+        given = [bound for bound in (self.lb, self.ub) if np.ndim(bound) == 1]
+        if np.shape(self.C) == (0, 0) and given:
+            object.__setattr__(self, "C", np.eye(len(given[0])))
         for name, ndim in PARTS.items():
             value = getattr(self, name)
             if isinstance(value, np.ndarray) and value.shape == (0, 0):  # absent: as wide as the other part
@@ -157,6 +158,8 @@ def real_numbers(name: str, value: Any, ndim: int, shape: tuple[int, ...] | None
         HqpError: it is something else.
     """
     _refuse_mask(name, value)
+    if value is None:
+        raise HqpError(name, "is missing", "pass an array of real numbers")
     try:
         given = np.asarray(value)
         if given.dtype.kind not in "biufO":

@@ -49,7 +49,8 @@ def solve_qp(
         lb: (n,) or None, -inf where there is no bound.
         ub: (n,) or None, +inf where there is no bound.
         initvals: (n,), x to start from; None: none.
-        max_iterations: rows added to the working set and released at most; 0: automatic.
+        max_iterations: rows added to the working set and released at most, and working sets tried for the x
+            that breaks contradicting constraints least; 0: automatic.
         time_limit: seconds, looked at with each change of the working set, after the factorisation of P;
             0: none. Ctrl-C waits for the end of a solve.
 
@@ -80,6 +81,8 @@ def solve_qp(
             ends = NOT_PROVEN
     if ends in (UNBOUNDED, NOT_PROVEN) and not found.found:
         found, ends = unless_infeasible(data, found, ends, index(max_iterations), until)
+    if ends == INFEASIBLE:
+        found.x, found.status = nearest(data, index(max_iterations), until)
     return found if found.found else _without_answer(found, ends, is_limited, data)
 
 
@@ -89,7 +92,6 @@ def _without_answer(found: QpSolution, ends: int, is_limited: bool, data: QpData
     if ends == UNBOUNDED:
         raise UnboundedError(found.x)
     if ends == INFEASIBLE:
-        found.x, found.status = nearest(data)
         found.objective = np.nan
         if is_conflict(data, found):
             found.conflict = _conflict(found, data)

@@ -4,11 +4,18 @@ import numpy as np
 
 from .problem import Array, Level
 from .qp_data import QpData
+from .qp_scaled import seconds_left
 from .solver import Solver, Status
 
 
-def nearest(data: QpData) -> tuple[Array, Status]:
-    """The x with the least sum of squares of its distances to the constraints, and how sure that is."""
+def nearest(data: QpData, max_iterations: int, until: float) -> tuple[Array, Status]:
+    """The x with the least sum of squares of its distances to the constraints, and how sure that is.
+
+    Args:
+        data: the QP.
+        max_iterations: working sets that may be tried; 0: automatic.
+        until: as of solve_scaled.
+    """
     n = len(data.q)
     box = np.eye(n)[: 0 if data.lb is None and data.ub is None else n]
     lower = np.full(n, -np.inf) if data.lb is None else data.lb
@@ -25,7 +32,8 @@ def nearest(data: QpData) -> tuple[Array, Status]:
         ub=np.concatenate([data.h, upper]),
         weights=_normalising(np.vstack([data.A, data.G, box])),
     )
-    found = Solver(n, [level.rows]).solve([level])
+    solver = Solver(n, [level.rows], max_iterations=max_iterations, time_limit=seconds_left(until))
+    found = solver.solve([level])
     return found.x.copy(), found.status
 
 

@@ -57,9 +57,13 @@ def solve_scaled(data: QpData, max_iterations: int, until: float) -> tuple[QpSol
 
 def solve_within(data: QpData, max_iterations: int, until: float) -> tuple[QpSolution, int]:
     """The answer in the units at hand, and how the solve ended, which gives up at `until`."""
-    left = max(until - monotonic(), 1e-9) if until < np.inf else 0.0
-    found = QpSolution.solve(*data, max_iterations, left, Status.SOLVED)
+    found = QpSolution.solve(*data, max_iterations, seconds_left(until), Status.SOLVED)
     return found, found._ends
+
+
+def seconds_left(until: float) -> float:
+    """What is left until then as a time limit: not 0, which is none."""
+    return max(until - monotonic(), 1e-9) if until < np.inf else 0.0
 
 
 def is_conflict(data: QpData, found: QpSolution) -> bool:

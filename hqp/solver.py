@@ -154,6 +154,8 @@ class Solver:
         _check_settings(tolerances, max_iterations, time_limit)
         limits = {"max_iterations": operator.index(max_iterations), "time_limit": time_limit}
         try:
+            if isinstance(n, bool):
+                raise TypeError(f"n is {n}")
             counts = [
                 (operator.index(eq), operator.index(ineq)) for eq, ineq in islice(rows, MOST_LEVELS + 1)
             ]
@@ -210,7 +212,8 @@ class Solver:
             levels: one Level per entry of `rows`, of these shapes.
 
         Returns:
-            The solver's one Solution; look at its status: NaN and contradicting bounds raise nothing.
+            The solver's one Solution; look at its status: NaN and contradicting bounds raise nothing. Ctrl-C
+            waits for the end of a solve.
 
         Raises:
             HqpError: levels of another number or shape, or a solver that another thread uses.

@@ -325,6 +325,7 @@ def test_arrays_that_nobody_else_keeps_stay_in_memory():
         (2, [(2**31, 0)]),
         (2, [(2**70, 0)]),
         (2, [(1.0, 0)]),
+        (True, [(1, 0)]),
         (2, [("a", "b")]),
         (1024, [(4096, 4096)] * 256),
         (1024, [(4096, 4096)] * 9),
@@ -468,6 +469,8 @@ def test_a_setting_that_there_is_not_is_named_with_those_that_there_are():
 def test_one_bound_without_the_other_is_named():
     with pytest.raises(HqpError, match="ub has 0 entries and lb has 2; give both"):
         Level(lb=np.zeros(2))
+    with pytest.raises(HqpError, match="ub has 2 entries and lb has 0; give both"):
+        Level(ub=np.zeros(2))
 
 
 def test_numbers_that_are_not_real_are_not_to_be_converted():

@@ -109,6 +109,18 @@ def test_limits_end_the_solve_with_a_status():
     assert late.status is Status.TIME_LIMIT and not late.found
 
 
+def test_limits_end_the_search_for_the_x_that_breaks_contradicting_constraints_least():
+    """The contradiction is found with the first rows; that x needs many working sets."""
+    rng = np.random.default_rng(1)
+    n, m = 40, 300
+    G, h = rng.normal(size=(m, n)), 0.1 * np.abs(rng.normal(size=m))
+    h[10:30], G[30:50], h[30:50] = -1e3, -G[10:30], 0.0
+    whole = solve_qp(np.eye(n), np.zeros(n), G, h)
+    assert whole.status is Status.SOLVED and not whole.found and whole.conflict
+    cut = solve_qp(np.eye(n), np.zeros(n), G, h, max_iterations=whole.iterations + 1)
+    assert cut.status is Status.ITERATION_CAP and not cut.found and cut.conflict
+
+
 @pytest.mark.parametrize(
     ("change", "says"),
     [
@@ -118,6 +130,7 @@ def test_limits_end_the_solve_with_a_status():
         ({"q": [[1.0]]}, "dimension"),
         ({"q": [1.0, np.nan]}, "NaN"),
         ({"P": "text"}, "not an array of real numbers"),
+        ({"q": None}, "q is missing"),
         ({"G": [[1.0, 0.0]]}, "one without the other"),
         ({"G": [[1.0]], "h": [1.0]}, "columns"),
         ({"lb": [0.0]}, "shape"),

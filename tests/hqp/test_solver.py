@@ -198,6 +198,11 @@ def test_bad_data_give_a_status_the_level_and_the_last_good_x(part, value, statu
     assert certificate(levels, solver.solve(levels).x).max() < 1e-9
 
 
+def test_bounds_contradict_where_their_difference_is_beyond_the_largest_number():
+    level = Level(lb=np.array([1e308]), ub=np.array([-1e308]))
+    assert solve([level]).status is Status.BAD_BOUNDS
+
+
 @pytest.mark.parametrize(
     ("entry", "weight", "status"),
     [(1e101, 1e-4, Status.BAD_MATRIX), (1e60, 1e100, Status.BAD_MATRIX), (1e49, 1e100, Status.SOLVED)],
