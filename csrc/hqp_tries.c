@@ -123,18 +123,16 @@ static int is_confirmed(hqp_solver *s) {
     return s->settings.rank <= s->rank_asked || hqp_confirm(s);
 }
 
-/* Whether x, where the walk ended, is proven after a sweep with the walk's sets, which puts right what
- * rounding left, or as it is; in the first try that is enough, but for a rough proof. If not, s->levels_done
- * levels are, and the next can be walked again. */
+/* Whether x, where the walk ended, is proven as it is or after a sweep with the walk's sets, which puts right
+ * what rounding left. If not, s->levels_done levels are, and the next can be walked again. */
 static int is_walk_proven(hqp_solver *s, hqp_status of_walk) {
-    const int rank = hqp_rank(s), count = of_walk == HQP_ITERATION_CAP ? s->levels_done : s->levels;
-    if (s->is_exact && (!is_proven_by_descent(s, count) || !s->is_rough)) return s->levels_done == s->levels;
+    const int rank = hqp_rank(s);
     memcpy(s->kept, s->x, (size_t)s->ld * sizeof(real));
     if (of_walk == HQP_SOLVED && sweep(s, 0, 0) == PROVEN && is_confirmed(s)) return 1;
     memcpy(s->x, s->kept, (size_t)s->ld * sizeof(real));
     hqp_unfix(s);
     s->rank_at[s->levels] = rank;
-    return is_proven_by_descent(s, count);
+    return is_proven_by_descent(s, of_walk == HQP_ITERATION_CAP ? s->levels_done : s->levels);
 }
 
 /* The second method: walk, from what the sweep found, of which levels before `first` are proven, or else from
