@@ -133,9 +133,9 @@ static size_t lay_out(hqp_solver *s, char *arena) {
     s->reflector = slice_rows(arena, &used, n, ld);
     s->direction = slice_rows(arena, &used, n, ld);
     lay_out_reals(s, arena, &used);
-    int **const ints[] = {&s->column,  &s->done,       &s->only,      &s->work,
-                          &s->fit,     &s->work_order, &s->fit_order, &s->column_row,
-                          &s->held.id, &s->clash.id,   &s->bundle.id, &s->bundle.slot};
+    int **const ints[] = {&s->column,     &s->done,        &s->only,         &s->work,    &s->fit,
+                          &s->work_order, &s->fit_order,   &s->column_row,   &s->held.id, &s->clash.id,
+                          &s->bundle.id,  &s->bundle.slot, &s->bundle.broken};
     for (size_t i = 0; i < sizeof ints / sizeof *ints; i++)
         *ints[i] = slice(arena, &used, most * sizeof(int));
     signed char **const flags[] = {&s->kind,

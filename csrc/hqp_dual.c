@@ -181,35 +181,19 @@ static real to_t_space(const hqp_solver *s, int id, int side, real *row) {
     return side * (hqp_value(s, id, s->trial) - hqp_bound(s, id, side));
 }
 
-/* along[0 .. 4) = four lines of `rows` . a over [0, to) */
-static void dot_four(const hqp_solver *s, const real *rows, const real *a, int to, real *along) {
-    hqp_lanes sum[4] = {hqp_no_lanes(), hqp_no_lanes(), hqp_no_lanes(), hqp_no_lanes()};
-    for (int j = 0; j < to; j += HQP_LANES) {
-        const hqp_lanes aj = hqp_load(a + j);
-        for (int i = 0; i < 4; i++) sum[i] = hqp_with_product(sum[i], hqp_load(rows + i * s->ld + j), aj);
-    }
-    for (int i = 0; i < 4; i++) along[i] = hqp_total(sum[i]);
-}
-
-/* a -= along[0 .. 4) . four lines of `rows` */
-static void take_four(const hqp_solver *s, real *a, const real *along, const real *rows, int to) {
-    const real *const second = rows + s->ld, *const third = second + s->ld, *const fourth = third + s->ld;
-    for (int j = 0; j < to; j += HQP_LANES) {
-        const hqp_lanes left =
-            hqp_plus(hqp_scaled(along[0], hqp_load(rows + j)), hqp_scaled(along[1], hqp_load(second + j)));
-        const hqp_lanes right =
-            hqp_plus(hqp_scaled(along[2], hqp_load(third + j)), hqp_scaled(along[3], hqp_load(fourth + j)));
-        hqp_store(a + j, hqp_minus(hqp_load(a + j), hqp_plus(left, right)));
-    }
+/* Vectors i .. i + 3 of the basis of the held rows. */
+static hqp_four four(const hqp_solver *s, int i) {
+    const real *const first = line(s, s->held.basis, i);
+    return (hqp_four){{first, first + s->ld, first + 2 * s->ld, first + 3 * s->ld}};
 }
 
 /* rest loses its part in the span of the held rows, which coefficient, in their basis, gains. */
 static void take_away_held(const hqp_solver *s, real *rest, real *coefficient) {
     const int count = s->held.count, whole = hqp_floor4(count), to = hqp_ceil4(freedom(s));
     real *const along = s->held.along;
-    for (int i = 0; i < whole; i += 4) dot_four(s, line(s, s->held.basis, i), rest, to, along + i);
+    for (int i = 0; i < whole; i += 4) hqp_dot_four(along + i, four(s, i), rest, to);
     for (int i = whole; i < count; i++) along[i] = hqp_dot(line(s, s->held.basis, i), rest, 0, to);
-    for (int i = 0; i < whole; i += 4) take_four(s, rest, along + i, line(s, s->held.basis, i), to);
+    for (int i = 0; i < whole; i += 4) hqp_take_four(rest, along + i, four(s, i), to);
     for (int i = whole; i < count; i++) hqp_axpy(rest, -along[i], line(s, s->held.basis, i), 0, to);
     for (int i = 0; i < count; i++) coefficient[i] += along[i];
 }

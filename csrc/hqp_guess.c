@@ -31,6 +31,11 @@ static real *triangle_of(const hqp_solver *s, int k) {
     return s->bundle.triangle + (ptrdiff_t)k * s->bundle.most;
 }
 
+/* Held rows k .. k + 3. */
+static hqp_four four(const hqp_solver *s, int k) {
+    return (hqp_four){{row_of(s, k), row_of(s, k + 1), row_of(s, k + 2), row_of(s, k + 3)}};
+}
+
 /* Scaled, and turned so that its multiplier is not negative, the row is number `count`, behind the held ones.
  */
 static void place(hqp_solver *s, int level, int id, int side, real largest) {
@@ -40,6 +45,7 @@ static void place(hqp_solver *s, int level, int id, int side, real largest) {
     hqp_bring(s, &id, 1);
     const real *base = hqp_row(s, s->base, id) + s->rank;
     for (int j = 0; j < free; j++) row[j] = scale * base[j];
+    for (int j = free; j < hqp_ceil4(free); j++) row[j] = 0.0;
     s->bundle.id[k] = id;
     s->bundle.multiplier[k] = 0.0;
     s->bundle.gap[k] = scale * (hqp_bound(s, id, side) - s->value[id]);
@@ -48,14 +54,16 @@ static void place(hqp_solver *s, int level, int id, int side, real largest) {
 
 /* Line of the triangle of row number `count`, but for its end. Returns the square of that. */
 static real reduce(const hqp_solver *s, int level, real *size) {
-    const int k = s->bundle.count, free = s->width - s->rank;
+    const int k = s->bundle.count, whole = hqp_floor4(k), to = hqp_ceil4(s->width - s->rank);
     const real *row = row_of(s, k);
     real *line = triangle_of(s, k);
-    *size = hqp_inner(row, row, free) + (is_own(s, level, s->bundle.id[k]) ? YIELD : 0.0);
+    *size = hqp_dot(row, row, 0, to) + (is_own(s, level, s->bundle.id[k]) ? YIELD : 0.0);
     real left = *size;
+    for (int i = 0; i < whole; i += 4) hqp_dot_four(line + i, four(s, i), row, to);
+    for (int i = whole; i < k; i++) line[i] = hqp_dot(row, row_of(s, i), 0, to);
     for (int i = 0; i < k; i++) {
         const real *other = triangle_of(s, i);
-        line[i] = (hqp_inner(row, row_of(s, i), free) - hqp_inner(other, line, i)) / other[i];
+        line[i] = (line[i] - hqp_inner(other, line, i)) / other[i];
         left -= line[i] * line[i];
     }
     return left;
@@ -81,7 +89,7 @@ static real release(hqp_solver *s, int drop) {
     s->bundle.slot[count] = slot;
     s->bundle.count = count - 1;
     for (int c = drop; c < count - 1; c++) {
-        const real a = triangle_of(s, c)[c], b = triangle_of(s, c)[c + 1], r = hypot(a, b);
+        const real a = triangle_of(s, c)[c], b = triangle_of(s, c)[c + 1], r = sqrt(a * a + b * b);
         const real cosine = a / r, sine = b / r;
         for (int i = c; i < count; i++) {
             real *line = triangle_of(s, i);
@@ -115,33 +123,53 @@ static void settle_multipliers(hqp_solver *s) {
 
 /* trial = x + Q (0, t), t = sum multiplier row */
 static void make_trial(hqp_solver *s) {
-    real *t = s->step;
+    const int count = s->bundle.count, whole = hqp_floor4(count), free = s->width - s->rank;
+    real *t = s->step, *minus = s->reduced;
+    const real *const multiplier = s->bundle.multiplier;
+    memset(minus, 0, (size_t)s->ld * sizeof(real));
+    for (int k = 0; k < whole; k += 4) hqp_take_four(minus, multiplier + k, four(s, k), hqp_ceil4(free));
+    for (int k = whole; k < count; k++) hqp_axpy(minus, -multiplier[k], row_of(s, k), 0, hqp_ceil4(free));
     memset(t, 0, (size_t)s->ld * sizeof(real));
-    for (int k = 0; k < s->bundle.count; k++)
-        hqp_add(t + s->rank, s->bundle.multiplier[k], row_of(s, k), s->width - s->rank);
+    for (int j = 0; j < free; j++) t[s->rank + j] = -minus[j];
     hqp_reflect_row_back(s, s->rank, t);
     hqp_scatter(s, t);
     for (int i = 0; i < s->ld; i++) s->trial[i] = s->x[i] + t[i];
 }
 
-/* The row that trial breaks most, in units of its scaled value; -1: none. */
-static int most_broken(const hqp_solver *s, int level, real largest, int *side, real *missing) {
-    int worst = -1;
+/* The row that trial breaks most, in units of its scaled value, of those that were broken when last looked
+ * at; -1: none. */
+static int most_broken_of_known(hqp_solver *s, int level, real largest, int *side, real *missing) {
+    int worst = -1, left = 0;
     *missing = 0.0;
-    for (int i = 0; i < s->row0[level + 1]; i++) {
-        const int own = is_own(s, level, i);
-        if (s->side[i] || !(own ? s->kind[i] == HQP_RANGE : hqp_is_hard(s, i))) continue;
+    for (int k = 0; k < s->bundle.broken_count; k++) {
+        const int i = s->bundle.broken[k], own = is_own(s, level, i);
+        if (s->side[i]) continue;
         const real value = hqp_value(s, i, s->trial);
         const int at = value > s->ub[i] ? 1 : value < s->lb[i] ? -1 : 0;
         if (!at) continue;
         const real bound = hqp_bound(s, i, at), beyond = at * (value - bound);
         const real scaled = beyond / (own ? largest : s->norm[i]);
-        if (scaled <= *missing || beyond <= BROKEN * (1.0 + fabs(bound))) continue;
+        if (beyond <= BROKEN * (1.0 + fabs(bound))) continue;
+        s->bundle.broken[left++] = i;
+        if (scaled <= *missing) continue;
         *missing = scaled;
         *side = at;
         worst = i;
     }
+    s->bundle.broken_count = left;
     return worst;
+}
+
+/* The same, of all where none of these is broken any more: to look at all each time costs more than the rows
+ * that this way are held in vain. */
+static int most_broken(hqp_solver *s, int level, real largest, int *side, real *missing) {
+    const int worst = most_broken_of_known(s, level, largest, side, missing);
+    if (worst >= 0) return worst;
+    for (int i = 0; i < s->row0[level + 1]; i++) {
+        if (is_own(s, level, i) ? s->kind[i] == HQP_RANGE : hqp_is_hard(s, i))
+            s->bundle.broken[s->bundle.broken_count++] = i;
+    }
+    return most_broken_of_known(s, level, largest, side, missing);
 }
 
 /* How far the multiplier of the row behind the held ones can grow, with the held rows giving `pull` each for
@@ -244,7 +272,7 @@ int hqp_guess(hqp_solver *s, int level) {
         if (s->kind[i] != HQP_IDLE) largest = fmax(largest, s->norm[i]);
     }
     memset(s->side, 0, (size_t)s->row0[level + 1]);
-    s->bundle.count = 0;
+    s->bundle.count = s->bundle.broken_count = 0;
     for (int k = 0; k < s->bundle.most; k++) s->bundle.slot[k] = k;
     if (!hold_equalities(s, level, largest) || (s->warm && !hold_known(s, level, largest))) return 0;
     for (;;) {

@@ -119,6 +119,7 @@ struct hqp_solver {
         int entered;
     } cone;
     struct {
+        int broken_count, *broken;                /* rows that were broken when last looked at */
         int count, most, *id, *slot;              /* held rows; row k is work_rows[slot[k]], in t-space */
         real *triangle, *multiplier, *gap, *pull; /* [most][most], [most] .. */
         real *x;                                  /* [ld] where it ended, */

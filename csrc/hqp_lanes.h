@@ -129,6 +129,31 @@ static inline void hqp_reflect_four(real *const rows[4], const real *v, int from
     }
 }
 
+typedef struct hqp_four {
+    const real *row[4];
+} hqp_four;
+
+/* out[0 .. 4) = four rows . a over [0, to), a multiple of 4, aligned */
+static inline void hqp_dot_four(real *out, hqp_four of, const real *a, int to) {
+    hqp_lanes sum[4] = {hqp_no_lanes(), hqp_no_lanes(), hqp_no_lanes(), hqp_no_lanes()};
+    for (int j = 0; j < to; j += HQP_LANES) {
+        const hqp_lanes aj = hqp_load(a + j);
+        for (int i = 0; i < 4; i++) sum[i] = hqp_with_product(sum[i], hqp_load(of.row[i] + j), aj);
+    }
+    for (int i = 0; i < 4; i++) out[i] = hqp_total(sum[i]);
+}
+
+/* a -= t[0 .. 4) . four rows, over the same */
+static inline void hqp_take_four(real *a, const real *t, hqp_four of, int to) {
+    for (int j = 0; j < to; j += HQP_LANES) {
+        const hqp_lanes left =
+            hqp_plus(hqp_scaled(t[0], hqp_load(of.row[0] + j)), hqp_scaled(t[1], hqp_load(of.row[1] + j)));
+        const hqp_lanes right =
+            hqp_plus(hqp_scaled(t[2], hqp_load(of.row[2] + j)), hqp_scaled(t[3], hqp_load(of.row[3] + j)));
+        hqp_store(a + j, hqp_minus(hqp_load(a + j), hqp_plus(left, right)));
+    }
+}
+
 #ifdef HQP_EXTENDED
 /* sum a_i b_i over [0, count), anywhere in memory */
 static inline real hqp_inner(const real *a, const real *b, int count) {
@@ -144,6 +169,23 @@ static inline real hqp_inner(const real *a, const real *b, int count) {
 /* a += t b over [0, count), anywhere in memory */
 static inline void hqp_add(real *a, real t, const real *b, int count) {
     for (int i = 0; i < count; i++) a[i] += t * b[i];
+}
+#elif defined __AVX2__
+typedef real hqp_loose __attribute__((vector_size(32), aligned(8), may_alias));
+
+static inline real hqp_inner(const real *a, const real *b, int count) {
+    hqp_loose sum = {0.0, 0.0, 0.0, 0.0};
+    real rest = 0.0;
+    int i = 0;
+    for (; i + 4 <= count; i += 4) sum += *(const hqp_loose *)(a + i) * *(const hqp_loose *)(b + i);
+    for (; i < count; i++) rest += a[i] * b[i];
+    return (sum[0] + sum[1]) + (sum[2] + sum[3]) + rest;
+}
+
+static inline void hqp_add(real *a, real t, const real *b, int count) {
+    int i = 0;
+    for (; i + 4 <= count; i += 4) *(hqp_loose *)(a + i) += t * *(const hqp_loose *)(b + i);
+    for (; i < count; i++) a[i] += t * b[i];
 }
 #else
 typedef real hqp_loose __attribute__((vector_size(16), aligned(8), may_alias));
