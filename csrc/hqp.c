@@ -346,8 +346,8 @@ static int load_row(hqp_solver *s, int id, const real *from) {
 static int load_bounds(hqp_solver *s, int id, double lb, double ub) {
     if (!(lb < INFINITY) || !(ub > -INFINITY)) return 0;
     if (lb > ub) {
-        const double lower = 0.5 * lb,
-                     upper = 0.5 * ub; /* the difference of the largest two doubles is none */
+        /* halves, as the difference of the largest two doubles is none */
+        const double lower = 0.5 * lb, upper = 0.5 * ub;
         if (lower - upper > CLOSED * (0.5 + fabs(lower) + fabs(upper))) return 0;
         lb = ub = lower + upper;
     }
