@@ -27,6 +27,7 @@ static inline real hqp_total(hqp_lanes a) {
 }
 #elif defined __AVX2__
 typedef real hqp_lanes __attribute__((vector_size(32), may_alias));
+typedef real hqp_loose __attribute__((vector_size(32), aligned(8), may_alias));
 enum { HQP_LANES = 4, HQP_ROWS_AT_ONCE = 2 };
 
 static inline hqp_lanes hqp_no_lanes(void) {
@@ -34,6 +35,12 @@ static inline hqp_lanes hqp_no_lanes(void) {
 }
 static inline real hqp_total(hqp_lanes a) {
     return (a[0] + a[1]) + (a[2] + a[3]);
+}
+static inline hqp_lanes hqp_load_anywhere(const real *a) {
+    return *(const hqp_loose *)a;
+}
+static inline void hqp_store_anywhere(real *a, hqp_lanes b) {
+    *(hqp_loose *)a = b;
 }
 #endif
 
@@ -58,6 +65,7 @@ static inline hqp_lanes hqp_scaled(real t, hqp_lanes a) {
 }
 #else
 typedef real hqp_pair __attribute__((vector_size(16), may_alias));
+typedef real hqp_loose __attribute__((vector_size(16), aligned(8), may_alias));
 typedef struct hqp_lanes {
     hqp_pair low, high;
 } hqp_lanes;
@@ -72,6 +80,13 @@ static inline hqp_lanes hqp_load(const real *a) {
 static inline void hqp_store(real *a, hqp_lanes b) {
     *(hqp_pair *)a = b.low;
     *(hqp_pair *)(a + 2) = b.high;
+}
+static inline hqp_lanes hqp_load_anywhere(const real *a) {
+    return (hqp_lanes){*(const hqp_loose *)a, *(const hqp_loose *)(a + 2)};
+}
+static inline void hqp_store_anywhere(real *a, hqp_lanes b) {
+    *(hqp_loose *)a = b.low;
+    *(hqp_loose *)(a + 2) = b.high;
 }
 static inline hqp_lanes hqp_plus(hqp_lanes a, hqp_lanes b) {
     return (hqp_lanes){a.low + b.low, a.high + b.high};
@@ -170,42 +185,23 @@ static inline real hqp_inner(const real *a, const real *b, int count) {
 static inline void hqp_add(real *a, real t, const real *b, int count) {
     for (int i = 0; i < count; i++) a[i] += t * b[i];
 }
-#elif defined __AVX2__
-typedef real hqp_loose __attribute__((vector_size(32), aligned(8), may_alias));
-
-static inline real hqp_inner(const real *a, const real *b, int count) {
-    hqp_loose sum = {0.0, 0.0, 0.0, 0.0};
-    real rest = 0.0;
-    int i = 0;
-    for (; i + 4 <= count; i += 4) sum += *(const hqp_loose *)(a + i) * *(const hqp_loose *)(b + i);
-    for (; i < count; i++) rest += a[i] * b[i];
-    return (sum[0] + sum[1]) + (sum[2] + sum[3]) + rest;
-}
-
-static inline void hqp_add(real *a, real t, const real *b, int count) {
-    int i = 0;
-    for (; i + 4 <= count; i += 4) *(hqp_loose *)(a + i) += t * *(const hqp_loose *)(b + i);
-    for (; i < count; i++) a[i] += t * b[i];
-}
 #else
-typedef real hqp_loose __attribute__((vector_size(16), aligned(8), may_alias));
-
 static inline real hqp_inner(const real *a, const real *b, int count) {
-    hqp_loose low = {0.0, 0.0}, high = {0.0, 0.0};
+    hqp_lanes sum = hqp_no_lanes();
     real rest = 0.0;
     int i = 0;
-    for (; i + 4 <= count; i += 4) {
-        low += *(const hqp_loose *)(a + i) * *(const hqp_loose *)(b + i);
-        high += *(const hqp_loose *)(a + i + 2) * *(const hqp_loose *)(b + i + 2);
-    }
+    for (; i + HQP_LANES <= count; i += HQP_LANES)
+        sum = hqp_with_product(sum, hqp_load_anywhere(a + i), hqp_load_anywhere(b + i));
     for (; i < count; i++) rest += a[i] * b[i];
-    return (low[0] + low[1]) + (high[0] + high[1]) + rest;
+    return hqp_total(sum) + rest;
 }
 
 static inline void hqp_add(real *a, real t, const real *b, int count) {
     int i = 0;
-    for (; i + 2 <= count; i += 2) *(hqp_loose *)(a + i) += t * *(const hqp_loose *)(b + i);
-    if (i < count) a[i] += t * b[i];
+    for (; i + HQP_LANES <= count; i += HQP_LANES)
+        hqp_store_anywhere(a + i,
+                           hqp_plus(hqp_load_anywhere(a + i), hqp_scaled(t, hqp_load_anywhere(b + i))));
+    for (; i < count; i++) a[i] += t * b[i];
 }
 #endif
 

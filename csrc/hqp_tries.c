@@ -233,21 +233,20 @@ static int is_clearly_missed(const hqp_solver *s, int level) {
     return 0;
 }
 
-/* Whether a short sweep from the start with levels as one finds x, which is proven without. They are as many
- * as led to a proof the last time, or else two, both of which x must miss clearly. */
+/* Whether a short sweep from the start with two levels as one, both of which x must miss clearly, finds x,
+ * which is proven without. */
 static int is_found_softened(hqp_solver *s) {
     memcpy(s->x, s->start.x, (size_t)s->ld * sizeof(real));
     hqp_find_values(s);
-    const int known = s->softest, level = hqp_soften(s, known ? known : LEAST_SOFTENED);
+    const int level = hqp_soften(s, LEAST_SOFTENED);
     if (level < 0) return 0;
     const int half = (s->settings.max_iterations - s->iterations) / 2, most = SOFT_GLANCE * s->n / 4;
     const enum outcome outcome = glance(s, half < most ? half : most);
     hqp_harden(s);
-    if (outcome != LOST && is_proven_softened(s, level) &&
-        (known || (is_clearly_missed(s, level) && is_clearly_missed(s, level + 1))))
+    if (outcome != LOST && is_proven_softened(s, level) && is_clearly_missed(s, level) &&
+        is_clearly_missed(s, level + 1))
         return 1;
     hqp_bring_back(s);
-    s->softest = 0;
     return 0;
 }
 
