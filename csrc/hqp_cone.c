@@ -177,6 +177,7 @@ real hqp_descent(hqp_solver *s, int level) {
         squares += target[j] * target[j];
     }
     const real length = sqrt(squares);
+    s->cone.length = length;
     if (!(length > s->none[level])) {
         memset(s->side, 0, (size_t)s->row0[level]);
         return length;

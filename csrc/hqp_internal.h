@@ -115,6 +115,7 @@ struct hqp_solver {
     struct {
         real *lb, *ub, *x, *target; /* of the rows at their bound, moved there, while -g is projected */
         signed char *kind, *own;    /* own: the sides of the level's rows, put aside */
+        real length;                /* of -g: held multipliers are times this */
         real least;                 /* multiplier, times the norm of the row, that the projection needs */
         int entered;
     } cone;
@@ -127,6 +128,7 @@ struct hqp_solver {
     } bundle;                                     /* of hqp_guess.c */
     struct {
         int *held, *count; /* [2 levels][n]: by level, 1 + row, negative at lb; [2 levels] */
+        real *multiplier;  /* [2 levels][n] theirs, times the norm of the row */
     } proof; /* what held the projections that proved the levels last, apart and then with levels joined */
     signed char *hidden;   /* [levels] the rounding of its long rows would hide what short ones lack */
     real *none;            /* [levels] length of a gradient that counts as none, */
@@ -151,6 +153,8 @@ struct hqp_solver {
     real *then;         /* [levels] s->none where the level's multipliers were found */
     signed char *slack; /* [levels] there is a slack to be proven minimal */
     int is_doubtful;    /* the last proof failed on rows that were settled by too small a multiplier */
+    int is_factorised;  /* the working set with which a level was found minimal */
+    int is_projected;   /* x is proven by projection, and the factorisation is that of the proof */
     real lenience;      /* times what a proof by projection minds otherwise */
     int is_rough;       /* the last proof minded no more than that only because it was one by projection */
     int is_lax;         /* no more is asked of joined levels than of others */
@@ -158,7 +162,11 @@ struct hqp_solver {
     struct {
         hqp_place at;
         int any;
-    } close;          /* the best x of the first try that it could not prove, and its guesses */
+    } close; /* the best x of the first try that it could not prove, and its guesses */
+    struct {
+        real *x; /* [ld] */
+        int any;
+    } refuted;        /* the x at the minimum of its face that the first try could not prove the last time */
     real hardest;     /* the largest multiplier of the last level, times the norm of its row */
     int softened;     /* x was found with two levels as one */
     int sees_faintly; /* a direction was fixed by a row that hardly sees it */
@@ -347,6 +355,11 @@ int hqp_prove(hqp_solver *s, int count);
 int hqp_prove_by_descent(hqp_solver *s, int count);
 int hqp_confirm(hqp_solver *s);
 int hqp_is_minimal(hqp_solver *s, int level);
+void hqp_seat_held(hqp_solver *s, int level);
+void hqp_seat_missed(hqp_solver *s, int level);
+
+/* hqp_lean.c: would a join leave a row? */
+int hqp_holds_joined(hqp_solver *s, int level, int k);
 
 /* hqp_guess.c: a working set for a level that the walk starts with */
 int hqp_guess(hqp_solver *s, int level);
@@ -354,7 +367,7 @@ int hqp_guess(hqp_solver *s, int level);
 /* The two methods: all levels with guessed working sets (hqp_sweep.c), and one level with certainty
  * (hqp_walk.c) */
 int hqp_sweep(hqp_solver *s, int first, int repair);
-void hqp_fit_face(hqp_solver *s);
+int hqp_fit_face(hqp_solver *s);
 hqp_status hqp_walk(hqp_solver *s, int level);
 
 /* Parts of the sweep: the last step (hqp_dual.c), and what to do where it is impossible (hqp_clash.c). They

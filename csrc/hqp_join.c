@@ -294,11 +294,12 @@ int hqp_may_gain(hqp_solver *s) {
 
 /*
  * x is proven, and a level leans on rows: keep the answer, and join that level with the next one if that may
- * gain by it. Returns whether that was done.
+ * gain by it, for which it has to leave a row. Returns whether that was done.
  */
 int hqp_try_join(hqp_solver *s) {
     const int level = s->leans;
-    const int known = s->apart.level == level, may = needed(s, level) <= MOST;
+    const int known = s->apart.level == level;
+    const int may = needed(s, level) <= MOST && !hqp_holds_joined(s, level, LEAST);
     if (known)
         memcpy(s->apart.at.x, s->x, (size_t)s->ld * sizeof(real));
     else

@@ -303,7 +303,7 @@ static int memory(const hqp_solver *s, int level) {
 
 /* The hard rows that held the last projection that proved this level get their side, of one of the same kind
  * if there was any; where there was none, those that this level or one before holds by guess. */
-static void seat_held(hqp_solver *s, int level) {
+void hqp_seat_held(hqp_solver *s, int level) {
     const int own = memory(s, level), other = own < s->levels ? s->levels + level : level;
     const int at = s->proof.count[own] ? own : other, count = s->proof.count[at];
     const int *known = s->proof.held + at * s->n;
@@ -321,10 +321,21 @@ static void seat_held(hqp_solver *s, int level) {
 static void remember(hqp_solver *s, int level) {
     const int at = memory(s, level);
     int *known = s->proof.held + at * s->n, count = 0;
-    for (int i = 0; i < s->row0[level] && s->cone.least < INFINITY && count < s->n; i++) {
-        if (s->side[i]) known[count++] = s->side[i] * (i + 1);
+    for (int k = 0; k < s->held.count && s->cone.least < INFINITY; k++) {
+        const int id = s->held.id[k];
+        if (id >= s->row0[level]) continue;
+        s->proof.multiplier[at * s->n + count] = s->cone.length * s->held.multiplier[k] * s->norm[id];
+        known[count++] = s->side[id] * (id + 1);
     }
     s->proof.count[at] = count;
+}
+
+/* Equalities, and the rows of the level that are missed by more than counts as none, get their side. */
+void hqp_seat_missed(hqp_solver *s, int level) {
+    hqp_seat_violated(s, level);
+    for (int i = s->row0[level]; i < s->row0[level + 1]; i++) {
+        if (s->kind[i] == HQP_RANGE && !is_missed(s, level, i)) s->side[i] = 0;
+    }
 }
 
 /*
@@ -340,7 +351,7 @@ int hqp_prove_by_descent(hqp_solver *s, int count) {
     if (is_blurred(s)) return 0;
     for (int p = 0; p < count; p++) {
         s->rank_at[p] = s->rank;
-        seat_held(s, p);
+        hqp_seat_held(s, p);
         s->cone.least = INFINITY;
         if (!is_little(s, p, left_of(s, p))) return p;
         remember(s, p);
@@ -349,10 +360,7 @@ int hqp_prove_by_descent(hqp_solver *s, int count) {
             s->least = s->cone.least;
         }
         memset(s->side, 0, (size_t)s->row0[p]);
-        hqp_seat_violated(s, p);
-        for (int i = s->row0[p]; i < s->row0[p + 1]; i++) {
-            if (s->kind[i] == HQP_RANGE && !is_missed(s, p, i)) s->side[i] = 0;
-        }
+        hqp_seat_missed(s, p);
         if (s->rank < s->width) {
             hqp_factorise(s, p);
             hqp_hold_fitted(s);
@@ -360,6 +368,7 @@ int hqp_prove_by_descent(hqp_solver *s, int count) {
         hqp_close_level(s, p);
     }
     s->rank_at[count] = s->rank;
+    s->is_projected = count == s->levels;
     return count;
 }
 
@@ -383,6 +392,7 @@ int hqp_confirm(hqp_solver *s) {
     const int proven = hqp_prove_by_descent(s, s->levels);
     s->settings.rank = rank;
     s->lenience = 1.0;
+    s->is_projected = 0;
     s->rank_at[s->levels] = rank_at_end;
     s->leans = leans;
     return proven == s->levels;

@@ -268,6 +268,7 @@ void hqp_close_level(hqp_solver *s, int level) {
  * begins. */
 void hqp_rewind(hqp_solver *s, int first) {
     s->rank = s->rank_at[first];
+    s->is_projected = 0;
     if (s->lines > s->rank) s->lines = s->rank;
     if (s->leans >= first) s->leans = -1;
     s->x_norm = hqp_length(s, s->x);

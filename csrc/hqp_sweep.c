@@ -16,6 +16,8 @@
  * less, the more so the more variables there are. */
 enum { RETURNS = 8192, FEW = 32, REPAIRS = 32 };
 
+static const real FAR = 1.0; /* times 1 + |x|: a step that puts no rounding right */
+
 static int member(const hqp_solver *s, int i) {
     return i < s->work_rank ? s->work[s->work_order[i]] : s->fit[i - s->work_rank];
 }
@@ -155,10 +157,11 @@ int hqp_sweep(hqp_solver *s, int first, int repair) {
 /*
  * Move x to where, level by level, the minimum is with all rows held that x touches, whatever their
  * multipliers. What a small weight or a multiplier of any size has left of x's accuracy does not matter
- * there.
+ * there. Returns 0, and x is of no use, where rows that are nearly dependent would take it far away.
  */
-void hqp_fit_face(hqp_solver *s) {
+int hqp_fit_face(hqp_solver *s) {
     hqp_rewind(s, 0);
+    const real farthest = FAR * (1.0 + s->x_norm);
     for (int level = 0; level < s->levels && s->rank < s->width; level++) {
         s->rank_at[level] = s->rank;
         hqp_find_values(s);
@@ -169,6 +172,7 @@ void hqp_fit_face(hqp_solver *s) {
         hqp_seat_violated(s, level);
         hqp_factorise(s, level);
         hqp_find_step(s, 0);
+        if (!(hqp_length(s, s->step) <= farthest)) return 0;
         for (int i = 0; i < s->ld; i++) s->x[i] += s->step[i];
         for (int i = 0; i < s->row0[level]; i++) {
             if (s->side[i]) s->frozen_at[i] = (short)level;
@@ -177,4 +181,5 @@ void hqp_fit_face(hqp_solver *s) {
         hqp_close_level(s, level);
     }
     s->x_norm = hqp_length(s, s->x);
+    return 1;
 }

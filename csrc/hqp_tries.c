@@ -14,6 +14,7 @@ static const real HARD = 1e6; /* times 1 + slack: a multiplier for which others 
 /* times norm of row (1 + |x|): what a row is missed by, more than rounding, and clearly */
 static const real FAINT = 1e-12, MISSED = 1e-5;
 static const real FAR = 1e-9;   /* rounding times |x| that may be seen in a slack */
+static const real SAME = 1e-10; /* times 1 + |x|: no distance */
 static const real CLOSER = 0.1; /* times rounding, which rows are minded by where such an x is put right */
 enum { USUAL = 16, LEAST_USUAL = 128 }; /* times n, and at least: iterations that nearly all do with */
 enum { GLANCE = 16 };                   /* iterations to see whether joins are needed */
@@ -199,17 +200,37 @@ static void set_verdict(hqp_solver *s, verdict of) {
     s->hardest = of.hardest;
 }
 
-/* The same at the minimum of the face that x is on, where multipliers may have any size or, where that does
- * not go well, where x is. */
+/* x is where the first try could not prove it the last time. */
+static int is_refuted(const hqp_solver *s) {
+    real most = 0.0;
+    for (int i = 0; i < s->ld; i++) most = fmax(most, fabs(s->x[i] - s->refuted.x[i]));
+    return s->refuted.any && most <= SAME * (1.0 + s->x_norm);
+}
+
+/* The same at the minimum of the face that x is on, where multipliers may have any size. */
+static int is_face_proven(hqp_solver *s) {
+    if (!hqp_fit_face(s) || (s->is_exact && is_refuted(s))) return 0;
+    const int proven = is_proven_here(s);
+    if (!proven && s->is_exact) {
+        memcpy(s->refuted.x, s->x, (size_t)s->ld * sizeof(real));
+        s->refuted.any = 1;
+    }
+    return proven;
+}
+
+/* The same or, where that does not go well, where x is, which is seldom proven exactly. */
 static int is_proven_fitted(hqp_solver *s) {
     const verdict before = get_verdict(s);
     memcpy(s->kept, s->x, (size_t)s->ld * sizeof(real));
-    hqp_fit_face(s);
-    const int is_fitted = is_proven_here(s);
-    if (is_fitted && !s->is_rough) return 1;
+    const int is_fitted = is_face_proven(s);
+    if (is_fitted && (s->is_exact || !s->is_rough)) return 1;
     const verdict fitted = get_verdict(s);
     hqp_swap_rows(s->x, s->kept, (int)s->ld);
     set_verdict(s, before);
+    if (s->is_exact) {
+        hqp_find_values(s);
+        return 0;
+    }
     const int is_proven = is_proven_here(s);
     if (!is_fitted || (is_proven && !s->is_rough)) return is_proven;
     memcpy(s->x, s->kept, (size_t)s->ld * sizeof(real));
@@ -270,6 +291,8 @@ static hqp_status try_both(hqp_solver *s, int first) {
     }
     const enum outcome outcome = try_sweeps(s, &first);
     if (outcome == PROVEN && is_confirmed(s)) return HQP_SOLVED;
+    /* with levels as one it has to be proven without anyway */
+    if (outcome == SETTLED && s->is_exact && s->is_lax) return HQP_SOLVED;
     if (outcome != LOST && is_proven_here(s)) return HQP_SOLVED;
     if (outcome == SETTLED && s->is_exact) { /* a walk from there seldom ends where there is an exact proof */
         keep_close(s);
@@ -449,7 +472,7 @@ static hqp_status try_exact(hqp_solver *s, int first) {
     const int most = s->settings.max_iterations;
     s->settings.max_iterations = share(s, most);
     s->is_exact = 1;
-    s->close.any = 0;
+    s->close.any = s->refuted.any = 0;
     const hqp_status status = try_joined(s, first);
     s->is_exact = 0;
     s->settings.max_iterations = most;

@@ -10,7 +10,8 @@
 
 #include <string.h>
 
-enum { TRIALS = 6, FEW = 4, PATIENCE = 8 }; /* FEW: changes of a set that are no sign of going astray */
+/* FEW: changes of a set that are no sign of going astray; MANY: of a guessed set, that are one */
+enum { TRIALS = 6, FEW = 4, MANY = 10, PATIENCE = 8 };
 static const real DOUBT = 0.05; /* times rounding: a multiplier that is wrong by less is left alone */
 
 /* row . x for the hard rows of earlier levels and the rows of this one */
@@ -63,8 +64,9 @@ static int revise_work(hqp_solver *s, int level) {
 }
 
 /* Take whole steps from the same x, correct the working set where it proved wrong, and move once it is right.
- * Sets that go on to prove as wrong as before are given up. */
-static int settle_by_trial(hqp_solver *s, int level) {
+ * Sets that go on to prove as wrong as before are given up, and so is the first one where more than `most`
+ * changes are due. */
+static int settle_by_trial(hqp_solver *s, int level, int most) {
     for (int trial = 0, before = FEW; trial < TRIALS; trial++) {
         if (trial > 0 && hqp_out_of_iterations(s)) return 0;
         hqp_factorise(s, level);
@@ -76,7 +78,7 @@ static int settle_by_trial(hqp_solver *s, int level) {
             hqp_move_to_trial(s);
             return 1;
         }
-        if (trial > 0 && changes >= before) return 0;
+        if (trial > 0 ? changes >= before : changes > most) return 0;
         before = changes > FEW ? changes : FEW;
     }
     return 0;
@@ -220,7 +222,8 @@ static int is_held(hqp_solver *s, int level) {
 }
 
 static int is_minimal(hqp_solver *s, int level) {
-    return is_held(s, level) || hqp_is_minimal(s, level);
+    s->is_factorised = is_held(s, level);
+    return s->is_factorised || hqp_is_minimal(s, level);
 }
 
 /* Go down by the projected gradient, which leads away from a vertex at which working sets repeat. The working
@@ -296,12 +299,12 @@ static void move_to_guess(hqp_solver *s, int level) {
 static int settle(hqp_solver *s, int level) {
     if (s->warm) {
         hqp_seat_guess(s, level);
-        if (settle_by_trial(s, level) && is_minimal(s, level)) return 1;
+        if (settle_by_trial(s, level, s->total) && is_minimal(s, level)) return 1;
     }
     level_values(s, level, s->x, s->value);
     const int is_guessed = hqp_guess(s, level);
     if (!is_guessed) hqp_seat_violated(s, level);
-    if (settle_by_trial(s, level)) return is_minimal(s, level);
+    if (settle_by_trial(s, level, is_guessed ? MANY : s->total)) return is_minimal(s, level);
     if (is_guessed) move_to_guess(s, level);
     return 0;
 }
@@ -310,10 +313,11 @@ static int settle(hqp_solver *s, int level) {
 hqp_status hqp_walk(hqp_solver *s, int level) {
     hqp_status status = HQP_SOLVED;
     const int violated = hqp_seat_violated(s, level);
+    s->is_factorised = 0;
     if (s->rank < s->width) {
         if (violated && !settle(s, level)) status = descend(s, level);
         if (status != HQP_ITERATION_CAP) {
-            hqp_factorise(s, level);
+            if (!s->is_factorised) hqp_factorise(s, level);
             hqp_freeze(s, level);
         }
     }

@@ -61,6 +61,9 @@
 #define hqp_part hqp_extended_part
 #define hqp_part_last hqp_extended_part_last
 #define hqp_prove hqp_extended_prove
+#define hqp_seat_held hqp_extended_seat_held
+#define hqp_seat_missed hqp_extended_seat_missed
+#define hqp_holds_joined hqp_extended_holds_joined
 #define hqp_prove_by_descent hqp_extended_prove_by_descent
 #define hqp_reflect_all hqp_extended_reflect_all
 #define hqp_reflect_back hqp_extended_reflect_back

@@ -1,0 +1,3 @@
+#include "names.h"
+
+#include "../hqp_lean.c"
