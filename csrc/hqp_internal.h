@@ -161,11 +161,11 @@ struct hqp_solver {
     int is_exact;       /* the first try: less counts as none */
     struct {
         hqp_place at;
-        int any;
-    } close; /* the best x of the first try that it could not prove, and its guesses */
+        int any, off_face; /* at the minimum of its face there is no proof of it */
+    } close;               /* the best x of the first try that it could not prove, and its guesses */
     struct {
-        real *x; /* [ld] */
-        int any;
+        real *x;           /* [ld] */
+        int any, for_good; /* not less exactly either */
     } refuted;        /* the x at the minimum of its face that the first try could not prove the last time */
     real hardest;     /* the largest multiplier of the last level, times the norm of its row */
     int softened;     /* x was found with two levels as one */

@@ -58,6 +58,12 @@ static int is_proven(hqp_solver *s) {
     return hqp_prove(s, s->levels) == s->levels;
 }
 
+/* x is looked for with levels as one, in the first try, and has to be proven without: whether it is with them
+ * does not matter. */
+static int is_on_the_way(const hqp_solver *s) {
+    return s->is_exact && s->is_lax;
+}
+
 /*
  * Sweep, and prove the answer. Where that fails because rounding left too much while x was far away, or over
  * many solves with a factorisation that was kept, one more sweep with the same sets puts it right. So it does
@@ -69,6 +75,10 @@ static enum outcome sweep(hqp_solver *s, int first, int repair) {
     s->hardest = 0.0;
     hqp_rewind(s, first);
     if (!hqp_sweep(s, first, repair)) return LOST;
+    if (is_on_the_way(s)) {
+        hqp_find_values(s);
+        return SETTLED;
+    }
     const int proven = is_proven(s);
     const real rounding = s->settings.rounding;
     const int is_far = rounding * s->x_norm > FAR;
@@ -149,6 +159,7 @@ static hqp_status try_walk(hqp_solver *s, enum outcome of_sweep, int first) {
     const int attempts = is_brief ? 1 : ATTEMPTS;
     for (int i = 0; i < attempts && status != HQP_SOLVED && status != HQP_ITERATION_CAP; i++) {
         status = walk_from(s, first);
+        if (is_on_the_way(s)) break;
         if (is_walk_proven(s, status))
             status = HQP_SOLVED;
         else if (status == HQP_SOLVED)
@@ -209,11 +220,16 @@ static int is_refuted(const hqp_solver *s) {
 
 /* The same at the minimum of the face that x is on, where multipliers may have any size. */
 static int is_face_proven(hqp_solver *s) {
-    if (!hqp_fit_face(s) || (s->is_exact && is_refuted(s))) return 0;
+    if (!hqp_fit_face(s)) {
+        s->refuted.for_good = 1;
+        return 0;
+    }
+    if (s->is_exact && is_refuted(s)) return 0;
     const int proven = is_proven_here(s);
     if (!proven && s->is_exact) {
         memcpy(s->refuted.x, s->x, (size_t)s->ld * sizeof(real));
         s->refuted.any = 1;
+        s->refuted.for_good = s->levels_done == s->levels - 1; /* of the last level no more is asked */
     }
     return proven;
 }
@@ -272,11 +288,12 @@ static int is_found_softened(hqp_solver *s) {
 }
 
 /* The first try could not prove x: keep the best of these. */
-static void keep_close(hqp_solver *s) {
+static void keep_close(hqp_solver *s, int off_face) {
     if (!s->is_exact || hqp_any_joined(s)) return;
     if (s->close.any && hqp_is_kept_better(s, s->close.at.x)) return;
     hqp_keep(s, s->close.at);
     s->close.any = 1;
+    s->close.off_face = off_face;
 }
 
 /* Both methods, one after the other. */
@@ -291,11 +308,10 @@ static hqp_status try_both(hqp_solver *s, int first) {
     }
     const enum outcome outcome = try_sweeps(s, &first);
     if (outcome == PROVEN && is_confirmed(s)) return HQP_SOLVED;
-    /* with levels as one it has to be proven without anyway */
-    if (outcome == SETTLED && s->is_exact && s->is_lax) return HQP_SOLVED;
+    if (outcome == SETTLED && is_on_the_way(s)) return HQP_SOLVED;
     if (outcome != LOST && is_proven_here(s)) return HQP_SOLVED;
     if (outcome == SETTLED && s->is_exact) { /* a walk from there seldom ends where there is an exact proof */
-        keep_close(s);
+        keep_close(s, 0);
         return HQP_NOT_PROVEN;
     }
     /* a walk that begins with what was held needs fewer working sets */
@@ -304,7 +320,7 @@ static hqp_status try_both(hqp_solver *s, int first) {
         if (s->softened) return HQP_SOLVED;
     }
     const hqp_status status = try_walk(s, outcome, outcome == LOST ? 0 : s->levels_done);
-    if (status == HQP_NOT_PROVEN) keep_close(s);
+    if (status == HQP_NOT_PROVEN) keep_close(s, 0);
     return status;
 }
 
@@ -332,7 +348,7 @@ static hqp_status try_softened(hqp_solver *s, hqp_status status) {
         const int found = try_both(s, 0) == HQP_SOLVED;
         hqp_harden(s);
         const int proven = is_proven_softened(s, level);
-        if (found && !proven && status != HQP_SOLVED) keep_close(s);
+        if (found && !proven && status != HQP_SOLVED) keep_close(s, s->refuted.for_good);
         if (proven && (status != HQP_SOLVED || !hqp_is_kept_better(s, s->apart.at.x))) {
             s->softest = count;
             return HQP_SOLVED;
@@ -486,7 +502,8 @@ static hqp_status try_close(hqp_solver *s) {
     hqp_go_to(s, s->close.at);
     s->warm = 1;
     forget_leaning(s);
-    return is_proven_fitted(s) ? weigh_joins(s, HQP_SOLVED) : HQP_NOT_PROVEN;
+    const int proven = s->close.off_face ? is_proven_here(s) : is_proven_fitted(s);
+    return proven ? weigh_joins(s, HQP_SOLVED) : HQP_NOT_PROVEN;
 }
 
 /* A level is missed by more than rounding and by less than is clear: along a direction that it hardly sees
