@@ -178,6 +178,14 @@ def test_a_join_has_the_weight_that_its_own_answer_allows():
     assert slack_norms(levels, solution.x)[-1] == pytest.approx(408.9624, abs=1e-4)
 
 
+def test_a_join_that_leaves_a_row_is_not_taken_for_one_that_leaves_none():
+    """Without the join level 8 is 580.43, by multipliers that the join turns negative."""
+    levels = recorded("contact_leaves")[0]
+    solution = solve(levels)
+    assert solution.status is Status.SOLVED and is_proven(levels, solution)
+    assert slack_norms(levels, solution.x)[-1] == pytest.approx(521.8157, abs=1e-3)
+
+
 @pytest.mark.parametrize("name", ["contact_weight", "contact_lighter"])
 def test_a_join_has_the_largest_weight_that_is_allowed_whatever_was_solved_before(name):
     """Answers with 2^-30 and with 2^-32 may both allow their own weight. The first tick ends with one that
