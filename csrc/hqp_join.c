@@ -272,7 +272,7 @@ void hqp_bring_back(hqp_solver *s) {
     exchange_guesses(s);
     memcpy(s->x, s->apart.at.x, (size_t)s->ld * sizeof(real));
     hqp_find_values(s);
-    s->resumable = 0;
+    s->resumable = s->is_projected = 0;
 }
 
 static int pulls(const hqp_solver *s) {

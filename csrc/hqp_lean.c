@@ -1,11 +1,10 @@
 /*
  * Whether a join would leave a row, as far as the first step tells.
  *
- * Where a level holds rows with multipliers lambda >= 0, and the next one by mu_i and nu: -g = sum mu_i
- * (+-row_i)
- * + A^T nu, A the rows that the level fits, both as one, the next with a small weight w, have their minimum
- * where the level's slack differs by w nu, with multipliers lambda + w mu. As long as these are positive no
- * row is left.
+ * A level holds rows with multipliers lambda >= 0. They hold the next one, too, by mu of either sign, and
+ * with them the rows A that the level fits: -g = sum mu_i (+-row_i) + A^T nu. Both as one, the next with a
+ * small weight w, have their minimum where the slack of the level differs by w nu, with multipliers lambda +
+ * w mu. As long as these are positive no row is left.
  */
 #include "hqp_internal.h"
 
@@ -60,7 +59,8 @@ static int stay_positive(const hqp_solver *s, int level, int from, int k) {
     for (int i = 0; i < s->proof.count[level]; i++) {
         const int id = abs(held[i]) - 1;
         int column = from;
-        while (s->column_row[column] != id) column++;
+        while (column < s->rank && s->column_row[column] != id) column++;
+        if (column == s->rank) return 0;
         const real mu = (held[i] < 0 ? -1 : 1) * s->reduced[column] * s->norm[id];
         if (!(ldexp(mu, -2 * k) >= -SHARE * lambda[i])) return 0;
     }

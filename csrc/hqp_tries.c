@@ -252,6 +252,7 @@ static int is_proven_fitted(hqp_solver *s) {
     memcpy(s->x, s->kept, (size_t)s->ld * sizeof(real));
     hqp_find_values(s);
     set_verdict(s, fitted);
+    s->is_projected = 0;
     return 1;
 }
 
