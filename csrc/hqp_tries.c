@@ -220,11 +220,7 @@ static int is_refuted(const hqp_solver *s) {
 
 /* The same at the minimum of the face that x is on, where multipliers may have any size. */
 static int is_face_proven(hqp_solver *s) {
-    if (!hqp_fit_face(s)) {
-        s->refuted.for_good = 1;
-        return 0;
-    }
-    if (s->is_exact && is_refuted(s)) return 0;
+    if (!hqp_fit_face(s) || (s->is_exact && is_refuted(s))) return 0;
     const int proven = is_proven_here(s);
     if (!proven && s->is_exact) {
         memcpy(s->refuted.x, s->x, (size_t)s->ld * sizeof(real));

@@ -44,6 +44,7 @@
 #define hqp_hold hqp_extended_hold
 #define hqp_hold_broken hqp_extended_hold_broken
 #define hqp_hold_fitted hqp_extended_hold_fitted
+#define hqp_holds_joined hqp_extended_holds_joined
 #define hqp_is_kept_better hqp_extended_is_kept_better
 #define hqp_is_long hqp_extended_is_long
 #define hqp_is_minimal hqp_extended_is_minimal
@@ -61,9 +62,6 @@
 #define hqp_part hqp_extended_part
 #define hqp_part_last hqp_extended_part_last
 #define hqp_prove hqp_extended_prove
-#define hqp_seat_held hqp_extended_seat_held
-#define hqp_seat_missed hqp_extended_seat_missed
-#define hqp_holds_joined hqp_extended_holds_joined
 #define hqp_prove_by_descent hqp_extended_prove_by_descent
 #define hqp_reflect_all hqp_extended_reflect_all
 #define hqp_reflect_back hqp_extended_reflect_back
@@ -74,6 +72,8 @@
 #define hqp_rewind hqp_extended_rewind
 #define hqp_scatter hqp_extended_scatter
 #define hqp_seat_guess hqp_extended_seat_guess
+#define hqp_seat_held hqp_extended_seat_held
+#define hqp_seat_missed hqp_extended_seat_missed
 #define hqp_seat_violated hqp_extended_seat_violated
 #define hqp_set_apart hqp_extended_set_apart
 #define hqp_soften hqp_extended_soften
