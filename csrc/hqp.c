@@ -334,9 +334,9 @@ static int load_row(hqp_solver *s, int id, const real *from) {
     real *to = hqp_row(s, s->given, id);
 
     const size_t size = (size_t)s->n * sizeof(real);
-    s->done[id] = 0;
     s->frozen_at[id] = -1;
     if (memcmp(to, from, size) == 0) return 1;
+    hqp_forget_row(s, id);
     memcpy(to, from, size);
     if (measure_row(s, id)) return 1;
     memset(to, 0, size); /* forgotten, so that it is looked at again */

@@ -19,12 +19,17 @@ static int is_in_play(const hqp_solver *s, int c) {
 
 /* place[c], column[place]: columns in play, in their order; fixed columns have fixed_column[c] set */
 static void number_columns(hqp_solver *s) {
+    const int before = s->width;
+    int others = 0;
     s->width = 0;
     for (int c = 0; c < s->n; c++) {
         s->place[c] = s->width;
-        if (is_in_play(s, c)) s->column[s->width++] = c;
+        if (!is_in_play(s, c)) continue;
+        others |= s->column[s->width] != c;
+        s->column[s->width++] = c;
     }
     for (int c = s->n; c <= s->ld; c++) s->place[c] = s->width;
+    if (others || s->width != before) hqp_forget_reflectors(s);
 }
 
 static void forget(hqp_solver *s) {

@@ -79,6 +79,7 @@ struct hqp_solver {
     hqp_rows reflector; /* [n] v_k */
     real *cross;        /* [n][4] v_k . v_i for i from k rounded down to a multiple of 4 on */
     int rank, top;
+    int built;       /* reflectors that are still there, of the rows of column_row */
     int *rank_at;    /* [levels + 1] rank at the start of each level */
     int *column_row; /* [n] row behind each reflector, */
     real *line;      /* [n][ld] which is, in the columns up to it, this */
@@ -318,12 +319,15 @@ hqp_status hqp_solve_from(hqp_solver *s, int first);
 
 /* hqp_lq.c: the factorisation */
 void hqp_bring(hqp_solver *s, const int *ids, int count);
+void hqp_forget_row(hqp_solver *s, int id);
+void hqp_forget_reflectors(hqp_solver *s);
 void hqp_copy_base(const hqp_solver *s, hqp_rows to, int position, int id);
 void hqp_reflect_all(const hqp_solver *s, int from, int to, hqp_rows rows, const int *idx, int count);
 void hqp_reflect_back(const hqp_solver *s, int from, hqp_rows rows, const int *idx, int count);
 void hqp_reflect_row(const hqp_solver *s, int to, real *row);
 void hqp_reflect_row_back(const hqp_solver *s, int from, real *row);
-int hqp_lq(hqp_solver *s, hqp_rows rows, const int *ids, int *order, int count);
+int hqp_is_clear(const hqp_solver *s, int id, real left);
+int hqp_lq(hqp_solver *s, hqp_rows rows, const int *ids, int *order, int known, int count);
 void hqp_least_squares(hqp_solver *s, int column);
 
 /* hqp_set.c: the working set of a level, and the passage from one level to the next */

@@ -32,7 +32,7 @@ static void scale_row(hqp_solver *s, int id, real by) {
     s->norm[id] *= by;
     s->lb[id] *= by;
     s->ub[id] *= by;
-    s->done[id] = 0;
+    hqp_forget_row(s, id);
 }
 
 /* Scale the rows of levels that are joined to the one before, and number rows by the levels in use. */

@@ -168,12 +168,33 @@ void hqp_reflect_row_back(const hqp_solver *s, int from, real *row) {
     }
 }
 
+/* Reflectors from this one on, and what went through them, are of no use any more. */
+static void forget_reflectors(hqp_solver *s, int from) {
+    if (from >= s->built) return;
+    s->built = from;
+    for (int i = 0; i < s->total; i++) s->done[i] = s->done[i] > from ? 0 : s->done[i];
+}
+
+/* The row is another one. */
+void hqp_forget_row(hqp_solver *s, int id) {
+    s->done[id] = 0;
+    for (int k = 0; k < s->built; k++) {
+        if (s->column_row[k] == id) forget_reflectors(s, k);
+    }
+}
+
+/* All rows are others. */
+void hqp_forget_reflectors(hqp_solver *s) {
+    forget_reflectors(s, 0);
+}
+
 /* base[ids] = given[ids] H_0 .. H_{rank-1} */
 void hqp_bring(hqp_solver *s, const int *ids, int count) {
     int *alike = s->fit_order;
     for (int i = 0; i < count; i++) {
         const int id = ids[i];
-        if (s->done[id] > 0) continue;
+        if (s->done[id] > 0 && s->done[id] <= s->rank) continue;
+        s->done[id] = 0;
         hqp_gather(s, hqp_row(s, s->base, id), hqp_row(s, s->given, id));
         s->base.first[id] = hqp_floor4(s->place[s->given.first[id]]);
         s->base.last[id] = hqp_ceil4(s->place[s->given.last[id]]);
@@ -205,6 +226,7 @@ void hqp_copy_base(const hqp_solver *s, hqp_rows to, int position, int id) {
 static void make_reflector(hqp_solver *s, real *row, int last, real left) {
     const int top = s->top, from = hqp_floor4(top);
     real *v = hqp_row(s, s->reflector, top);
+    forget_reflectors(s, top);
     const real head = row[top], sign = head < 0.0 ? -1.0 : 1.0;
     const real scale = 1.0 / sqrt(left * (left + fabs(head)));
     for (int i = from; i < top; i++) v[i] = 0.0;
@@ -216,6 +238,7 @@ static void make_reflector(hqp_solver *s, real *row, int last, real left) {
     for (int k = from; k < top; k++)
         s->cross[4 * top + k % 4] = hqp_dot(v, hqp_row(s, s->reflector, k), from, last);
     s->top = top + 1;
+    if (s->built == top) s->built = s->top;
 }
 
 /* length of the row from column `top` on */
@@ -227,17 +250,21 @@ static real length_left(const real *row, int top, int last) {
     return sqrt(sum);
 }
 
+/* Whether a row of which this is left did not have to wait. */
+int hqp_is_clear(const hqp_solver *s, int id, real left) {
+    return fabs(left) > fmax(LITTLE, s->settings.rank) * s->norm[id];
+}
+
 /*
  * Reduce rows[0 .. count) one by one, each either giving the next reflector or found dependent on those
  * before. Rows of which little is left wait until the clear ones are in, and those of which next to nothing
  * is left until then: of a row that sees a direction by 1e-9 rounding fixes it to 1e-7, and then one that
- * sees it better would pass for another direction. order: accepted positions, then dependent ones. Returns
- * the rank.
+ * sees it better would pass for another direction. The first `known` are already. order: accepted positions,
+ * then dependent ones. Returns the rank.
  */
-int hqp_lq(hqp_solver *s, hqp_rows rows, const int *ids, int *order, int count) {
+int hqp_lq(hqp_solver *s, hqp_rows rows, const int *ids, int *order, int known, int count) {
     const real none = s->settings.rank, least[] = {fmax(LITTLE, none), fmax(NEXT_TO_NOTHING, none), none};
-    int rank = 0;
-    for (int i = 0; i < count; i++) order[i] = i;
+    int rank = known;
     for (int pass = 0; pass < 3; pass++) {
         for (int i = rank; i < count && s->top < s->width; i++) {
             const int r = order[i];

@@ -19,10 +19,39 @@ static void keep_line(hqp_solver *s, int k, hqp_rows rows, int position, const i
     s->column_row[k] = id;
 }
 
+/* Put those of ids[0 .. count) first, in this order, of which the reflectors from `from` on still are. Returns
+ * how many. */
+static int put_known_first(const hqp_solver *s, int from, int *ids, int count) {
+    int known = 0;
+    for (int k = from; known < count && k < s->built; k++) {
+        const int id = s->column_row[k];
+        int i = known;
+        while (i < count && ids[i] != id) i++;
+        if (i == count || !hqp_is_clear(s, id, s->line[k * s->ld + k])) break;
+        for (; i > known; i--) ids[i] = ids[i - 1];
+        ids[known++] = id;
+    }
+    return known;
+}
+
+/* rows[0 .. known): L of the rows that were behind the reflectors from `from` on; the others: base, behind all
+ * reflectors by now. */
+static void fill(hqp_solver *s, int from, hqp_rows rows, int *ids, int *order, int known, int count) {
+    hqp_bring(s, ids + known, count - known);
+    for (int i = 0; i < count; i++) {
+        const size_t size = (size_t)(from + i + 1 - s->rank) * sizeof(real);
+        order[i] = i;
+        if (i < known)
+            memcpy(hqp_row(s, rows, i) + s->rank, s->line + (from + i) * s->ld + s->rank, size);
+        else
+            hqp_copy_base(s, rows, i, ids[i]);
+    }
+    hqp_reflect_all(s, s->rank, s->top, rows, order + known, count - known);
+}
+
 /* Q^T applied to the working set: work Q = [L 0], fit Q = [F L 0] in the columns that earlier levels left
  * free. */
 void hqp_factorise(hqp_solver *s, int level) {
-    s->top = s->rank;
     s->work_count = s->fit_count = 0;
     const int holds = hqp_any_side(s, s->row0[level]);
     for (int i = 0; i < s->row0[level] && holds; i++) {
@@ -31,21 +60,19 @@ void hqp_factorise(hqp_solver *s, int level) {
     for (int i = s->row0[level]; i < s->row0[level + 1]; i++) {
         if (s->side[i]) s->fit[s->fit_count++] = i;
     }
-    hqp_bring(s, s->work, s->work_count);
-    for (int i = 0; i < s->work_count; i++) hqp_copy_base(s, s->work_rows, i, s->work[i]);
-    s->work_rank = hqp_lq(s, s->work_rows, s->work, s->work_order, s->work_count);
+    int known = put_known_first(s, s->rank, s->work, s->work_count), from = s->rank;
+    s->top = from + known;
+    fill(s, from, s->work_rows, s->work, s->work_order, known, s->work_count);
+    s->work_rank = hqp_lq(s, s->work_rows, s->work, s->work_order, known, s->work_count);
     for (int i = s->work_rank; i < s->work_count; i++) s->side[s->work[s->work_order[i]]] = 0;
+    for (int i = known; i < s->work_rank; i++) keep_line(s, from + i, s->work_rows, s->work_order[i], s->work);
 
-    hqp_bring(s, s->fit, s->fit_count);
-    for (int i = 0; i < s->fit_count; i++) {
-        hqp_copy_base(s, s->fit_rows, i, s->fit[i]);
-        s->fit_order[i] = i;
-    }
-    hqp_reflect_all(s, s->rank, s->top, s->fit_rows, s->fit_order, s->fit_count);
-    s->fit_rank = hqp_lq(s, s->fit_rows, s->fit, s->fit_order, s->fit_count);
-    for (int i = 0; i < s->work_rank; i++) keep_line(s, s->rank + i, s->work_rows, s->work_order[i], s->work);
-    for (int i = 0; i < s->fit_rank; i++)
-        keep_line(s, s->rank + s->work_rank + i, s->fit_rows, s->fit_order[i], s->fit);
+    from = s->top;
+    known = put_known_first(s, from, s->fit, s->fit_count);
+    s->top = from + known;
+    fill(s, from, s->fit_rows, s->fit, s->fit_order, known, s->fit_count);
+    s->fit_rank = hqp_lq(s, s->fit_rows, s->fit, s->fit_order, known, s->fit_count);
+    for (int i = known; i < s->fit_rank; i++) keep_line(s, from + i, s->fit_rows, s->fit_order[i], s->fit);
 }
 
 static real missing(const hqp_solver *s, int id) {
@@ -272,7 +299,6 @@ void hqp_rewind(hqp_solver *s, int first) {
     if (s->lines > s->rank) s->lines = s->rank;
     if (s->leans >= first) s->leans = -1;
     s->x_norm = hqp_length(s, s->x);
-    for (int i = 0; i < s->total; i++) s->done[i] = s->done[i] > s->rank ? 0 : s->done[i];
     for (int i = 0; i < s->total; i++) s->frozen_at[i] = s->frozen_at[i] >= first ? -1 : s->frozen_at[i];
     memset(s->side, 0, (size_t)s->total);
     for (int i = 0; i < s->row0[first]; i++) s->value[i] = hqp_value(s, i, s->x);

@@ -32,6 +32,8 @@
 #define hqp_fit_face hqp_extended_fit_face
 #define hqp_fix hqp_extended_fix
 #define hqp_forget hqp_extended_forget
+#define hqp_forget_reflectors hqp_extended_forget_reflectors
+#define hqp_forget_row hqp_extended_forget_row
 #define hqp_free_directions hqp_extended_free_directions
 #define hqp_freeze hqp_extended_freeze
 #define hqp_gather hqp_extended_gather
@@ -45,6 +47,7 @@
 #define hqp_hold_broken hqp_extended_hold_broken
 #define hqp_hold_fitted hqp_extended_hold_fitted
 #define hqp_holds_joined hqp_extended_holds_joined
+#define hqp_is_clear hqp_extended_is_clear
 #define hqp_is_kept_better hqp_extended_is_kept_better
 #define hqp_is_long hqp_extended_is_long
 #define hqp_is_minimal hqp_extended_is_minimal
