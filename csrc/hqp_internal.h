@@ -54,6 +54,8 @@ struct hqp_solver {
     hqp_rows given;            /* the caller's coefficients */
     hqp_rows base;             /* those times H_0 .. H_{done-1} */
     int *done;                 /* 0: base not filled */
+    hqp_rows stem_base;        /* the same behind the reflectors that all of this solve had in common, */
+    int *stem_done;            /* 0: not filled */
     int *only;                 /* column of its single nonzero, -1 where there are more or none */
     real *norm, *lb, *ub;      /* lb == ub for an equality */
     real *scale;               /* square root of the weight, a factor of all these */
@@ -80,6 +82,7 @@ struct hqp_solver {
     real *cross;        /* [n][4] v_k . v_i for i from k rounded down to a multiple of 4 on */
     int rank, top;
     int built;       /* reflectors that are still there, of the rows of column_row */
+    int stem;        /* first of these that another one took the place of in this solve, or 0 */
     int *rank_at;    /* [levels + 1] rank at the start of each level */
     int *column_row; /* [n] row behind each reflector, */
     real *line;      /* [n][ld] which is, in the columns up to it, this */

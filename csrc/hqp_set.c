@@ -19,8 +19,8 @@ static void keep_line(hqp_solver *s, int k, hqp_rows rows, int position, const i
     s->column_row[k] = id;
 }
 
-/* Put those of ids[0 .. count) first, in this order, of which the reflectors from `from` on still are. Returns
- * how many. */
+/* Put those of ids[0 .. count) first, in this order, of which the reflectors from `from` on still are.
+ * Returns how many. */
 static int put_known_first(const hqp_solver *s, int from, int *ids, int count) {
     int known = 0;
     for (int k = from; known < count && k < s->built; k++) {
@@ -34,8 +34,8 @@ static int put_known_first(const hqp_solver *s, int from, int *ids, int count) {
     return known;
 }
 
-/* rows[0 .. known): L of the rows that were behind the reflectors from `from` on; the others: base, behind all
- * reflectors by now. */
+/* rows[0 .. known): L of the rows that were behind the reflectors from `from` on; the others: base, behind
+ * all reflectors by now. */
 static void fill(hqp_solver *s, int from, hqp_rows rows, int *ids, int *order, int known, int count) {
     hqp_bring(s, ids + known, count - known);
     for (int i = 0; i < count; i++) {
@@ -65,7 +65,8 @@ void hqp_factorise(hqp_solver *s, int level) {
     fill(s, from, s->work_rows, s->work, s->work_order, known, s->work_count);
     s->work_rank = hqp_lq(s, s->work_rows, s->work, s->work_order, known, s->work_count);
     for (int i = s->work_rank; i < s->work_count; i++) s->side[s->work[s->work_order[i]]] = 0;
-    for (int i = known; i < s->work_rank; i++) keep_line(s, from + i, s->work_rows, s->work_order[i], s->work);
+    for (int i = known; i < s->work_rank; i++)
+        keep_line(s, from + i, s->work_rows, s->work_order[i], s->work);
 
     from = s->top;
     known = put_known_first(s, from, s->fit, s->fit_count);
