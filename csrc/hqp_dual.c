@@ -37,9 +37,11 @@ void hqp_free_directions(hqp_solver *s) {
 }
 
 /* One column of triangularise: a reflector from the left, u = (head, rows[c + 1 .., c]), leaves -+norm at [c,
- * c]. Columns before c hold numbers that nobody reads. */
-static void reduce_column(hqp_solver *s, int c, real norm) {
-    const int from = hqp_floor4(c), to = hqp_ceil4(freedom(s));
+ * c]. Columns before c hold numbers that nobody reads. Returns the square of the next column, from [c + 1, c
+ * + 1] on. */
+static real reduce_column(hqp_solver *s, int c, real norm) {
+    const int from = hqp_floor4(c), to = hqp_ceil4(freedom(s)), next = c + 1 < freedom(s) ? c + 1 : c;
+    real square = 0.0;
     real *pivot = hqp_row(s, s->fit_rows, c), *sum = s->step;
     const real sign = pivot[c] < 0.0 ? -1.0 : 1.0, head = pivot[c] + sign * norm;
     const real factor = 1.0 / (norm * fabs(head));
@@ -57,34 +59,39 @@ static void reduce_column(hqp_solver *s, int c, real norm) {
     for (int i = c + 1; i < s->fit_count; i++) {
         real *row = hqp_row(s, s->fit_rows, i);
         const real u = factor * row[c];
-        if (u == 0.0) continue;
-        hqp_axpy(row, -u, sum, from, to);
-        s->rhs[i] -= u * sum_rhs;
+        if (u != 0.0) {
+            hqp_axpy(row, -u, sum, from, to);
+            s->rhs[i] -= u * sum_rhs;
+        }
+        square += row[next] * row[next];
     }
+    return square;
 }
 
-static real square_below(const hqp_solver *s, int c, int from) {
-    real sum = 0.0;
-    for (int i = from; i < s->fit_count; i++) {
-        const real a = hqp_row(s, s->fit_rows, i)[c];
-        sum += a * a;
+/* squares of columns c .. freedom, from [c, ..] on */
+static void square_columns(const hqp_solver *s, int c, real *squares) {
+    const int from = hqp_floor4(c), to = hqp_ceil4(freedom(s));
+    for (int k = from; k < to; k++) squares[k] = 0.0;
+    for (int i = c; i < s->fit_count; i++) {
+        const real *row = hqp_row(s, s->fit_rows, i);
+        for (int k = from; k < to; k += HQP_LANES) {
+            const hqp_lanes a = hqp_load(row + k);
+            hqp_store(squares + k, hqp_with_product(hqp_load(squares + k), a, a));
+        }
     }
-    return sum;
 }
 
 /* Bring the longest column of what is left to place c: with it, rows of any weight keep their own accuracy
- * (Cox, Higham 1998). */
-static void pivot_column(hqp_solver *s, int c) {
+ * (Cox, Higham 1998). Returns its square. */
+static real pivot_column(hqp_solver *s, int c) {
+    real *squares = s->reduced;
     int best = c;
-    real most = 0.0;
-    for (int k = c; k < freedom(s); k++) {
-        const real sum = square_below(s, k, c);
-        if (sum > most) {
-            most = sum;
-            best = k;
-        }
+    square_columns(s, c, squares);
+    for (int k = c + 1; k < freedom(s); k++) {
+        if (squares[k] > squares[best]) best = k;
     }
-    if (best == c) return;
+    const real most = squares[best];
+    if (best == c) return most;
     for (int i = 0; i < s->fit_count; i++) {
         real *row = hqp_row(s, s->fit_rows, i);
         const real kept = row[c];
@@ -92,20 +99,29 @@ static void pivot_column(hqp_solver *s, int c) {
         row[best] = kept;
     }
     hqp_swap_rows(hqp_row(s, s->direction, c), hqp_row(s, s->direction, best), (int)s->ld);
+    return most;
 }
 
 /* Householder QR of fit_rows, rhs to Q^T rhs. Returns 0 where its columns are not clearly independent. */
 static int triangularise(hqp_solver *s, int is_joined) {
     const real least = is_joined ? LEAST_JOINED : fmax(LEAST, s->settings.rank);
-    real largest = 0.0;
-    for (int i = 0; i < s->fit_count; i++) largest = fmax(largest, s->norm[s->fit[i]]);
+    real largest = 0.0, square = 0.0;
+    for (int i = 0; i < s->fit_count; i++) {
+        const real first = hqp_row(s, s->fit_rows, i)[0];
+        largest = fmax(largest, s->norm[s->fit[i]]);
+        square += first * first;
+    }
     for (int c = 0; c < freedom(s); c++) {
-        if (is_joined) pivot_column(s, c);
-        const real sum = square_below(s, c, c);
-        if (!(sqrt(sum) > least * largest)) return 0;
-        reduce_column(s, c, sqrt(sum));
+        if (is_joined) square = pivot_column(s, c);
+        if (!(sqrt(square) > least * largest)) return 0;
+        square = reduce_column(s, c, sqrt(square));
     }
     return 1;
+}
+
+static hqp_four four_directions(const hqp_solver *s, int j) {
+    const real *const first = hqp_row(s, s->direction, j);
+    return (hqp_four){{first, first + s->ld, first + 2 * s->ld, first + 3 * s->ld}};
 }
 
 /* R y = rhs, trial = x + D^T y, direction = T = R^{-T} D */
@@ -119,10 +135,14 @@ static void measure_by_level(hqp_solver *s) {
         hqp_axpy(s->trial, s->reduced[j], hqp_row(s, s->direction, j), 0, width);
     }
     for (int j = 0; j < freedom(s); j++) {
-        real *direction = hqp_row(s, s->direction, j);
-        for (int i = 0; i < j; i++) {
-            hqp_axpy(direction, -hqp_row(s, s->fit_rows, i)[j], hqp_row(s, s->direction, i), 0, width);
+        real *direction = hqp_row(s, s->direction, j), share[4];
+        const int whole = hqp_floor4(j);
+        for (int i = 0; i < whole; i += 4) {
+            for (int k = 0; k < 4; k++) share[k] = hqp_row(s, s->fit_rows, i + k)[j];
+            hqp_take_four(direction, share, four_directions(s, i), width);
         }
+        for (int i = whole; i < j; i++)
+            hqp_axpy(direction, -hqp_row(s, s->fit_rows, i)[j], hqp_row(s, s->direction, i), 0, width);
         const real scale = 1.0 / hqp_row(s, s->fit_rows, j)[j];
         for (int i = 0; i < s->ld; i++) direction[i] *= scale;
     }
@@ -322,7 +342,13 @@ int hqp_take_into_held(hqp_solver *s, real *rest) {
 
 /* x += T^T t */
 static void move(hqp_solver *s, const real *t) {
-    for (int j = 0; j < freedom(s); j++) hqp_axpy(s->x, t[j], hqp_row(s, s->direction, j), 0, (int)s->ld);
+    const int count = freedom(s), whole = hqp_floor4(count);
+    real minus[4];
+    for (int j = 0; j < whole; j += 4) {
+        for (int k = 0; k < 4; k++) minus[k] = -t[j + k];
+        hqp_take_four(s->x, minus, four_directions(s, j), (int)s->ld);
+    }
+    for (int j = whole; j < count; j++) hqp_axpy(s->x, t[j], hqp_row(s, s->direction, j), 0, (int)s->ld);
 }
 
 /* x += T^T t for the shortest t that closes these gaps of the held rows: L q = gap, t = basis^T q; gap
