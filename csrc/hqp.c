@@ -271,6 +271,7 @@ void hqp_forget(hqp_solver *s) {
     memset(s->proof.count, 0, 2 * (size_t)s->levels * sizeof(int));
     s->warm = s->resumable = s->started = s->softest = 0;
     s->apart.level = -1;
+    hqp_forget_reflectors(s);
 }
 
 void hqp_reset(hqp_solver *s) {
