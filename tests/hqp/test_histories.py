@@ -88,3 +88,23 @@ def test_rows_to_fit_that_become_ranges_leave_no_column_fixed():
     for _ in range(3):
         solution = solver.solve([held, wish])
         assert solution.status is Status.SOLVED and np.allclose(solution.x, [0.0, 0.0, 1.0])
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_a_row_that_has_become_another_one_is_another_one(seed):
+    """Each tick one row changes in place; what was factorised with it before the tick is of no use."""
+    rng = np.random.default_rng(seed)
+    n, most = int(rng.integers(4, 16)), 4
+    levels = []
+    for _ in range(4):
+        A, C = rng.normal(size=(rng.integers(1, most), n)), rng.normal(size=(rng.integers(1, most), n))
+        lb = rng.normal(size=len(C))
+        levels.append(Level(A=A, b=rng.normal(size=len(A)), C=C, lb=lb, ub=lb + 0.5))
+    solver = Solver(n, [level.rows for level in levels])
+    for _ in range(TICKS):
+        solution = solver.solve(levels)
+        assert solution.status is Status.SOLVED
+        assert certificate(levels, solution.x).max() <= 1e-8
+        k = int(rng.integers(len(levels)))
+        matrix = levels[k].A if rng.random() < 0.5 else levels[k].C
+        matrix[rng.integers(len(matrix))] += rng.choice([1e-3, 1.0]) * rng.normal(size=n)
