@@ -130,15 +130,14 @@ static size_t lay_out(hqp_solver *s, char *arena) {
     size_t used = (sizeof *s + 63) & ~(size_t)63;
     s->given = slice_rows(arena, &used, rows, ld);
     s->base = slice_rows(arena, &used, rows, ld);
-    s->stem_base = slice_rows(arena, &used, rows, ld);
     s->work_rows = slice_rows(arena, &used, rows, ld);
     s->fit_rows = slice_rows(arena, &used, widest > n ? widest : n, ld);
     s->reflector = slice_rows(arena, &used, n, ld);
     s->direction = slice_rows(arena, &used, n, ld);
     lay_out_reals(s, arena, &used);
-    int **const ints[] = {&s->column,     &s->done,        &s->only,          &s->work,     &s->fit,
-                          &s->work_order, &s->fit_order,   &s->column_row,    &s->held.id,  &s->clash.id,
-                          &s->bundle.id,  &s->bundle.slot, &s->bundle.broken, &s->stem_done};
+    int **const ints[] = {&s->column,     &s->done,        &s->only,         &s->work,    &s->fit,
+                          &s->work_order, &s->fit_order,   &s->column_row,   &s->held.id, &s->clash.id,
+                          &s->bundle.id,  &s->bundle.slot, &s->bundle.broken};
     for (size_t i = 0; i < sizeof ints / sizeof *ints; i++)
         *ints[i] = slice(arena, &used, most * sizeof(int));
     signed char **const flags[] = {&s->kind,

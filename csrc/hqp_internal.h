@@ -54,8 +54,6 @@ struct hqp_solver {
     hqp_rows given;            /* the caller's coefficients */
     hqp_rows base;             /* those times H_0 .. H_{done-1} */
     int *done;                 /* 0: base not filled */
-    hqp_rows stem_base;        /* the same behind the reflectors that all of this solve had in common, */
-    int *stem_done;            /* 0: not filled */
     int *only;                 /* column of its single nonzero, -1 where there are more or none */
     real *norm, *lb, *ub;      /* lb == ub for an equality */
     real *scale;               /* square root of the weight, a factor of all these */
@@ -82,7 +80,6 @@ struct hqp_solver {
     real *cross;        /* [n][4] v_k . v_i for i from k rounded down to a multiple of 4 on */
     int rank, top;
     int built;       /* reflectors that are still there, of the rows of column_row */
-    int stem;        /* first of these that another one took the place of in this solve, or 0 */
     int *rank_at;    /* [levels + 1] rank at the start of each level */
     int *column_row; /* [n] row behind each reflector, */
     real *line;      /* [n][ld] which is, in the columns up to it, this */
@@ -330,7 +327,7 @@ void hqp_reflect_back(const hqp_solver *s, int from, hqp_rows rows, const int *i
 void hqp_reflect_row(const hqp_solver *s, int to, real *row);
 void hqp_reflect_row_back(const hqp_solver *s, int from, real *row);
 int hqp_is_clear(const hqp_solver *s, int id, real left);
-int hqp_lq(hqp_solver *s, hqp_rows rows, const int *ids, int *order, int known, int count);
+int hqp_lq(hqp_solver *s, hqp_rows rows, const int *ids, int *order, int count);
 void hqp_least_squares(hqp_solver *s, int column);
 
 /* hqp_set.c: the working set of a level, and the passage from one level to the next */

@@ -172,15 +172,12 @@ void hqp_reflect_row_back(const hqp_solver *s, int from, real *row) {
 static void forget_reflectors(hqp_solver *s, int from) {
     if (from >= s->built) return;
     s->built = from;
-    for (int i = 0; i < s->total; i++) {
-        if (s->done[i] > from) s->done[i] = 0;
-        if (s->stem_done[i] > from) s->stem_done[i] = 0;
-    }
+    for (int i = 0; i < s->total; i++) s->done[i] = s->done[i] > from ? 0 : s->done[i];
 }
 
 /* The row is another one. */
 void hqp_forget_row(hqp_solver *s, int id) {
-    s->done[id] = s->stem_done[id] = 0;
+    s->done[id] = 0;
     for (int k = 0; k < s->built; k++) {
         if (s->column_row[k] == id) forget_reflectors(s, k);
     }
@@ -191,52 +188,28 @@ void hqp_forget_reflectors(hqp_solver *s) {
     forget_reflectors(s, 0);
 }
 
-/* Begin with the row as it is given, or behind the stem. */
-static void take_row(hqp_solver *s, int id) {
-    real *base = hqp_row(s, s->base, id);
-    s->done[id] = s->stem_done[id];
-    if (s->done[id] > s->rank) s->done[id] = 0;
-    if (s->done[id] > 0) {
-        memcpy(base, hqp_row(s, s->stem_base, id), (size_t)s->ld * sizeof(real));
-        return;
-    }
-    hqp_gather(s, base, hqp_row(s, s->given, id));
-    s->base.first[id] = hqp_floor4(s->place[s->given.first[id]]);
-    s->base.last[id] = hqp_ceil4(s->place[s->given.last[id]]);
-}
-
-/* base[ids] = given[ids] H_0 .. H_{to-1}, where it is not behind these yet */
-static void bring_to(hqp_solver *s, int to, const int *ids, int count) {
+/* base[ids] = given[ids] H_0 .. H_{rank-1} */
+void hqp_bring(hqp_solver *s, const int *ids, int count) {
     int *alike = s->fit_order;
+    for (int i = 0; i < count; i++) {
+        const int id = ids[i];
+        if (s->done[id] > 0 && s->done[id] <= s->rank) continue;
+        s->done[id] = 0;
+        hqp_gather(s, hqp_row(s, s->base, id), hqp_row(s, s->given, id));
+        s->base.first[id] = hqp_floor4(s->place[s->given.first[id]]);
+        s->base.last[id] = hqp_ceil4(s->place[s->given.last[id]]);
+    }
     for (int i = 0; i < count; i++) {
         const int done = s->done[ids[i]];
         int alike_count = 0;
-        if (done >= to) continue;
+        if (done == s->rank) continue;
         for (int j = i; j < count; j++) {
             if (s->done[ids[j]] != done) continue;
-            s->done[ids[j]] = to;
+            s->done[ids[j]] = s->rank;
             alike[alike_count++] = ids[j];
         }
-        hqp_reflect_all(s, done, to, s->base, alike, alike_count);
+        hqp_reflect_all(s, done, s->rank, s->base, alike, alike_count);
     }
-}
-
-/* base[ids] = given[ids] H_0 .. H_{rank-1} */
-void hqp_bring(hqp_solver *s, const int *ids, int count) {
-    for (int i = 0; i < count; i++) {
-        const int done = s->done[ids[i]];
-        if (done == 0 || done > s->rank) take_row(s, ids[i]);
-    }
-    if (s->stem > 0 && s->stem < s->rank) {
-        bring_to(s, s->stem, ids, count);
-        for (int i = 0; i < count; i++) {
-            const int id = ids[i];
-            if (s->done[id] != s->stem || s->stem_done[id] == s->stem) continue;
-            s->stem_done[id] = s->stem;
-            memcpy(hqp_row(s, s->stem_base, id), hqp_row(s, s->base, id), (size_t)s->ld * sizeof(real));
-        }
-    }
-    bring_to(s, s->rank, ids, count);
 }
 
 /* to[position] = base[id] in the columns that the frozen rows leave */
@@ -253,7 +226,6 @@ void hqp_copy_base(const hqp_solver *s, hqp_rows to, int position, int id) {
 static void make_reflector(hqp_solver *s, real *row, int last, real left) {
     const int top = s->top, from = hqp_floor4(top);
     real *v = hqp_row(s, s->reflector, top);
-    if (top < s->built && top > 0 && (top < s->stem || !s->stem)) s->stem = top;
     forget_reflectors(s, top);
     const real head = row[top], sign = head < 0.0 ? -1.0 : 1.0;
     const real scale = 1.0 / sqrt(left * (left + fabs(head)));
@@ -287,12 +259,13 @@ int hqp_is_clear(const hqp_solver *s, int id, real left) {
  * Reduce rows[0 .. count) one by one, each either giving the next reflector or found dependent on those
  * before. Rows of which little is left wait until the clear ones are in, and those of which next to nothing
  * is left until then: of a row that sees a direction by 1e-9 rounding fixes it to 1e-7, and then one that
- * sees it better would pass for another direction. The first `known` are already. order: accepted positions,
- * then dependent ones. Returns the rank.
+ * sees it better would pass for another direction. order: accepted positions, then dependent ones. Returns
+ * the rank.
  */
-int hqp_lq(hqp_solver *s, hqp_rows rows, const int *ids, int *order, int known, int count) {
+int hqp_lq(hqp_solver *s, hqp_rows rows, const int *ids, int *order, int count) {
     const real none = s->settings.rank, least[] = {fmax(LITTLE, none), fmax(NEXT_TO_NOTHING, none), none};
-    int rank = known;
+    int rank = 0;
+    for (int i = 0; i < count; i++) order[i] = i;
     for (int pass = 0; pass < 3; pass++) {
         for (int i = rank; i < count && s->top < s->width; i++) {
             const int r = order[i];

@@ -19,34 +19,44 @@ static void keep_line(hqp_solver *s, int k, hqp_rows rows, int position, const i
     s->column_row[k] = id;
 }
 
-/* Put those of ids[0 .. count) first, in this order, of which the reflectors from `from` on still are.
- * Returns how many. */
-static int put_known_first(const hqp_solver *s, int from, int *ids, int count) {
-    int known = 0;
-    for (int k = from; known < count && k < s->built; k++) {
-        const int id = s->column_row[k];
-        int i = known;
-        while (i < count && ids[i] != id) i++;
-        if (i == count || !hqp_is_clear(s, id, s->line[k * s->ld + k])) break;
-        for (; i > known; i--) ids[i] = ids[i - 1];
-        ids[known++] = id;
+/* Whether the reflectors that follow are still those of these rows, none of which had to wait. The rows are
+ * put in their order. */
+static int are_known(const hqp_solver *s, int *ids, int count) {
+    const int *known = s->column_row + s->top;
+    if (s->top + count > s->built) return 0;
+    for (int k = 0; k < count; k++) {
+        int i = 0;
+        while (i < count && ids[i] != known[k]) i++;
+        if (i == count || !hqp_is_clear(s, known[k], s->line[(s->top + k) * (s->ld + 1)])) return 0;
     }
-    return known;
+    memcpy(ids, known, (size_t)count * sizeof(int));
+    return 1;
 }
 
-/* rows[0 .. known): L of the rows that were behind the reflectors from `from` on; the others: base, behind
- * all reflectors by now. */
-static void fill(hqp_solver *s, int from, hqp_rows rows, int *ids, int *order, int known, int count) {
-    hqp_bring(s, ids + known, count - known);
+/* The rows as they were left behind these reflectors. */
+static int take_up(hqp_solver *s, hqp_rows rows, int *order, int count) {
     for (int i = 0; i < count; i++) {
-        const size_t size = (size_t)(from + i + 1 - s->rank) * sizeof(real);
+        const size_t size = (size_t)(s->top + 1 - s->rank) * sizeof(real);
+        memcpy(hqp_row(s, rows, i) + s->rank, s->line + s->top * s->ld + s->rank, size);
         order[i] = i;
-        if (i < known)
-            memcpy(hqp_row(s, rows, i) + s->rank, s->line + (from + i) * s->ld + s->rank, size);
-        else
-            hqp_copy_base(s, rows, i, ids[i]);
+        s->top++;
     }
-    hqp_reflect_all(s, s->rank, s->top, rows, order + known, count - known);
+    return count;
+}
+
+/* Reduce these rows behind those that are. Returns their rank. */
+static int reduce(hqp_solver *s, hqp_rows rows, int *ids, int *order, int count) {
+    const int from = s->top;
+    if (are_known(s, ids, count)) return take_up(s, rows, order, count);
+    hqp_bring(s, ids, count);
+    for (int i = 0; i < count; i++) {
+        hqp_copy_base(s, rows, i, ids[i]);
+        order[i] = i;
+    }
+    hqp_reflect_all(s, s->rank, from, rows, order, count);
+    const int rank = hqp_lq(s, rows, ids, order, count);
+    for (int i = 0; i < rank; i++) keep_line(s, from + i, rows, order[i], ids);
+    return rank;
 }
 
 /* Q^T applied to the working set: work Q = [L 0], fit Q = [F L 0] in the columns that earlier levels left
@@ -60,20 +70,10 @@ void hqp_factorise(hqp_solver *s, int level) {
     for (int i = s->row0[level]; i < s->row0[level + 1]; i++) {
         if (s->side[i]) s->fit[s->fit_count++] = i;
     }
-    int known = put_known_first(s, s->rank, s->work, s->work_count), from = s->rank;
-    s->top = from + known;
-    fill(s, from, s->work_rows, s->work, s->work_order, known, s->work_count);
-    s->work_rank = hqp_lq(s, s->work_rows, s->work, s->work_order, known, s->work_count);
+    s->top = s->rank;
+    s->work_rank = reduce(s, s->work_rows, s->work, s->work_order, s->work_count);
     for (int i = s->work_rank; i < s->work_count; i++) s->side[s->work[s->work_order[i]]] = 0;
-    for (int i = known; i < s->work_rank; i++)
-        keep_line(s, from + i, s->work_rows, s->work_order[i], s->work);
-
-    from = s->top;
-    known = put_known_first(s, from, s->fit, s->fit_count);
-    s->top = from + known;
-    fill(s, from, s->fit_rows, s->fit, s->fit_order, known, s->fit_count);
-    s->fit_rank = hqp_lq(s, s->fit_rows, s->fit, s->fit_order, known, s->fit_count);
-    for (int i = known; i < s->fit_rank; i++) keep_line(s, from + i, s->fit_rows, s->fit_order[i], s->fit);
+    s->fit_rank = reduce(s, s->fit_rows, s->fit, s->fit_order, s->fit_count);
 }
 
 static real missing(const hqp_solver *s, int id) {

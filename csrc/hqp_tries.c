@@ -531,7 +531,6 @@ static hqp_status solve_once(hqp_solver *s, int first) {
     s->lenience = 1.0;
     if (!(hqp_length(s, s->x) < FARTHEST)) hqp_forget(s);
     memset(s->strict, 0, (size_t)s->levels);
-    s->stem = 0;
     if (hqp_leave_unseen(s)) first = 0;
     keep_start(s);
     hqp_take_up(s, s->before.joined, 0);
