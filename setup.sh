@@ -10,7 +10,9 @@ solver=build/hapticd-hqp
 
 fail() { printf 'setup: %s\n' "$@" >&2; exit 2; }
 
-fresh() { [ -e "$stamp" ] && [ -z "$(find $sources -newer "$stamp" -type f | head -n 1)" ]; }
+is_newest() { [ -e "$1" ] && [ -z "$(find $sources -newer "$1" -type f | head -n 1)" ]; }
+fresh() { is_newest "$stamp"; }
+is_built() { for of in .venv/.ready-*; do is_newest "$of" && return 0; done; return 1; }
 fresh && exit 0
 
 # One set-up at a time: `make run` and `make test` may start together.
@@ -49,16 +51,23 @@ if ! [ -x .venv/bin/python ] || ! .venv/bin/python -c 'import sys; sys.exit(sys.
 fi
 
 case $want in
-    core) target=. ;;
-    bench) target=".[bench,plot]" ;;
-    fidelity) target=".[plot,scene]" ;;
-    *) target=".[$want]" ;;
+    core) extras= ;;
+    bench) extras="[bench,plot]" ;;
+    fidelity) extras="[plot,scene]" ;;
+    *) extras="[$want]" ;;
 esac
-echo "setup: installing hapticd ($want) into .venv; the first time takes a minute or two"
-# the solver is a distribution of its own: from this checkout, whatever a registry has
-.venv/bin/python csrc/stage_hqp.py --link "$solver"
-.venv/bin/python -m pip install --quiet --disable-pip-version-check --editable "$solver" --editable "$target" ||
-    fail "pip could not install hapticd; the lines above say why."
+install() {
+    .venv/bin/python -m pip install --quiet --disable-pip-version-check "$@" ||
+        fail "pip could not install hapticd; the lines above say why."
+}
+if is_built; then # for another target: what this one needs beside it is missing, and nothing to compile
+    echo "setup: installing what $want needs into .venv"
+    install "hapticd$extras"
+else
+    echo "setup: installing hapticd ($want) into .venv; the first time takes a minute or two"
+    # the solver is a distribution of its own: from this checkout, whatever a registry has
+    .venv/bin/python csrc/stage_hqp.py --link "$solver"
+    install --editable "$solver" --editable ".$extras"
+    rm -f .venv/.ready-* # what the other targets need may have changed, too
+fi
 touch "$stamp"
-# the extension modules were rebuilt for every target that shares this environment
-for other in .venv/.ready-*; do [ -e "$other" ] && touch "$other"; done
