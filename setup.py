@@ -3,9 +3,10 @@ import runpy
 from setuptools import setup
 
 build = runpy.run_path("csrc/build.py")
-# cffi and scripts have no pyproject key
+# none of these has a pyproject key
 setup(
     scripts=["deploy/hapticd"],
+    cmdclass={"build_ext": build["BuildBeside"]},
     cffi_modules=[
         *(f"csrc/build.py:{floor}" for floor in build["FLOORS"]),
         "csrc/build.py:control",

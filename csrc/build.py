@@ -5,6 +5,7 @@ Each is made when asked for: the solver's distribution has the files of its own 
 
 from __future__ import annotations
 
+import copy
 import platform
 import re
 from collections.abc import Sequence
@@ -13,6 +14,7 @@ from pathlib import Path
 
 from cffi import FFI
 from setuptools import Extension
+from setuptools.command.build_ext import build_ext
 
 HERE = Path(__file__).resolve().parent
 FLAGS = ["-std=c11", "-ffp-contract=off", "-fvisibility=hidden"]
@@ -22,6 +24,21 @@ COMMENT = re.compile(r"/\*.*?\*/", re.DOTALL)
 STRUCT = re.compile(r"typedef struct(?:\s+\w+)?\s*\{([^}]*)\}\s*(\w+)\s*;")
 ARRAY = re.compile(r"\*\s*(\w+)\s+(?:HQP_)?(SHAPE|OPTIONAL|STRIDED)\(([^)]*)\)")
 """A field that points to an array, with what csrc/shape.h has for it."""
+
+
+class BuildBeside(build_ext):
+    """Builds several modules at a time, each with object files of its own: they share sources, not flags."""
+
+    def finalize_options(self) -> None:
+        """As many at a time as there are processors, unless asked for otherwise."""
+        super().finalize_options()
+        self.parallel = self.parallel or True
+
+    def build_extension(self, ext: Extension) -> None:
+        """Build one; others may be under way."""
+        one = copy.copy(self)
+        one.build_temp = str(Path(self.build_temp) / ext.name)
+        super(BuildBeside, one).build_extension(ext)
 
 
 def module(

@@ -51,8 +51,9 @@ import runpy
 from setuptools import setup
 
 build = runpy.run_path("csrc/build.py")
-# neither has a pyproject key
+# none of these has a pyproject key
 setup(
+    cmdclass={"build_ext": build["BuildBeside"]},
     cffi_modules=[f"csrc/build.py:{solver}" for solver in build["SOLVERS"]],
     ext_modules=[build["qp"]()],
 )
