@@ -27,9 +27,9 @@ def run(count: int, as_json: bool) -> int:
         json.dump(figures, sys.stdout, indent=2)
         print()
     else:
-        print(f"{'':22}{'worst':>10}" + "".join(f"{title:>11}" for title in TITLES.values()))
+        print(f"{'':20}{'worst':>9}" + "".join(f"{title:>10}" for title in TITLES.values()))
         for kind, found in figures.items():
-            print(f"{kind:22}{found['worst']:10.1e}" + "".join(f"{found[name]:11.0f}" for name in TITLES))
+            print(f"{kind:20}{found['worst']:9.1e}" + "".join(f"{found[name]:10.0f}" for name in TITLES))
     return round(sum(count - found["solved"] + found["wrong_1e6"] for found in figures.values()))
 
 

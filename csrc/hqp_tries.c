@@ -7,6 +7,7 @@
 #include <string.h>
 
 static const real FARTHEST = 1e7; /* the length of an x of which the rounding hides what rows lack */
+static const real TRACE = 1e-12;  /* times 1 + |x|: rounding of the start, of which x may bear a trace */
 static const real COARSER = 1000.0, COARSEST = 1e-3; /* times the rank that was asked for */
 static const real FINER = 10.0;                      /* that over this: the next try */
 enum { ATTEMPTS = 3 };                               /* walks of the levels that are not proven */
@@ -563,10 +564,18 @@ static hqp_status solve_from_cold(hqp_solver *s) {
     return solve_once(s, 0);
 }
 
-/* The same; where x has become so long that its rounding hides what rows lack, a shorter one is looked for
- * from cold. */
+/* The start was so much longer than x that its rounding may be left there: of a row that could be met, a
+ * slack which lower levels would take for one that is needed. */
+static int bears_trace(const hqp_solver *s, real start) {
+    return s->settings.rounding * start > TRACE * (1.0 + hqp_length(s, s->x));
+}
+
+/* The same, once more where x bears a trace of the start; and where x has become so long that its rounding
+ * hides what rows lack, a shorter one is looked for from cold. */
 hqp_status hqp_solve_from(hqp_solver *s, int first) {
-    const hqp_status status = solve_once(s, first);
+    const real start = hqp_length(s, s->x);
+    hqp_status status = solve_once(s, first);
+    if (status == HQP_SOLVED && bears_trace(s, start)) status = solve_once(s, 0);
     if (status != HQP_SOLVED || !s->before.warm || hqp_length(s, s->x) < FARTHEST) return status;
     const int rank = hqp_rank(s);
     hqp_keep(s, s->distant);

@@ -7,7 +7,7 @@ started and reset.
 import numpy as np
 import pytest
 from hapticd.hqp import Level, Solver, Status
-from hapticd.hqp.certificate import certificate
+from hapticd.hqp.certificate import certificate, slack_norms
 
 TICKS = 12
 
@@ -108,3 +108,47 @@ def test_a_row_that_has_become_another_one_is_another_one(seed):
         k = int(rng.integers(len(levels)))
         matrix = levels[k].A if rng.random() < 0.5 else levels[k].C
         matrix[rng.integers(len(matrix))] += rng.choice([1e-3, 1.0]) * rng.normal(size=n)
+
+
+def whole_hierarchy(rng, n):
+    """Two levels of ranges and one of equalities, of small whole numbers: x is short."""
+    levels = []
+    for _ in range(2):
+        lb = rng.integers(-2, 3, size=3).astype(float)
+        C = rng.integers(-3, 4, size=(3, n)).astype(float)
+        levels.append(Level(C=C, lb=lb, ub=lb + 2.0))
+    A = rng.integers(-3, 4, size=(2, n)).astype(float)
+    return [*levels, Level(A=A, b=rng.integers(-4, 5, size=2).astype(float))]
+
+
+@pytest.mark.parametrize("first_seed", range(0, 400, 100))
+def test_where_a_solve_began_leaves_no_trace(first_seed):
+    for seed in range(first_seed, first_seed + 100):
+        rng = np.random.default_rng(seed)
+        levels = whole_hierarchy(rng, 3)
+        solver = Solver(3, [level.rows for level in levels])
+        least = slack_norms(levels, solver.solve(levels).x)
+        for _ in range(20):
+            direction = rng.standard_normal(3)
+            solver.start(4e6 * direction / np.linalg.norm(direction))
+            solution = solver.solve(levels)
+            assert solution.status == Status.SOLVED, seed
+            np.testing.assert_allclose(slack_norms(levels, solution.x), least, atol=1e-8, err_msg=str(seed))
+
+
+@pytest.mark.parametrize("cap", [6, 10, 20])
+def test_a_cap_holds_for_a_solve_that_begins_far_away(cap):
+    solved = 0
+    for seed in range(100):
+        rng = np.random.default_rng(seed)
+        levels = whole_hierarchy(rng, 3)
+        rows = [level.rows for level in levels]
+        least = slack_norms(levels, Solver(3, rows).solve(levels).x)
+        solver = Solver(3, rows, max_iterations=cap)
+        solver.start(4e6 * rng.standard_normal(3))
+        solution = solver.solve(levels)
+        assert solution.iterations <= cap, seed
+        if solution.status == Status.SOLVED:
+            solved += 1
+            np.testing.assert_allclose(slack_norms(levels, solution.x), least, atol=1e-8, err_msg=str(seed))
+    assert solved
