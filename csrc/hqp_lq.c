@@ -259,13 +259,12 @@ int hqp_is_clear(const hqp_solver *s, int id, real left) {
  * Reduce rows[0 .. count) one by one, each either giving the next reflector or found dependent on those
  * before. Rows of which little is left wait until the clear ones are in, and those of which next to nothing
  * is left until then: of a row that sees a direction by 1e-9 rounding fixes it to 1e-7, and then one that
- * sees it better would pass for another direction. order: accepted positions, then dependent ones. Returns
- * the rank.
+ * sees it better would pass for another direction. order: all positions; then the accepted ones, and the
+ * dependent ones behind them. Returns the rank.
  */
 int hqp_lq(hqp_solver *s, hqp_rows rows, const int *ids, int *order, int count) {
     const real none = s->settings.rank, least[] = {fmax(LITTLE, none), fmax(NEXT_TO_NOTHING, none), none};
     int rank = 0;
-    for (int i = 0; i < count; i++) order[i] = i;
     for (int pass = 0; pass < 3; pass++) {
         for (int i = rank; i < count && s->top < s->width; i++) {
             const int r = order[i];

@@ -566,16 +566,16 @@ static hqp_status solve_from_cold(hqp_solver *s) {
 
 /* The start was so much longer than x that its rounding may be left there: of a row that could be met, a
  * slack which lower levels would take for one that is needed. */
-static int bears_trace(const hqp_solver *s, real start) {
+static int bears_trace(const hqp_solver *s) {
+    const real start = hqp_length(s, s->before.at.x);
     return s->settings.rounding * start > TRACE * (1.0 + hqp_length(s, s->x));
 }
 
 /* The same, once more where x bears a trace of the start; and where x has become so long that its rounding
  * hides what rows lack, a shorter one is looked for from cold. */
 hqp_status hqp_solve_from(hqp_solver *s, int first) {
-    const real start = hqp_length(s, s->x);
     hqp_status status = solve_once(s, first);
-    if (status == HQP_SOLVED && bears_trace(s, start)) status = solve_once(s, 0);
+    if (status == HQP_SOLVED && bears_trace(s)) status = solve_once(s, 0);
     if (status != HQP_SOLVED || !s->before.warm || hqp_length(s, s->x) < FARTHEST) return status;
     const int rank = hqp_rank(s);
     hqp_keep(s, s->distant);
