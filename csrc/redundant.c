@@ -120,7 +120,7 @@ void redundant_sweep(const redundant *r, int count, const double *q, double *x, 
     double joints[SERIAL_MAX_JOINTS];
     for (int c = 0; c < count; c++, q += n, x += m, J += m * n) {
         transmit(r, q, joints);
-        kinematics(r, joints, NONE, x, J);
+        kinematics(r, joints, NULL, x, J);
         if (dJ) derivatives(r, dJ + (size_t)(n * m * n) * (size_t)c);
     }
 }
@@ -155,7 +155,7 @@ void redundant_approach(const redundant *r, int count, double *q, const double *
             double error[REDUNDANT_MAX_TASK], J[REDUNDANT_MAX_TASK * SERIAL_MAX_JOINTS];
             double squares = 0.0, largest = longest;
             transmit(r, q, joints);
-            kinematics(r, joints, NONE, error, J);
+            kinematics(r, joints, NULL, error, J);
             for (int a = 0; a < m; a++) {
                 error[a] = x[a] - error[a];
                 squares += error[a] * error[a];

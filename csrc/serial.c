@@ -110,20 +110,13 @@ static void accelerate(const accelerations *before, const serial_joint *joint, c
         for (int l = 0; l < TOGETHER; l++) along[k][l] = along[k][l] + b->turning[k] + qdd[l] * b->z[k];
 }
 
-static void write_frame(const serial_chain *chain, const body *bodies, const accelerations *moved,
-                        const serial_frame *frame) {
+static void write_frame(const serial_chain *chain, const body *bodies, const serial_frame *frame) {
     const int n = chain->n;
     const body *carrier = &bodies[frame->joint];
-    double r[3], towards[3], a[3][TOGETHER];
+    double r[3];
     rotate(carrier->R, frame->t, r);
     multiply(carrier->R, frame->R, frame->rotation);
-    towards_axis(carrier->omega, r, towards);
-    move_point(&moved[frame->joint], r, towards, a);
-    for (int k = 0; k < 3; k++) {
-        frame->position[k] = carrier->p[k] + r[k];
-        frame->drift[k] = a[k][0];
-        frame->drift[3 + k] = moved[frame->joint].alpha[k][0];
-    }
+    for (int k = 0; k < 3; k++) frame->position[k] = carrier->p[k] + r[k];
     for (int i = 0; i < n; i++) {
         double column[6] = {0.0, 0.0, 0.0, 0.0, 0.0, 0.0};
         if (i <= frame->joint && chain->joint[i].prismatic) {
@@ -138,16 +131,37 @@ static void write_frame(const serial_chain *chain, const body *bodies, const acc
     }
 }
 
-void serial_frames(const serial_chain *chain, const double *q, const double *qd, const serial_frame *frames,
-                   int count) {
+static void write_drift(const body *carrier, const accelerations *moved, const serial_frame *frame) {
+    double r[3], towards[3], a[3][TOGETHER];
+    rotate(carrier->R, frame->t, r);
+    towards_axis(carrier->omega, r, towards);
+    move_point(moved, r, towards, a);
+    for (int k = 0; k < 3; k++) {
+        frame->drift[k] = a[k][0];
+        frame->drift[3 + k] = moved->alpha[k][0];
+    }
+}
+
+static void write_drifts(const serial_chain *chain, const double *qd, body *bodies,
+                         const serial_frame *frames, int count) {
     static const double NONE[TOGETHER];
-    body bodies[SERIAL_MAX_JOINTS];
     accelerations moved[SERIAL_MAX_JOINTS];
-    put_all(chain, q, bodies);
     turn_all(chain, qd, bodies);
     for (int i = 0; i < chain->n; i++)
         accelerate(i ? &moved[i - 1] : &STILL, &chain->joint[i], &bodies[i], NONE, &moved[i]);
-    for (int i = 0; i < count; i++) write_frame(chain, bodies, moved, &frames[i]);
+    for (int i = 0; i < count; i++)
+        write_drift(&bodies[frames[i].joint], &moved[frames[i].joint], &frames[i]);
+}
+
+void serial_frames(const serial_chain *chain, const double *q, const double *qd, const serial_frame *frames,
+                   int count) {
+    body bodies[SERIAL_MAX_JOINTS];
+    put_all(chain, q, bodies);
+    for (int i = 0; i < count; i++) {
+        write_frame(chain, bodies, &frames[i]);
+        if (!qd) memset(frames[i].drift, 0, 6 * sizeof(double));
+    }
+    if (qd) write_drifts(chain, qd, bodies, frames, count);
 }
 
 void serial_places(const serial_chain *chain, const double *q, double *R, double *p) {

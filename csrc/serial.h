@@ -18,7 +18,7 @@ typedef struct {
     double *drift SHAPE(6); /* acceleration at qdd = 0 */
 } serial_frame;
 
-/* Poses, Jacobians and drift accelerations of some frames at a state (n). */
+/* Poses, Jacobians and drift accelerations of some frames at a state (n); qd NULL is at rest: no drift. */
 void serial_frames(const serial_chain *chain, const double *q, const double *qd, const serial_frame *frames,
                    int count);
 

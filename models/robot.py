@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import lru_cache
 from math import cos, sin
 
 import numpy as np
@@ -57,13 +58,9 @@ class Robot:
         Raises:
             ModelError: for anything a machine would not survive (see ``linter``).
         """
-        understood = lint(text, source)
-        try:
-            model = pin.buildModelFromXML(understood)
-        except (RuntimeError, ValueError) as error:
-            raise ModelError(source, 0, f"pinocchio cannot load it: {error}", "mend the URDF") from error
-        robot = cls(model)
-        robot.shapes = shapes(model, text, source)
+        model, found = _loaded(text, source)
+        robot = cls(model.copy())
+        robot.shapes = list(found)
         return robot
 
     def without(self, joints: Sequence[str]) -> Robot:
@@ -98,6 +95,17 @@ class Robot:
         pin.framesForwardKinematics(self.model, self.data, self.configuration(q))
         T: Array = self.data.oMf[self.frame(frame)].homogeneous
         return T
+
+
+@lru_cache(maxsize=8)  # a session loads the URDFs of its machine and of its twin several times
+def _loaded(text: str, source: str) -> tuple[pin.Model, tuple[Shape, ...]]:
+    """What a URDF says, as long as nobody changes it."""
+    understood = lint(text, source)
+    try:
+        model = pin.buildModelFromXML(understood)
+    except (RuntimeError, ValueError) as error:
+        raise ModelError(source, 0, f"pinocchio cannot load it: {error}", "mend the URDF") from error
+    return model, tuple(shapes(model, text, source))
 
 
 def _runs(index: NDArray[np.int64], bounded: NDArray[np.bool_]) -> list[tuple[slice, slice]]:
