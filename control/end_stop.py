@@ -1,4 +1,4 @@
-"""Springs that joints meet in the last part of their range, and that no command is stronger than for long."""
+"""Springs that joints meet in the last part of their range, where a command drives them on ever less."""
 
 from __future__ import annotations
 
@@ -25,9 +25,27 @@ class EndStop:
             zone: part of the range at each end in which it acts [rad].
         """
         self._ends = list(zip((lower + zone).tolist(), (upper - zone).tolist(), strict=True))
+        self._zone = zone
         self._stiffness, self._damping = stiffness.tolist(), damping.tolist()
         self.torque = np.zeros(len(lower))
         self._acts = False
+
+    def restrain(self, q: Array, torque: Array) -> None:
+        """Take from a command what drives a joint on in its zone: a share that grows to all of it at the limit.
+
+        A spring alone gives way to a command as strong as it likes: one that follows a palm that is led ever
+        further than its arm reaches.
+
+        Args:
+            q: (n,) [rad].
+            torque: of the command, (n,) [N m], in place.
+        """
+        for i, (x, (low, high)) in enumerate(zip(q.tolist(), self._ends, strict=True)):
+            if low <= x <= high:
+                continue
+            beyond = x - high if x > high else x - low
+            if torque[i] * beyond > 0.0:
+                torque[i] *= max(0.0, 1.0 - abs(beyond) / self._zone)
 
     def update(self, q: Array, qd: Array) -> Array:
         """Torques (n,) [N m] in a state (n,); own buffer."""

@@ -109,14 +109,14 @@ def run(options: argparse.Namespace) -> int:
     from ..runtime.configuration.session import build
     from .hands import Tally, sessions
     from .own_plant import Doubt
-    from .random_hand import PRESS_S
+    from .random_hand import pressed_at
     from .random_twin import with_random_chain
 
     chains = options.twin == RANDOM
     loaded = config.load(options.config if chains else chosen(options))
     # what is wrong with the configuration itself is said before anything else
     build(with_random_chain(loaded, options.seed) if chains else loaded)
-    if options.seconds <= (engaged := PRESS_S + loaded.config.arming.fade):
+    if options.seconds <= (engaged := pressed_at(loaded.config) + loaded.config.arming.fade):
         print(f"note: until {engaged:g} s the machine only engages; give --seconds more", file=sys.stderr)
     temper = Temper(options.force, options.torque, options.speed)
     seeds = range(options.seed, options.seed + options.count)

@@ -22,7 +22,7 @@ from ..runtime.live.lockstep import Lockstep
 from ..sim.person import Lead
 from .apparent import Push, UnexcitedError
 from .own_plant import Doubt
-from .random_hand import PRESS_S, PRESS_TICKS
+from .random_hand import pressed_at
 from .recorded_joints import IdentifyError
 
 TRIALS = 10
@@ -81,7 +81,7 @@ def _held(config: Any) -> Any:
     hand = simulation.hand
     first = [msgspec.structs.replace(hand.path[0], at=Instant(at)) for at in (0.0, 1.0)]
     changes = {"away": None} if hasattr(hand, "away") else {}
-    press = Press(Instant(max(PRESS_S, PRESS_TICKS / config.loop.rate)), True)
+    press = Press(Instant(pressed_at(config)), True)
     hand = msgspec.structs.replace(
         hand,
         stiffness=HandStiffness(SOFT),

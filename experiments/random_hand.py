@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import ceil, dist, hypot
+from math import ceil, dist
 from random import Random
 from typing import Any
 
@@ -17,7 +17,7 @@ from .temper import Temper
 PRESS_S, PRESS_TICKS = 0.3, 150
 """When the dead-man switch is pressed at the soonest: a machine needs some hundred ticks to be ready."""
 STILL_S = (0.6, 4.0)
-"""How long a hand stays where it is: some move while the machine still engages."""
+"""How long a hand stays where it is, had it pressed at the soonest: some move while the machine engages."""
 LEG_M = (0.1, 1.8)
 """Way between two places, as far as the machine's space allows."""
 PAUSE = 0.15
@@ -36,6 +36,8 @@ STIFFNESS, DAMPING = (300.0, 3000.0), (10.0, 40.0)
 OF_TURNS = ("rotational_stiffness", "rotational_damping", "torque")
 ANGULAR_STIFFNESS, ANGULAR_DAMPING = (10.0, 60.0), (0.4, 1.5)
 """[N m/rad], [N m s/rad]."""
+HAND = 6
+"""Coordinates of a hand's position and directions."""
 
 
 BLOCK_S = 30.0
@@ -71,16 +73,28 @@ def stranger(
     traits |= {"away": None}  # it never lets go
     known = [name for name in traits if stance.turns or name not in OF_TURNS]
     own = {name: traits[name] for name in known if name in hand.__struct_fields__}
-    pressed = max(PRESS_S, PRESS_TICKS / config.loop.rate)
+    pressed = pressed_at(config)
     press = msgspec.structs.replace(hand.dead_man[0], at=pressed, pressed=True)
     speed = random.uniform(SLOWEST, 1.0) * temper.speed
     path = [
         msgspec.structs.replace(hand.path[0], at=at, **_coordinates(hand.path[0], stance.pose(place)))
-        for at, place in _way(stance, random, speed, BLOCK_S * ceil((seconds + 5.0) / BLOCK_S))
+        for at, place in _way(
+            stance, random, speed, BLOCK_S * ceil((seconds + 5.0) / BLOCK_S), pressed - PRESS_S
+        )
     ]
     changed = msgspec.structs.replace(hand, dead_man=(press,), path=tuple(path), **own)
     seeded = msgspec.structs.replace(simulation, seed=seed, hand=changed, touches={})
     return msgspec.structs.replace(stance.config, simulation=seeded)
+
+
+def pressed_at(config: Config) -> float:
+    """When a random hand presses the dead-man switch [s]: no sooner than the machine is ready.
+
+    Until when a machine is not, its configured hand knows.
+    """
+    assert config.simulation is not None
+    own = [press.at for press in config.simulation.hand.dead_man if press.pressed]
+    return max(PRESS_S, PRESS_TICKS / config.loop.rate, *own[:1])
 
 
 def _between(random: Random, range_: tuple[float, float]) -> float:
@@ -105,36 +119,47 @@ def _coordinates(point: Any, place: Sequence[float]) -> dict[str, tuple[float, .
     found = {"position": tuple(place[:3])}
     for name in ("angles", "turned"):
         if len(place) > 3 and hasattr(point, name):
-            found[name] = tuple(place[3:])
+            found[name] = tuple(place[3:HAND])
+    if len(place) > HAND:
+        found |= {"left": tuple(place[HAND : HAND + 3]), "left_turned": tuple(place[HAND + 3 :])}
     return found
 
 
+def _apart(place: Sequence[float], there: Sequence[float]) -> tuple[float, float]:
+    """How far a hand goes [m] and turns [rad]; of two of them the most."""
+    hands = [slice(first, first + HAND) for first in range(0, len(place), HAND)]
+    pairs = [(place[hand], there[hand]) for hand in hands]
+    return max(dist(a[:3], b[:3]) for a, b in pairs), max(dist(a[3:], b[3:]) for a, b in pairs)
+
+
 def _way(
-    stance: Stance[Config], random: Random, speed: float, seconds: float
+    stance: Stance[Config], random: Random, speed: float, seconds: float, late: float
 ) -> list[tuple[float, Sequence[float]]]:
     """Times and places until at least so many seconds; at rest at first.
 
     A smooth path swings a little before it leaves a place: only in the last of the knots at the first one.
     """
-    place, t = list(stance.place), random.uniform(*STILL_S)
-    way: list[tuple[float, Sequence[float]]] = [(0.0, place), *((t - 0.1 * i, place) for i in (3, 2, 1, 0))]
+    place, t = list(stance.place), late + random.uniform(*STILL_S)
+    knots: list[tuple[float, Sequence[float]]] = [
+        (0.0, place),
+        *((t - 0.1 * i, place) for i in (3, 2, 1, 0)),
+    ]
     while t < seconds:
         there = _next(stance, random, place)
         fast = random.uniform(SLOWEST, 1.0)
-        moving = PEAK * dist(place[:3], there[:3]) / (fast * speed)
-        turning = PEAK * dist(place[3:], there[3:]) / (fast * TURNING)
-        t += max(moving, turning, 0.15)
+        way, turn = _apart(place, there)
+        t += max(PEAK * way / (fast * speed), PEAK * turn / (fast * TURNING), 0.15)
         place = there
-        way.append((t, place))
+        knots.append((t, place))
         if random.random() < PAUSE:
             t += random.uniform(0.05, 1.0) * REST_S
-            way.append((t, place))
-    return way
+            knots.append((t, place))
+    return knots
 
 
 def _next(stance: Stance[Config], random: Random, place: Sequence[float]) -> list[float]:
     """Somewhere in the space, towards a random point of it, but no further than a leg."""
     aim = [random.uniform(low, high) for low, high in zip(stance.lower, stance.upper, strict=True)]
     away = [a - p for a, p in zip(aim, place, strict=True)]
-    share = min(1.0, random.uniform(*LEG_M) / max(hypot(*away[:3]), 1e-9))
+    share = min(1.0, random.uniform(*LEG_M) / max(_apart(place, aim)[0], 1e-9))
     return [p + share * d for p, d in zip(place, away, strict=True)]

@@ -5,6 +5,7 @@ from __future__ import annotations
 from ...runtime.configuration.system import System
 from ..telemanipulation.limits import StationLimits
 from ..telemanipulation.scene import StationScene
+from ..telemanipulation.stance import station_stance
 from .check import check_operator
 from .config import OperatorConfig
 from .figures import OperatorFigures
@@ -27,6 +28,7 @@ OPERATOR = System(
     lambda config: OperatorFigures(),
     operator_plant,
     check_operator,
+    station_stance,
     scene=_scene,
 )
 """What hapticd finds by the entry point."""

@@ -142,11 +142,10 @@ class StationArm:
             torque: of the law, (n,) [N m].
             kept: of the torques that hold it where it was engaged.
         """
+        self.torque[:] = torque
+        self._end_stop.restrain(self.task.q, self.torque)
         if kept > 0.0:
-            np.multiply(self._hold.update(self.task.q, self.task.qd), kept, out=self.torque)
-            self.torque += torque
-        else:
-            self.torque[:] = torque
+            self.torque += kept * self._hold.update(self.task.q, self.task.qd)
         self.torque += self._end_stop.update(self.task.q, self.task.qd)
         self._moved = True
         self._carry()
@@ -157,6 +156,8 @@ class StationArm:
             self._hold.reset(self.task.q, self.task.qd)
             self._moved = False
         self.torque[:] = self._hold.update(self.task.q, self.task.qd)
+        # what presses on the palm would throw a joint out of its range that its end stop kept in it
+        self.torque += self._end_stop.update(self.task.q, self.task.qd)
         self._carry()
         return self._hold.at_rest
 

@@ -82,7 +82,7 @@ class Stance(Generic[C]):
     Attributes:
         config: begins there; the hand in it is still the configured one.
         place: of the handle at the beginning: position [m] and, where the hand holds directions, angles
-            [rad].
+            [rad]; after those of a right palm those of a left one.
         lower, upper: of what the hand may want, one entry a coordinate; beyond the machine's limits here and
             there.
         pose: the handle's position and angles that stand for a place, where they are not the place itself.

@@ -1,6 +1,7 @@
 """The end stop of joints: passive, one-sided, and stronger than what pushes."""
 
 import numpy as np
+import pytest
 from hapticd.control.end_stop import EndStop
 
 LOWER, UPPER = np.array([-1.0, 0.2]), np.array([1.0, 0.9])
@@ -33,3 +34,31 @@ def test_a_joint_that_comes_fast_and_is_pushed_on_rests_where_the_spring_holds_i
         q[0] += dt * qd[0]
         most = max(most, q[0])
     assert abs(q[0] - (0.98 + 40.0 / 2000.0)) < 1e-6 and most < 1.03
+
+
+def test_a_command_drives_a_joint_on_ever_less_and_back_as_it_likes() -> None:
+    made = stop()
+    places = [(0.97, 1.0), (0.98, 1.0), (0.985, 0.75), (0.995, 0.25), (1.0, 0.0), (1.1, 0.0)]
+    for x, share in places:
+        for q, outwards in ((x, 8.0), (-x, -8.0)):
+            torque = np.array([outwards, 1.0])
+            made.restrain(np.array([q, 0.5]), torque)
+            np.testing.assert_allclose(torque, [share * outwards, 1.0], atol=1e-9)
+            back = np.array([-outwards, 1.0])
+            made.restrain(np.array([q, 0.5]), back)
+            assert back.tolist() == [-outwards, 1.0]
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_no_command_however_strong_takes_a_joint_through_its_limit(seed: int) -> None:
+    """One that grows, as of a palm that is led ever further than its arm reaches."""
+    random = np.random.default_rng(seed)
+    made, inertia, growth = stop(), random.uniform(0.02, 1.0), random.uniform(5.0, 500.0)
+    q, qd, dt = np.array([0.97, 0.5]), np.zeros(2), 1e-4
+    for tick in range(40000):
+        torque = np.array([growth * tick * dt, 0.0])
+        made.restrain(q, torque)
+        torque += made.update(q, qd) - 2.0 * qd
+        qd[0] += dt * torque[0] / inertia
+        q[0] += dt * qd[0]
+        assert q[0] < 1.0

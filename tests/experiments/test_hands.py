@@ -20,7 +20,7 @@ from hapticd.machines.giant.config import GiantConfig
 from hapticd.machines.giant.kinematics import points
 from hapticd.models import Robot
 from hapticd.runtime.command_line.cli import main
-from hapticd.runtime.configuration.config import Loaded, load
+from hapticd.runtime.configuration.config import Loaded, load, parse
 from hapticd.runtime.configuration.session import build
 from hapticd.runtime.configuration.system import System, find_system
 from hapticd.runtime.core.modes import Mode
@@ -103,6 +103,41 @@ def test_giants_begin_inside_their_limits_all_over_their_space() -> None:
         assert tilt[0] < q[3] + q[4] < tilt[1]
         elbows.append(elbow)
     assert np.ptp(elbows, axis=0)[:2].min() > 2.0
+
+
+@pytest.mark.parametrize("machine", ["operator", "avatar"])
+def test_at_a_station_both_palms_are_led_about_and_the_machine_starts(machine: str) -> None:
+    config = a_stranger(machine, 3)
+    assert config.simulation is not None
+    path: Any = config.simulation.hand.path
+    for part in ("position", "turned", "left", "left_turned"):
+        assert np.ptp([getattr(poses, part) for poses in path], axis=0).min() > 0.3, part
+    for a, b in pairwise(path):
+        for part in ("position", "left"):
+            assert dist(getattr(a, part), getattr(b, part)) <= TEMPER.speed * (b.at - a.at)
+    found = session(load(machine), 3, 3.0, TEMPER)
+    assert (found.stop, found.seconds) == ("", 3.0)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [1009, 1011])
+def test_an_avatar_that_is_led_further_than_it_reaches_goes_on_inside_its_limits(seed: int) -> None:
+    found = session(load("avatar"), seed, 12.0, Temper(force=50.0, torque=10.0, speed=1.5))
+    assert (found.stop, found.seconds) == ("", 12.0)
+    assert max(found.excess.values()) < 0.01
+
+
+def test_a_hand_presses_as_late_as_the_configured_one_and_stands_until_then() -> None:
+    loaded = load("giant")
+    text = loaded.text.replace('at = "0.3 s", pressed', 'at = "2 s", pressed')
+    late = replace(loaded, text=text, config=parse(text, loaded.source))
+    robot = Robot.from_urdf(late.model_text, late.model_source)
+    config = stranger(late.config, find_system("giant"), robot, 3, 6.0, TEMPER)
+    soon = a_stranger("giant", 3, 6.0)
+    assert config.simulation is not None and soon.simulation is not None
+    hand, sooner = config.simulation.hand, soon.simulation.hand
+    assert (hand.dead_man[0].at, sooner.dead_man[0].at) == (2.0, 0.3)
+    assert [point.at for point in hand.path[1:9]] == pytest.approx([p.at + 1.7 for p in sooner.path[1:9]])
 
 
 @pytest.mark.parametrize("machine", MACHINES)

@@ -39,3 +39,20 @@ def test_it_follows_the_hands_that_lead_it_and_never_stays_behind_for_want_of_en
     assert (np.linalg.norm(state[0]["goal"] - state[0]["commanded"], axis=1) < 1e-3).all()
     assert (np.linalg.norm(state[0]["position"] - state[0]["goal"], axis=1) < 0.05).all()
     assert (state[0]["share"] == 1.0).all()
+
+
+def test_an_arm_that_halts_at_a_limit_is_still_kept_from_it() -> None:
+    """Its hold begins without torque; what presses on the palm would throw the joint out of its range."""
+    arm = build(config.load("avatar")).cycle.machine.arms[1]
+    upper = np.array(arm.chain.upper)
+    arm.task.q[:] = arm.chain.home
+    arm.task.q[5] = upper[5] - 0.005
+    arm.task.qd[:] = 0.0
+    arm.estimate()
+    arm.engage()
+    arm.move(np.zeros(arm.n), 0.0)
+    moved = arm.torque - arm.task.weight
+    arm.halt()
+    halted = arm.torque - arm.task.weight
+    assert moved[5] < -5.0
+    np.testing.assert_allclose(halted, moved, atol=1e-9)
