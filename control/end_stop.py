@@ -31,7 +31,7 @@ class EndStop:
         self._acts = False
 
     def restrain(self, q: Array, torque: Array) -> None:
-        """Take from a command what drives a joint on in its zone: a share that grows to all of it at the limit.
+        """Take from a command what drives a joint on in its zone: a share that grows, to all at the limit.
 
         A spring alone gives way to a command as strong as it likes: one that follows a palm that is led ever
         further than its arm reaches.

@@ -17,7 +17,7 @@ from .temper import Temper
 PRESS_S, PRESS_TICKS = 0.3, 150
 """When the dead-man switch is pressed at the soonest: a machine needs some hundred ticks to be ready."""
 STILL_S = (0.6, 4.0)
-"""How long a hand stays where it is, had it pressed at the soonest: some move while the machine engages."""
+"""How long a hand stays where it is, had it pressed at the soonest: some move while a machine engages."""
 LEG_M = (0.1, 1.8)
 """Way between two places, as far as the machine's space allows."""
 PAUSE = 0.15
