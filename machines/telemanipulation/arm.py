@@ -115,7 +115,7 @@ class StationArm:
             np.array(x, float) for x in (hold.stiffness, hold.damping, hold.deceleration)
         )
         self._hold = Hold(HoldGains(stiffness, damping, deceleration, own.effort), dt)
-        self._end_stop = EndStop(limits.lower, limits.upper, stiffness, damping, END_STOP)
+        self._end_stop = EndStop(limits.lower, limits.upper, stiffness, damping, deceleration, END_STOP)
         self.ends = self._end_stop.torque
         self._fastest: list[float] = (TOO_FAST * limits.velocity).tolist()
         self._most = station.stop.force, station.stop.torque

@@ -8,12 +8,13 @@ LOWER, UPPER = np.array([-1.0, 0.2]), np.array([1.0, 0.9])
 
 
 def stop() -> EndStop:
-    return EndStop(LOWER, UPPER, np.array([2000.0, 300.0]), np.array([60.0, 5.0]), 0.02)
+    stiffness, damping, deceleration = np.array([[2000.0, 300.0], [60.0, 5.0], [10.0, 20.0]])
+    return EndStop(LOWER, UPPER, stiffness, damping, deceleration, 0.02)
 
 
 def test_nothing_acts_between_the_ends_nor_after_leaving_one() -> None:
     made = stop()
-    assert not made.update(np.array([0.98, 0.5]), np.array([3.0, -3.0])).any()
+    assert not made.update(np.array([0.2, 0.5]), np.array([3.0, -3.0])).any()
     assert made.update(np.array([0.99, 0.5]), np.zeros(2))[0] < 0.0
     assert not made.update(np.array([0.97, 0.5]), np.zeros(2)).any()
 
@@ -54,11 +55,36 @@ def test_no_command_however_strong_takes_a_joint_through_its_limit(seed: int) ->
     """One that grows, as of a palm that is led ever further than its arm reaches."""
     random = np.random.default_rng(seed)
     made, inertia, growth = stop(), random.uniform(0.02, 1.0), random.uniform(5.0, 500.0)
-    q, qd, dt = np.array([0.97, 0.5]), np.zeros(2), 1e-4
-    for tick in range(40000):
+    q, qd, dt = np.array([0.97, 0.5]), np.zeros(2), 5e-4
+    for tick in range(8000):
         torque = np.array([growth * tick * dt, 0.0])
         made.restrain(q, torque)
         torque += made.update(q, qd) - 2.0 * qd
         qd[0] += dt * torque[0] / inertia
         q[0] += dt * qd[0]
         assert q[0] < 1.0
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_a_joint_however_fast_is_braked_before_its_end_and_gets_no_energy(seed: int) -> None:
+    random = np.random.default_rng(seed)
+    made, inertia, dt = stop(), random.uniform(0.5, 2.5), 1e-3
+    side = random.choice([-1.0, 1.0])
+    q, qd = np.array([0.0, 0.5]), np.array([side * random.uniform(0.5, 4.0), 0.0])
+    for _ in range(4000):
+        torque = made.update(q, qd)
+        if abs(q[0]) < 0.98:
+            assert torque[0] * qd[0] <= 0.0
+        qd[0] += dt * torque[0] / inertia
+        q[0] += dt * qd[0]
+        assert abs(q[0]) < 1.0
+    assert abs(qd[0]) < 0.6
+
+
+def test_the_brake_is_what_a_stop_from_that_speed_needs() -> None:
+    """10 rad/s^2: from .18 m before where the spring begins 1.9 rad/s are as fast as may be."""
+    made = stop()
+    assert not made.update(np.array([0.80, 0.5]), np.array([1.89, 0.0])).any()
+    fast = np.sqrt(2 * 10.0 * 0.18)
+    np.testing.assert_allclose(made.update(np.array([0.80, 0.5]), np.array([fast + 0.5, 0.0]))[0], -30.0)
+    assert not made.update(np.array([0.80, 0.5]), np.array([-fast - 0.5, 0.0])).any()
