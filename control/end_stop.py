@@ -1,4 +1,4 @@
-"""Springs that joints meet in the last part of their range, brakes before them, and less of what drives on."""
+"""Springs that joints meet in the last part of their range, brakes before them, less of what drives on."""
 
 from __future__ import annotations
 

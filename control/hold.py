@@ -8,6 +8,9 @@ import numpy as np
 
 from ..models import Array
 
+MOVING = 1.0
+"""Speed from which on what brakes a joint is a damper that goes on [rad/s]."""
+
 
 @dataclass(frozen=True, slots=True)
 class HoldGains:
@@ -38,21 +41,31 @@ class Hold:
         n = len(gains.limit)
         self._gains, self._step, self._dt = gains, gains.deceleration * dt, dt
         self.reference, self.rate, self.torque = np.zeros(n), np.zeros(n), np.zeros(n)
+        self._drag = np.zeros(n)
 
     @property
     def at_rest(self) -> bool:
         """Whether the reference stands still."""
         return not self.rate.any()
 
-    def reset(self, q: Array, qd: Array) -> None:
-        """Start from a state (n,)."""
+    def reset(self, q: Array, qd: Array, torque: Array | None = None) -> None:
+        """Start from a state (n,).
+
+        The reference has the joints' speed and asks nothing of them at first. Where torques (n,) are given
+        [N m], those that braked a joint until now go on as a damper: else what they withstood drives it on.
+        """
         self.reference[:], self.rate[:] = q, qd
+        self._drag[:] = 0.0
+        if torque is not None:
+            speed = np.abs(qd)
+            braking = np.maximum(-torque * np.sign(qd), 0.0)
+            np.divide(braking, speed, out=self._drag, where=speed > MOVING)
 
     def update(self, q: Array, qd: Array) -> Array:
         """Torques (n,) [N m] for the measured state (n,); own buffer. Advances the reference by a tick."""
         g = self._gains
         self._follow(q, qd)
-        self.torque[:] = g.stiffness * (self.reference - q) + g.damping * (self.rate - qd)
+        self.torque[:] = g.stiffness * (self.reference - q) + g.damping * (self.rate - qd) - self._drag * qd
         limited(self.torque, g.limit)
         if self.at_rest:
             return self.torque

@@ -153,7 +153,7 @@ class StationArm:
     def halt(self) -> bool:
         """Bring it to rest and hold it there; whether it is commanded to stand."""
         if self._moved:
-            self._hold.reset(self.task.q, self.task.qd)
+            self._hold.reset(self.task.q, self.task.qd, self.torque - self.task.weight)
             self._moved = False
         self.torque[:] = self._hold.update(self.task.q, self.task.qd)
         # what presses on the palm would throw a joint out of its range that its end stop kept in it

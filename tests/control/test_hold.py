@@ -39,3 +39,32 @@ def test_a_joint_that_is_braked_harder_than_planned_is_not_pushed_on(speed: floa
         q += DT * qd
     assert made.at_rest
     assert work < 1e-2  # of 3.6 J
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_what_a_braking_motor_withstood_does_not_drive_its_joint_on(seed: int) -> None:
+    """A load as large as what the motor can, which had braked it; without that torque it had sped up."""
+    random = np.random.default_rng(seed)
+    side, speed, inertia = random.choice([-1.0, 1.0]), random.uniform(1.5, 3.0), random.uniform(0.05, 0.5)
+    fastest = {}
+    for told in (False, True):
+        made, q, qd = Hold(GAINS, DT), 0.3, side * speed
+        made.reset(np.array([q]), np.array([qd]), np.array([-9.0 * side]) if told else None)
+        fastest[told] = speed
+        for _ in range(100):
+            qd += DT * (made.update(np.array([q]), np.array([qd]))[0] + 9.0 * side) / inertia
+            q += DT * qd
+            fastest[told] = max(fastest[told], abs(qd))
+    assert fastest[True] < speed + 0.01 < fastest[False]
+
+
+def test_what_drove_a_joint_on_or_held_one_that_stood_is_no_damper() -> None:
+    made = Hold(GAINS, DT)
+    for torque, qd in ((9.0, 2.0), (-9.0, -2.0), (-9.0, 0.5), (9.0, 0.0)):
+        made.reset(np.array([0.3]), np.array([qd]), np.array([torque]))
+        plain = hold(qd)
+        assert made.update(np.array([0.3]), np.array([qd])) == plain.update(np.array([0.3]), np.array([qd]))
+    made.reset(np.array([0.3]), np.array([2.0]), np.array([-5.0]))
+    assert made.update(np.array([0.3]), np.array([2.0]))[0] == -5.0
+    made.reset(np.array([0.3]), np.array([2.0]))
+    assert made.update(np.array([0.3]), np.array([2.0]))[0] == 0.0
