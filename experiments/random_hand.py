@@ -9,9 +9,10 @@ from typing import Any
 
 import msgspec
 
+from ..configs.quantities import Instant
 from ..models import Robot
 from ..runtime.configuration.system import Stance, System
-from ..runtime.core.sections import Config
+from ..runtime.core.sections import Arming, Config, Press
 from .temper import Temper
 
 PRESS_S, PRESS_TICKS = 0.3, 150
@@ -74,7 +75,7 @@ def stranger(
     known = [name for name in traits if stance.turns or name not in OF_TURNS]
     own = {name: traits[name] for name in known if name in hand.__struct_fields__}
     pressed = pressed_at(config)
-    press = msgspec.structs.replace(hand.dead_man[0], at=pressed, pressed=True)
+    press = Press(Instant(pressed), True)
     speed = random.uniform(SLOWEST, 1.0) * temper.speed
     path = [
         msgspec.structs.replace(hand.path[0], at=at, **_coordinates(hand.path[0], stance.pose(place)))
@@ -84,7 +85,8 @@ def stranger(
     ]
     changed = msgspec.structs.replace(hand, dead_man=(press,), path=tuple(path), **own)
     seeded = msgspec.structs.replace(simulation, seed=seed, hand=changed, touches={})
-    return msgspec.structs.replace(stance.config, simulation=seeded)
+    arming = Arming("dead-man", config.arming.fade)  # nobody else is there who could arm it
+    return msgspec.structs.replace(stance.config, simulation=seeded, arming=arming)
 
 
 def pressed_at(config: Config) -> float:

@@ -140,6 +140,18 @@ def test_a_hand_presses_as_late_as_the_configured_one_and_stands_until_then() ->
     assert [point.at for point in hand.path[1:9]] == pytest.approx([p.at + 1.7 for p in sooner.path[1:9]])
 
 
+@pytest.mark.parametrize("arming", ["dead-man", "command"])
+def test_a_hand_starts_a_machine_that_nobody_is_configured_to_start(arming: str) -> None:
+    loaded = load("giant")
+    text = loaded.text.replace('[{ at = "0.3 s", pressed = true }]', "[]")
+    text = text.replace('by = "dead-man"', f'by = "{arming}"')
+    config = parse(text, loaded.source)
+    assert config.simulation is not None and not config.simulation.hand.dead_man
+    gentle = Temper(force=5.0, torque=1.0, speed=0.2)
+    found = session(replace(loaded, text=text, config=config), 3, 4.5, gentle)
+    assert (found.stop, found.seconds) == ("", 4.5)
+
+
 @pytest.mark.parametrize("machine", MACHINES)
 def test_a_gentle_hand_stops_nothing_and_passes_no_limit(machine: str) -> None:
     gentle = Temper(force=5.0, torque=1.0, speed=0.2)
