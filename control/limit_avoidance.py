@@ -61,6 +61,23 @@ class JointLimits:
     velocity: Array
 
 
+def slowed(torque: Array, qd: Array, velocity: Array, zone: float) -> None:
+    """Take from a command what drives joints on that are near their largest speeds: all of it there.
+
+    The torques of (3) are bounded, and a command may be stronger.
+
+    Args:
+        torque: of the command, (n,) [N m], in place.
+        qd: speeds of the joints, (n,) [rad/s].
+        velocity: the largest, (n,) [rad/s].
+        zone: the distance to it at which this begins [rad/s].
+    """
+    for i, (speed, most) in enumerate(zip(qd.tolist(), velocity.tolist(), strict=True)):
+        room = most - abs(speed)
+        if room < zone and torque[i] * speed > 0.0:
+            torque[i] *= max(0.0, room / zone)
+
+
 class LimitAvoidance:
     """(3) to (5) for all joints of an arm; reads its state where it is.
 

@@ -12,7 +12,7 @@ from ...control.end_stop import EndStop
 from ...control.ft_calibration import Tool
 from ...control.hand_wrench import HandWrench, Load
 from ...control.hold import Hold, HoldGains, limited
-from ...control.limit_avoidance import Avoidance, JointLimits, LimitAvoidance
+from ...control.limit_avoidance import Avoidance, JointLimits, LimitAvoidance, slowed
 from ...control.task_arm import Posture, TaskArm
 from ...models import Array, Robot
 from ..rendering.sections import Arm
@@ -26,6 +26,8 @@ can stopped the station (experiments/strange_pair.py)."""
 END_STOP = 0.025
 """Part of a joint's range at each end in which the hold's spring keeps it from going on [rad]: the avoidance
 of limits is gentle, and a palm that is led further than it reaches pulls its arm through them."""
+NEAR = 0.3
+"""Distance to a joint's largest speed from which on a law drives it on ever less [rad/s]."""
 TOO_FAST = 1.04
 """Multiple of its largest speed at which a joint stops its arm; the monitor stops the station at 1.1."""
 
@@ -117,6 +119,7 @@ class StationArm:
         self._hold = Hold(HoldGains(stiffness, damping, deceleration, own.effort), dt)
         self._end_stop = EndStop(limits.lower, limits.upper, stiffness, damping, deceleration, END_STOP)
         self.ends = self._end_stop.torque
+        self._velocity = limits.velocity
         self._fastest: list[float] = (TOO_FAST * limits.velocity).tolist()
         self._most = station.stop.force, station.stop.torque
         self.stopped = ""
@@ -144,6 +147,7 @@ class StationArm:
         """
         self.torque[:] = torque
         self._end_stop.restrain(self.task.q, self.torque)
+        slowed(self.torque, self.task.qd, self._velocity, NEAR)
         if kept > 0.0:
             self.torque += kept * self._hold.update(self.task.q, self.task.qd)
         self.torque += self._end_stop.update(self.task.q, self.task.qd)

@@ -2,7 +2,15 @@
 
 import numpy as np
 import pytest
-from hapticd.control.limit_avoidance import LOWER, SPEED, UPPER, Avoidance, JointLimits, LimitAvoidance
+from hapticd.control.limit_avoidance import (
+    LOWER,
+    SPEED,
+    UPPER,
+    Avoidance,
+    JointLimits,
+    LimitAvoidance,
+    slowed,
+)
 
 LIMITS = JointLimits(np.array([-2.9, -1.7]), np.array([2.9, 1.7]), np.array([2.2, 2.6]))
 P, V = Avoidance(3.0, np.radians(10), np.radians(0.5)), Avoidance(2.0, np.radians(40), np.radians(2))
@@ -53,3 +61,14 @@ def test_constants_that_make_no_sense_are_refused() -> None:
     for bad in ((-1.0, 0.1, 0.01), (1.0, 0.1, 0.2), (1.0, 0.1, 0.0)):
         with pytest.raises(ValueError, match="0 < least < zone"):
             Avoidance(*bad)
+
+
+def test_near_its_largest_speed_a_command_drives_a_joint_on_ever_less_and_brakes_as_it_likes() -> None:
+    velocity = np.array([2.0, 2.5])
+    for speed, share in ((0.0, 1.0), (1.7, 1.0), (1.85, 0.5), (2.0, 0.0), (2.3, 0.0)):
+        for side in (-1.0, 1.0):
+            on, back = np.array([8.0 * side, 1.0]), np.array([-8.0 * side, 1.0])
+            slowed(on, np.array([side * speed, -1.0]), velocity, 0.3)
+            slowed(back, np.array([side * speed, -1.0]), velocity, 0.3)
+            np.testing.assert_allclose(on, [share * 8.0 * side, 1.0], atol=1e-9)
+            assert back.tolist() == [-8.0 * side, 1.0]
