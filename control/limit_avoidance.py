@@ -5,6 +5,7 @@ The paper's (3) has no sign: here a torque points away from the limit of positio
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import radians
 
@@ -61,7 +62,7 @@ class JointLimits:
     velocity: Array
 
 
-def slowed(torque: Array, qd: Array, velocity: Array, zone: float) -> None:
+def slowed(torque: Array, qd: Array, velocity: Sequence[float], zone: float) -> None:
     """Take from a command what drives joints on that are near their largest speeds: all of it there.
 
     The torques of (3) are bounded, and a command may be stronger.
@@ -72,7 +73,7 @@ def slowed(torque: Array, qd: Array, velocity: Array, zone: float) -> None:
         velocity: the largest, (n,) [rad/s].
         zone: the distance to it at which this begins [rad/s].
     """
-    for i, (speed, most) in enumerate(zip(qd.tolist(), velocity.tolist(), strict=True)):
+    for i, (speed, most) in enumerate(zip(qd.tolist(), velocity, strict=True)):
         room = most - abs(speed)
         if room < zone and torque[i] * speed > 0.0:
             torque[i] *= max(0.0, room / zone)

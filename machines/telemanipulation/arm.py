@@ -119,7 +119,7 @@ class StationArm:
         self._hold = Hold(HoldGains(stiffness, damping, deceleration, own.effort), dt)
         self._end_stop = EndStop(limits.lower, limits.upper, stiffness, damping, deceleration, END_STOP)
         self.ends = self._end_stop.torque
-        self._velocity = limits.velocity
+        self._velocity: list[float] = limits.velocity.tolist()
         self._fastest: list[float] = (TOO_FAST * limits.velocity).tolist()
         self._most = station.stop.force, station.stop.torque
         self.stopped = ""

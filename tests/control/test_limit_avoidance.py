@@ -64,7 +64,7 @@ def test_constants_that_make_no_sense_are_refused() -> None:
 
 
 def test_near_its_largest_speed_a_command_drives_a_joint_on_ever_less_and_brakes_as_it_likes() -> None:
-    velocity = np.array([2.0, 2.5])
+    velocity = [2.0, 2.5]
     for speed, share in ((0.0, 1.0), (1.7, 1.0), (1.85, 0.5), (2.0, 0.0), (2.3, 0.0)):
         for side in (-1.0, 1.0):
             on, back = np.array([8.0 * side, 1.0]), np.array([-8.0 * side, 1.0])
