@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -25,6 +26,26 @@ class HoldGains:
 def limited(torque: Array, most: Array) -> None:
     """Cut torques (n,) to their largest magnitudes (n,), in place; without what makes np.clip slow."""
     np.minimum(np.maximum(torque, -most, out=torque), most, out=torque)
+
+
+def bearable(torque: Array, other: Array, most: Sequence[float]) -> None:
+    """Scale a command (n,), in place, so that every motor has what it asks beside what it gives otherwise.
+
+    Cut joint by joint, strong joints would go on to press a palm on a wall that a weak wrist cannot bear, and
+    turn it over. Where a motor has nothing left for the command, nothing of it remains.
+
+    Args:
+        torque: of the command, (n,) [N m].
+        other: what the motors give besides, (n,) [N m].
+        most: they can give, (n,) [N m].
+    """
+    share = 1.0
+    for asked, given, limit in zip(torque.tolist(), other.tolist(), most, strict=True):
+        room = limit - given if asked > 0.0 else limit + given
+        if abs(asked) * share > room:
+            share = max(0.0, room) / abs(asked)
+    if share < 1.0:
+        torque *= share
 
 
 class Hold:

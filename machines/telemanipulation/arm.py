@@ -11,7 +11,7 @@ import pinocchio as pin
 from ...control.end_stop import EndStop
 from ...control.ft_calibration import Tool
 from ...control.hand_wrench import HandWrench, Load
-from ...control.hold import Hold, HoldGains, limited
+from ...control.hold import Hold, HoldGains, bearable, limited
 from ...control.limit_avoidance import Avoidance, JointLimits, LimitAvoidance, slowed
 from ...control.task_arm import Posture, TaskArm
 from ...models import Array, Robot
@@ -125,6 +125,7 @@ class StationArm:
         self.stopped = ""
         self.torque = np.zeros(n)
         self._effort, self._still = own.effort, np.zeros(n)
+        self._motors: list[float] = own.effort.tolist()
         self._moved = False
 
     def estimate(self) -> None:
@@ -145,12 +146,16 @@ class StationArm:
             torque: of the law, (n,) [N m].
             kept: of the torques that hold it where it was engaged.
         """
-        self.torque[:] = torque
+        guards = self.avoidance.torque
+        ends = self._end_stop.update(self.task.q, self.task.qd)
+        np.subtract(torque, guards, out=self.torque)
+        bearable(self.torque, guards + ends + self.task.weight, self._motors)
+        self.torque += guards
         self._end_stop.restrain(self.task.q, self.torque)
         slowed(self.torque, self.task.qd, self._velocity, NEAR)
         if kept > 0.0:
             self.torque += kept * self._hold.update(self.task.q, self.task.qd)
-        self.torque += self._end_stop.update(self.task.q, self.task.qd)
+        self.torque += ends
         self._moved = True
         self._carry()
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hapticd.control.hold import Hold, HoldGains
+from hapticd.control.hold import Hold, HoldGains, bearable
 
 DT = 1e-3
 GAINS = HoldGains(np.array([300.0]), np.array([12.0]), np.array([100.0]), np.array([9.0]))
@@ -68,3 +68,21 @@ def test_what_drove_a_joint_on_or_held_one_that_stood_is_no_damper() -> None:
     assert made.update(np.array([0.3]), np.array([2.0]))[0] == -5.0
     made.reset(np.array([0.3]), np.array([2.0]))
     assert made.update(np.array([0.3]), np.array([2.0]))[0] == 0.0
+
+
+def test_a_command_is_scaled_as_little_as_its_weakest_motor_allows() -> None:
+    random = np.random.default_rng(5)
+    whole = 0
+    for _ in range(1000):
+        most = random.uniform(5.0, 90.0, 7)
+        other = random.uniform(-1.1, 1.1, 7) * most
+        asked = random.normal(0.0, 20.0, 7)
+        torque = asked.copy()
+        bearable(torque, other, most.tolist())
+        room = most - np.sign(asked) * other
+        share = np.clip(room / np.abs(asked), 0.0, 1.0).min()
+        np.testing.assert_allclose(torque, share * asked, atol=1e-12)
+        # no motor is driven beyond what it has, but by what it gives besides
+        assert (np.abs(other + torque) <= np.maximum(most, np.abs(other)) + 1e-12).all()
+        whole += share == 1.0
+    assert 20 < whole < 900

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
+from hapticd.experiments import hands
+from hapticd.experiments.temper import Temper
 from hapticd.runtime.configuration import config
 from hapticd.runtime.configuration.session import build
 from hapticd.runtime.live.lockstep import Lockstep, unswept
@@ -56,3 +58,10 @@ def test_an_arm_that_halts_at_a_limit_is_still_kept_from_it() -> None:
     halted = arm.torque - arm.task.weight
     assert moved[5] < -5.0
     np.testing.assert_allclose(halted, moved, atol=1e-9)
+
+
+def test_an_arm_presses_on_a_wall_no_harder_than_its_wrist_can_bear() -> None:
+    """With 12 N m of the wrist's motor cut alone, the other joints turned it 30 mrad over its end."""
+    session = hands.session(config.load("avatar"), 76025, 7.0, Temper(50.0, 10.0, 1.5))
+    assert not session.stop, session.detail
+    assert max(session.excess.values()) <= 0.0
