@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import functools
 import random
+import re
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from math import nan
 
+from hapticd.configs import read_text
 from hapticd.devices.cia301 import AlState
 from hapticd.devices.frames import Frames
 from hapticd.runtime.configuration.session import build
@@ -25,7 +27,6 @@ from hapticd.testing.energy import Energy
 
 from .conftest import MACHINES, Bench, loaded
 
-NOBODY_PRESSES = ('dead_man = [{ at = "0.3 s", pressed = true }]', "dead_man = []")
 LATENCY = 4
 """Ticks from what happens in the plant until the cycle has answered it there."""
 TICKS = 1500
@@ -36,19 +37,25 @@ VERBS = tuple(
 AIMED = (Mode.ENABLING, Mode.ENGAGING, Mode.STOPPING, Mode.HOLDING)
 """Modes that pass quickly: something happens there on purpose, in every other session."""
 RATES = ("500 Hz", "1 kHz", "4 kHz")
-SUBSTEPS = {"giant": 3, "rhi": 2, "panda": 3}
-GIVEN = {"giant": 2.3, "rhi": 0.05, "panda": 0.7}
-"""Energy that springs and brakes may set in motion after a stop, as in the tests of braking [J]."""
+GIVEN = {
+    **{"giant": 2.3, "rhi": 0.05, "panda": 0.7, "panda_rhi": 0.7, "panda_stamp": 0.7},
+    **{"operator": 0.7, "avatar": 0.7, "giant_avatar": 0.7},
+}
+"""Energy that springs and brakes may set in motion after a stop, as in the tests of braking [J]; of the machines that are tried."""
 
 
-def at_rate(machine: str, rate: str) -> tuple[tuple[str, str], ...]:
-    """Changes for a rate; the plant's own steps stay as short as they are built in."""
-    if rate == "1 kHz":
-        return ()
-    changes = (('rate = "1 kHz"', f'rate = "{rate}"'),)
-    substeps = SUBSTEPS[machine]
-    finer = (f"substeps = {substeps}", f"substeps = {2 * substeps}")
-    return (*changes, finer) if rate == "500 Hz" else changes
+def changes(machine: str, rate: str) -> tuple[tuple[str, str], ...]:
+    """Nobody presses, and a rate; the plant's own steps stay as short as they are built in."""
+    text = read_text(f"{machine}.toml")
+    (pressed,) = re.findall(r"^dead_man = .*", text, re.M)
+    substeps = re.search(r"^substeps = (\d+)", text, re.M)
+    assert substeps
+    changes = [(pressed, "dead_man = []")]
+    if rate != "1 kHz":
+        changes.append(('rate = "1 kHz"', f'rate = "{rate}"'))
+    if rate == "500 Hz":
+        changes.append((substeps[0], f"substeps = {2 * int(substeps[1])}"))
+    return tuple(changes)
 
 
 class Campaign:
@@ -58,7 +65,7 @@ class Campaign:
         self.random = random.Random(seed)
         self.machine = machine or self.random.choice(MACHINES)
         self.rate = rate or self.random.choice(("500 Hz", "1 kHz", "1 kHz", "1 kHz", "4 kHz"))
-        self.changes = (NOBODY_PRESSES, *at_rate(self.machine, self.rate))
+        self.changes = changes(self.machine, self.rate)
         self.aims = self.random.random() < 0.5
         self.bench = Bench(*self.changes, machine=self.machine)
         hertz = self.bench.lockstep.session.config.loop.rate
@@ -205,7 +212,7 @@ class Campaign:
 
     def blind(self, value: float) -> None:
         """The force-torque sensor reports one value from now on."""
-        (sensor,) = self.bench.nodes.of(SimForceTorque)
+        sensor = self.random.choice(self.bench.nodes.of(SimForceTorque))
         self.wrong[sensor] = functools.partial(setattr, sensor, "wrench", [value] * 6)
 
     def mismeasure(self, verb: str, drive: SimDrive) -> None:

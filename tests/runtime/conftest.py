@@ -30,8 +30,9 @@ def changed(*changes: tuple[str, str], machine: str = "giant") -> str:
 
 
 def loaded(*changes: tuple[str, str], machine: str = "giant") -> config.Loaded:
-    text, model = changed(*changes, machine=machine), f"{machine}.urdf"
+    text = changed(*changes, machine=machine)
     parsed = config.parse(text, f"{machine}.toml")
+    model = parsed.model
     return config.Loaded(machine, parsed, text, f"{machine}.toml", read_text(model), model)
 
 

@@ -1,7 +1,7 @@
 """Drives that disobey, people who type and press, a bus that loses things, all at random; the plant judges.
 
-python -m tests.runtime.test_random_faults FIRST LAST           runs more of them
-python -m tests.runtime.test_random_faults FIRST LAST aimed     one or two faults, in every mode at every rate
+python -m tests.runtime.test_random_faults FIRST LAST [MACHINE ...]           runs more of them
+python -m tests.runtime.test_random_faults FIRST LAST aimed [MACHINE ...]     one or two, in each mode at each rate
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from collections.abc import Sequence
 import pytest
 
 from .aimed_faults import MOMENTS, aimed, before, brought
-from .campaign import RATES, Campaign
+from .campaign import GIVEN, RATES, Campaign
 from .conftest import MACHINES
 
 
@@ -27,6 +27,9 @@ from .conftest import MACHINES
         ("giant", "4 kHz", "STOPPING", 6),
         ("giant", "500 Hz", "ACTIVE", 10),  # an encoder is wrong while its axis moves
         ("giant", "500 Hz", "ACTIVE", 18),
+        ("panda", "1 kHz", "ENGAGING", 0),
+        ("operator", "1 kHz", "STOPPING", 0),
+        ("avatar", "1 kHz", "ACTIVE", 0),
     ],
 )
 def test_one_or_two_faults_in_any_mode_at_any_rate(machine: str, rate: str, moment: str, seed: int) -> None:
@@ -55,18 +58,22 @@ def aim_at_all(first: int, last: int, machines: Sequence[str]) -> None:
     print(f"{count} sessions, {found} with something found")
 
 
-def main(first: int, last: int) -> None:
+def run_all(first: int, last: int, machines: Sequence[str]) -> None:
+    """The same numbers of sessions for each machine; whatever rate the seed draws."""
     modes: Counter[str] = Counter()
-    for seed in range(first, last):
-        campaign = Campaign(seed)
-        for found in campaign.run():
-            print(f"seed {seed}: {found}", flush=True)
-        modes += campaign.modes
-    print(f"{last - first} sessions; ticks by mode {dict(modes)}")
+    for machine in machines:
+        for seed in range(first, last):
+            campaign = Campaign(seed, machine)
+            for found in campaign.run():
+                print(f"seed {seed}: {found}", flush=True)
+            modes += campaign.modes
+        print(machine, f"{last - first} sessions", flush=True)
+    print(f"ticks by mode {dict(modes)}")
 
 
 if __name__ == "__main__":
-    if sys.argv[3:]:
-        aim_at_all(int(sys.argv[1]), int(sys.argv[2]), sys.argv[4:] or MACHINES)
+    seeds, words = map(int, sys.argv[1:3]), sys.argv[3:]
+    if words[:1] == ["aimed"]:
+        aim_at_all(*seeds, words[1:] or tuple(GIVEN))
     else:
-        main(int(sys.argv[1]), int(sys.argv[2]))
+        run_all(*seeds, words or tuple(GIVEN))
