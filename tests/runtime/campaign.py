@@ -41,7 +41,7 @@ GIVEN = {
     **{"giant": 2.3, "rhi": 0.05, "panda": 0.7, "panda_rhi": 0.7, "panda_stamp": 0.7},
     **{"operator": 0.7, "avatar": 0.7, "giant_avatar": 0.7},
 }
-"""Energy that springs and brakes may set in motion after a stop, as in the tests of braking [J]; of the machines that are tried."""
+"""Energy that springs and brakes may set in motion after a stop, as in the tests of braking [J]."""
 
 
 def changes(machine: str, rate: str) -> tuple[tuple[str, str], ...]:

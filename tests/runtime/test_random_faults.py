@@ -1,7 +1,7 @@
 """Drives that disobey, people who type and press, a bus that loses things, all at random; the plant judges.
 
-python -m tests.runtime.test_random_faults FIRST LAST [MACHINE ...]           runs more of them
-python -m tests.runtime.test_random_faults FIRST LAST aimed [MACHINE ...]     one or two, in each mode at each rate
+python -m tests.runtime.test_random_faults FIRST LAST [MACHINE ...]        runs more of them
+python -m tests.runtime.test_random_faults FIRST LAST aimed [MACHINE ...]  one or two each
 """
 
 from __future__ import annotations
