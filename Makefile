@@ -4,6 +4,8 @@
 export PYTHON CC
 # the tests start hundreds of processes, each of which would compile all modules anew
 unexport PYTHONDONTWRITEBYTECODE
+# matrices are small: a second thread of a process only takes the processor of another
+export OPENBLAS_NUM_THREADS := 1
 BIN := .venv/bin
 PACKAGES := bench binding configs control devices experiments hqp link machines models runtime safety sim testing view
 C_SOURCES := $(wildcard csrc/*.c csrc/*.h csrc/*.hpp csrc/extended/*.c csrc/extended/*.h tests/hqp/*.c docs/examples/*.c docs/examples/*.cpp)
