@@ -18,6 +18,7 @@ MOST_LEVELS = 256
 MOST_ITERATIONS = 2**31 - 1
 FEW = 8  # levels that a message shows
 SIZES = "take n in 1..1024, 1..256 levels, 0..16384 rows of each kind, rows times n up to 2^26"
+ITERATIONS = f"take 0 for the usual number, or up to {MOST_ITERATIONS}"
 
 
 class Status(IntEnum):
@@ -151,19 +152,18 @@ class Solver:
         time_limit: float = 0.0,
     ) -> None:
         tolerances = {"feasibility": feasibility, "rank": rank, "rounding": rounding}
-        _check_settings(tolerances, max_iterations, time_limit)
-        limits = {"max_iterations": operator.index(max_iterations), "time_limit": time_limit}
+        _check_settings(tolerances, time_limit)
+        iterations = _whole("max_iterations", max_iterations, ITERATIONS)
+        if not 0 <= iterations <= MOST_ITERATIONS:
+            raise HqpError("max_iterations", f"is {iterations}", ITERATIONS)
+        limits = {"max_iterations": iterations, "time_limit": time_limit}
+        variables, counts = _whole("n", n, SIZES), _counts(rows)
         try:
-            if isinstance(n, bool):
-                raise TypeError(f"n is {n}")
-            counts = [
-                (operator.index(eq), operator.index(ineq)) for eq, ineq in islice(rows, MOST_LEVELS + 1)
-            ]
-            dims = ffi.new("hqp_dims *", {"n": operator.index(n), "levels": len(counts)})
+            dims = ffi.new("hqp_dims *", {"n": variables, "levels": len(counts)})
             equalities, inequalities = np.array(counts, np.intc).reshape(-1, 2).T.copy()
             bind(lib, dims, equalities=equalities, inequalities=inequalities)
             solver = lib.hqp_create(dims, ffi.new("hqp_settings *", tolerances | limits))
-        except (TypeError, ValueError, OverflowError) as error:
+        except (ValueError, OverflowError) as error:
             raise HqpError("Solver", f"cannot be made of this: {error}", SIZES) from error
         if solver == ffi.NULL:
             shown = f"{counts[:FEW]}" if len(counts) <= FEW else f"{counts[:FEW]} and more"
@@ -368,20 +368,32 @@ def _check_types(levels: tuple[Level, ...]) -> None:
             raise HqpError(f"level {p}", f"is of type {type(level).__name__}", "give a list of Level")
 
 
-def _check_settings(tolerances: dict[str, float], max_iterations: int, time_limit: float) -> None:
+def _whole(name: str, value: object, mend: str) -> int:
+    if isinstance(value, bool) or not isinstance(value, int | np.integer):
+        raise HqpError(name, f"is {value!r}, not a whole number", mend)
+    return int(value)
+
+
+def _counts(rows: Iterable[tuple[int, int]]) -> list[tuple[int, int]]:
+    try:
+        pairs = [(equalities, inequalities) for equalities, inequalities in islice(rows, MOST_LEVELS + 1)]
+    except (TypeError, ValueError) as error:
+        raise HqpError("rows", f"are not pairs (equalities, inequalities): {error}", SIZES) from error
+    return [
+        (_whole(f"level {p}: equalities", eq, SIZES), _whole(f"level {p}: inequalities", ineq, SIZES))
+        for p, (eq, ineq) in enumerate(pairs)
+    ]
+
+
+def _check_settings(tolerances: dict[str, float], time_limit: float) -> None:
     for name, value in {**tolerances, "time_limit": time_limit}.items():
-        if not isinstance(value, float | int | np.floating | np.integer):
+        if isinstance(value, bool) or not isinstance(value, float | int | np.floating | np.integer):
             raise HqpError(name, f"is of type {type(value).__name__}", "give a number")
     for name, value in tolerances.items():
         if not 0.0 < value < 1.0:
             raise HqpError(name, f"is {value}", "take one between 0 and 1")
     if not time_limit >= 0.0:
         raise HqpError("time_limit", f"is {time_limit}", "give seconds, or 0 for none")
-    if not isinstance(max_iterations, int | np.integer):
-        raise HqpError("max_iterations", f"is of type {type(max_iterations).__name__}", "give a whole number")
-    if not 0 <= max_iterations <= MOST_ITERATIONS:
-        problem = f"take 0 for the usual number, or up to {MOST_ITERATIONS}"
-        raise HqpError("max_iterations", f"is {max_iterations}", problem)
 
 
 def solve(levels: Iterable[Level], **settings: Any) -> Solution:

@@ -337,6 +337,22 @@ def test_a_size_of_another_type_or_beyond_memory_is_refused(arguments):
 
 
 @pytest.mark.parametrize(
+    ("arguments", "named"),
+    [
+        ((2.0, [(1, 0)]), "n is 2.0, not"),
+        ((True, [(1, 0)]), "n is True, not"),
+        ((2, [(1, 0), (1.0, 0)]), "level 1: equalities is 1.0, not"),
+        ((2, [(1, None)]), "level 0: inequalities is None, not"),
+        ((2, [(1, 2, 3)]), "rows are not pairs"),
+        ((2, 3), "rows are not pairs"),
+    ],
+)
+def test_what_is_wrong_with_a_size_is_named(arguments, named):
+    with pytest.raises(HqpError, match=f"^{named}"):
+        Solver(*arguments)
+
+
+@pytest.mark.parametrize(
     "setting",
     [
         {"feasibility": np.nan},
@@ -345,6 +361,8 @@ def test_a_size_of_another_type_or_beyond_memory_is_refused(arguments):
         {"rounding": np.inf},
         {"max_iterations": 2**40},
         {"max_iterations": 1.5},
+        {"max_iterations": True},
+        {"rank": True},
         {"max_iterations": -1},
         {"time_limit": -1.0},
         {"time_limit": np.nan},
