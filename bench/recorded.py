@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from zipfile import BadZipFile
+from zipfile import BadZipFile, is_zipfile
 
 import numpy as np
 from numpy.typing import NDArray
@@ -103,6 +103,8 @@ def load(path: Path) -> Recording:
         BenchError: no file, or one of another layout.
     """
     try:
+        if path.is_file() and not is_zipfile(path):  # numpy would offer to load what it takes for a pickle
+            raise BadZipFile("it is no .npz file")
         with np.load(path) as data:
             count = data["norms"].shape[1]
             parts = [

@@ -12,8 +12,10 @@
 #include "hqp_qp_internal.h"
 
 static const double MOST = 1e100;
-static const double DEFINITE = 1e-10;  /* of a diagonal entry of P: a smaller pivot is no pivot */
-static const double PROXIMITY = 1e-9;  /* of it: added to a singular P; who lacks more is not convex */
+static const double DEFINITE = 1e-10; /* of a diagonal entry of P: a smaller pivot is no pivot */
+/* Of it: added to a singular P, and to any where nothing was proven; who lacks more than the first is not
+ * convex. */
+static const double PROXIMITIES[] = {1e-9, 1e-7, 1e-5};
 static const double NEGATIVE = 1e-12;  /* of the largest diagonal entry: no rounding is further below 0 */
 static const double NO_ENTRY = 1e-20;  /* of the largest diagonal entry: a smaller one counts as none */
 static const double REACH = 1e4;       /* with P = 0: how far x may go in the first proximal step */
@@ -30,6 +32,7 @@ static const double LEAP = 1e3;      /* times the last step: further it is not t
 static const double FLAT = 1e-12;    /* of the largest entry of P: |P ray| of a flat ray */
 static const double RAY = 1e-11;     /* of the length of a row: what of a ray it may see */
 static const double FALLS = 1e-10;   /* of the parts of q^T ray: by more it falls */
+static const double GRAIN = 1e-15;   /* of the largest entry of a ray: a smaller one is rounding */
 static const double GOOD = 1e-3;     /* times what a proof asks: refinement ends */
 static const double SLOW = 0.7;      /* or where more is left of what was left before */
 enum { REFINEMENTS = 12, STEPS = 100, RETURNS = 8 };
@@ -233,21 +236,26 @@ static void seat_guess(hqp_qp_solver *s) {
     }
 }
 
-/* Factorise P, or with a shift where it is singular: in proportion to its diagonal, so that units of
- * variables do not matter. */
-static hqp_qp_status factorise(hqp_qp_solver *s) {
-    memset(s->shift, 0, (size_t)s->ld * sizeof(double));
-    s->is_shifted = !(s->largest > 0.0 && hqp_qp_factorise(s, DEFINITE));
-    if (!s->is_shifted) return HQP_QP_SOLVED;
+/* Factorise P with a shift: in proportion to its diagonal, so that units of variables do not matter. */
+static hqp_qp_status factorise_shifted(hqp_qp_solver *s, double proximity) {
+    s->is_shifted = 1;
     double most = 0.0;
     for (int j = 0; j < s->n; j++) most = fmax(most, fabs(s->qp.q[j]));
     for (ptrdiff_t j = 0; j < s->n; j++) {
         const double own = s->qp.P[j * s->n + j];
         if (own < -NEGATIVE * s->largest) return HQP_QP_NOT_CONVEX;
-        s->shift[j] = PROXIMITY * (own > NO_ENTRY * s->largest ? own : s->largest);
+        s->shift[j] = proximity * (own > NO_ENTRY * s->largest ? own : s->largest);
         if (s->largest == 0.0) s->shift[j] = most > 0.0 ? most / REACH : 1.0;
     }
     return hqp_qp_factorise(s, 0.0) ? HQP_QP_SOLVED : HQP_QP_NOT_CONVEX;
+}
+
+/* Factorise P, or with a shift where it is singular. */
+static hqp_qp_status factorise(hqp_qp_solver *s) {
+    memset(s->shift, 0, (size_t)s->ld * sizeof(double));
+    s->is_shifted = 0;
+    return s->largest > 0.0 && hqp_qp_factorise(s, DEFINITE) ? HQP_QP_SOLVED
+                                                             : factorise_shifted(s, PROXIMITIES[0]);
 }
 
 /* Take out of a ray what rounding put there: P is flat, and held rows stay at their bound. Returns 0 where
@@ -274,16 +282,24 @@ static double stride(hqp_qp_solver *s) {
     if (!(length > 0.0) || !(length < INFINITY)) return 0.0;
     for (int i = 0; i < n; i++) ray[i] /= length;
     if (!straighten(s, ray) || !straighten(s, ray)) return 0.0; /* twice: the first is rounded, too */
+    double largest = 0.0;
+    for (int i = 0; i < n; i++) largest = fmax(largest, fabs(ray[i]));
+    for (int i = 0; i < n; i++) {
+        if (fabs(ray[i]) <= GRAIN * largest) ray[i] = 0.0;
+    }
+    double *sizes = s->scratch, rounding = 0.0;
     hqp_qp_bend(s, ray, s->gradient);
+    hqp_qp_bend_sizes(s, ray, sizes);
     for (int i = 0; i < n; i++) {
         const double bent = s->gradient[i], tilt = s->qp.q[i] * ray[i];
         slope += tilt + bent * s->x[i];
+        rounding += ROUNDING * (fabs(tilt) + sizes[i] * fabs(s->x[i]));
         tilted += tilt;
         tilts += fabs(tilt);
         bend += bent * ray[i];
         most_bent = fmax(most_bent, fabs(bent));
     }
-    if (!(slope < 0.0)) return 0.0;
+    if (!(slope < -rounding)) return 0.0;
     const int is_flat = most_bent <= FLAT * s->largest;
     if (is_flat && !(tilted < -FALLS * tilts)) return 0.0;
     double most = is_flat ? INFINITY : fmin(-slope / bend, LEAP * length);
@@ -382,12 +398,22 @@ static hqp_qp_status begin(hqp_qp_solver *s, const hqp_qp *qp) {
     return status == HQP_QP_SOLVED ? factorise(s) : status;
 }
 
+/* From the start, with another shift. */
+static hqp_qp_status try_again(hqp_qp_solver *s, double proximity) {
+    return factorise_shifted(s, proximity) == HQP_QP_SOLVED ? solve(s) : HQP_QP_NOT_PROVEN;
+}
+
 hqp_qp_status hqp_qp_solve(hqp_qp_solver *s, const hqp_qp *qp, hqp_qp_answer *answer) {
     hqp_qp_status status = begin(s, qp);
     answer->iterations = 0;
     if (status < 0) return status;
     if (status == HQP_QP_SOLVED) {
         status = solve(s);
+        for (int k = 1; k < 3 && status == HQP_QP_NOT_PROVEN; k++) {
+            const hqp_qp_status again = try_again(s, PROXIMITIES[k]);
+            if (again == HQP_QP_SOLVED || again == HQP_QP_ITERATION_CAP || again == HQP_QP_TIME_LIMIT)
+                status = again; /* rays and clashes that only the shift brings up are not believed */
+        }
     } else {
         memset(s->x, 0, (size_t)s->n * sizeof(double));
     }

@@ -126,7 +126,7 @@ def perform(name: str, folder: Path | None, full: bool, progress: Progress) -> D
             plot.parent.mkdir(parents=True, exist_ok=True)
             write_plot(plot, outcome)
         except OSError as error:
-            raise ExperimentError(f"cannot write {error.filename}: {error.strerror}") from error
+            raise _unwritten(plot, error) from error
     return Done(name, module.TITLE, outcome.rows, outcome.figures, spent)
 
 
@@ -203,8 +203,13 @@ def _show(done: Done, folder: Path | None, as_json: bool) -> None:
     try:
         write_rows(page, done.name, done.title, done.rows)
     except OSError as error:
-        raise ExperimentError(f"cannot write {error.filename}: {error.strerror}") from error
+        raise _unwritten(page, error) from error
     print(f"written: {page}, {folder / 'figures' / f'{done.name}.svg'}", file=sys.stderr)
+
+
+def _unwritten(path: Path, error: OSError) -> ExperimentError:
+    """A full disk names no file."""
+    return ExperimentError(f"cannot write {error.filename or path}: {error.strerror}")
 
 
 def _table(done: Done) -> Sequence[str]:

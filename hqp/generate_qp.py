@@ -77,6 +77,53 @@ def unbounded_qp(seed: int) -> Qp:
     return {"P": root.T @ root, "q": q, "G": G, "h": G @ x + 0.1, "A": A, "b": A @ x, "lb": lb, "ub": ub}
 
 
+def fit_qp(seed: int) -> Qp:
+    """A fit of few data of two decimals by as many coefficients or more: P sees only some of its variables.
+
+    The loss is Huber's, the one of quantiles, a hinge, or the square of what exceeds a tolerance; it is never
+    below 0, so it has a minimum.
+    """
+    rng = np.random.default_rng([len(KINDS) + 2, seed])
+    loss = rng.choice(["huber", "quantile", "hinge", "tolerant"])
+    m = int(rng.integers(2, 7))
+    X, y = rng.normal(size=(m, m + int(rng.integers(0, 4)))).round(2), rng.normal(size=m).round(2)
+    k, own = X.shape[1], np.eye(m)
+    bend, weight, slack = np.zeros(k), np.zeros(k), np.full(k, -INF)
+    if loss == "huber":  # |X c - y| <= a + e, a <= 1: a^2 + 2 e
+        G, h = np.block([[X, -own, -own], [-X, -own, -own]]), np.append(y, -y)
+        bend, weight = np.append(bend, [2.0] * m + [0.0] * m), np.append(weight, [0.0] * m + [2.0] * m)
+        slack = np.append(slack, np.zeros(2 * m))
+        ub = np.concatenate([np.full(k, INF), np.ones(m), np.full(m, INF)])
+        return {"P": np.diag(bend), "q": weight, "G": G, "h": h, "lb": slack, "ub": ub}
+    if loss == "quantile":  # X c + e - d = y: .3 e + .7 d
+        A = np.block([[X, own, -own]])
+        weight, slack = np.append(weight, [0.3] * m + [0.7] * m), np.append(slack, np.zeros(2 * m))
+        return {"P": np.zeros((k + 2 * m,) * 2), "q": weight, "A": A, "b": y, "lb": slack}
+    slack = np.append(slack, np.zeros(m))
+    if loss == "tolerant":  # |X c - y| <= .1 + e: e^2 / 2
+        G, h = np.block([[X, -own], [-X, -own]]), np.append(y, -y) + 0.1
+        return {"P": np.diag(np.append(bend, np.ones(m))), "q": np.zeros(k + m), "G": G, "h": h, "lb": slack}
+    sign = np.where(y > 0.0, 1.0, -1.0)  # sign X c >= 1 - e: c' c / 2, or a little of it or none, + cost e
+    G = np.hstack([-sign[:, None] * X, -own])
+    bend[:-1] = rng.choice([0.0, 1e-6, 1.0])
+    cost = np.append(weight, np.full(m, rng.choice([1.0, 100.0])))
+    return {"P": np.diag(np.append(bend, np.zeros(m))), "q": cost, "G": G, "h": np.full(m, -1.0), "lb": slack}
+
+
+def curve_qp(seed: int) -> Qp:
+    """A cubic spline through few points that grows, convex, then concave; P hardly sees some coefficients."""
+    rng = np.random.default_rng([len(KINDS) + 3, seed])
+    n = int(rng.integers(5, 22))
+    at = rng.random(int(rng.integers(n // 2, 3 * n))) * (n - 1)
+    away = np.abs(at[:, None] - np.arange(n))
+    near, far = 2.0 / 3.0 - away**2 + away**3 / 2.0, (2.0 - away) ** 3 / 6.0
+    X = np.where(away < 1.0, near, np.where(away < 2.0, far, 0.0))
+    y = np.tanh(4.0 * at / (n - 1) - 2.0) + 0.1 * rng.normal(size=len(at))
+    grows, bends = np.diff(np.eye(n), axis=0), np.diff(np.eye(n), n=2, axis=0)
+    G = np.vstack([-grows, -bends[: n // 2], bends[n // 2 :]])
+    return {"P": X.T @ X, "q": -X.T @ y, "G": G, "h": np.zeros(len(G))}
+
+
 def _scaled(qp: Qp, rng: np.random.Generator) -> Qp:
     """The QP in other units: variables and rows by factors of 1e-3 to 1e3 each."""
     unit, of_A, of_G = (10.0 ** rng.uniform(-3, 3, len(qp[name])) for name in ("q", "b", "h"))

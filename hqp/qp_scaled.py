@@ -15,6 +15,7 @@ from .qp_solution import QpSolution
 from .solver import Status
 
 ATTEMPTS = 2  # the second from where the first ended
+GRAIN = 1e-15  # of the largest: a smaller part of an answer is rounding
 FAR = 1e4  # times 1 + |x|: rows of a conflict are met nowhere nearer, as in hqp_qp.c
 
 
@@ -38,6 +39,8 @@ def solve_scaled(data: QpData, max_iterations: int, until: float) -> tuple[QpSol
         if ends != NOT_PROVEN:
             break
         scaled = scaled._replace(initvals=found.x)
+    if ends == NOT_PROVEN and _is_proven_clean(scaled, found):
+        ends, found.found, found.status = int(Status.SOLVED), True, Status.SOLVED
     with np.errstate(over="ignore", invalid="ignore"):
         found.x = found.x * unit / (np.linalg.norm(found.x * unit) if ends == UNBOUNDED else 1.0)
         found.objective = float(0.5 * found.x @ data.P @ found.x + data.q @ found.x)
@@ -53,6 +56,17 @@ def solve_scaled(data: QpData, max_iterations: int, until: float) -> tuple[QpSol
     if found.found and not is_proven(*data._replace(initvals=found.x), multipliers):
         ends, found.found, found.status = NOT_PROVEN, False, Status.NOT_PROVEN
     return found, TIME_LIMIT if ends == NOT_PROVEN and monotonic() > until else ends
+
+
+def _is_proven_clean(data: QpData, found: QpSolution) -> bool:
+    """Whether an answer is optimal without what is rounding beside its largest parts, which is taken out."""
+    largest = np.abs(found.x).max(initial=0.0)
+    found.x[np.abs(found.x) <= GRAIN * largest] = 0.0
+    pull = np.abs(data.P).max(initial=0.0) * largest + np.abs(data.q).max(initial=0.0)
+    multipliers = np.concatenate([found.y, found.z, found.z_box])
+    multipliers[np.abs(multipliers) <= GRAIN * pull] = 0.0
+    found._multipliers = multipliers
+    return bool(is_proven(*data._replace(initvals=found.x), multipliers))
 
 
 def solve_within(data: QpData, max_iterations: int, until: float) -> tuple[QpSolution, int]:

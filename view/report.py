@@ -224,7 +224,8 @@ def _figures(found: Recorded, *which: Group) -> Iterator[Plot]:
     for channel in (each for one in which for each in group(found, one)):
         spec = found.channels.specs[channel]
         least = MET if spec.name.startswith(SLACK) else 0.0
-        if max(found.columns.high[:, channel].max(), -found.columns.low[:, channel].min()) > least:
+        high, low = found.columns.high[:, channel], found.columns.low[:, channel]
+        if max(high.max(initial=0.0), -low.min(initial=0.0)) > least:
             yield _plot(found, spec.name, pretty(spec.unit), [channel])
 
 

@@ -12,7 +12,7 @@ from typing import Any, NoReturn, TypeAlias
 from ...configs.quantities import BitRate
 from ...configs.units import UnitError
 from ...configs.words import nearest
-from ..configuration.known import BETWEEN, twins
+from ..configuration.known import AND, BETWEEN, twins
 
 Commands: TypeAlias = "argparse._SubParsersAction[Parser]"
 """What a command adds its parser to."""
@@ -70,7 +70,7 @@ def add_twin(parser: argparse.ArgumentParser, more: str = "") -> None:
     """Add the option that gives a machine another twin; ``more`` says what else it takes."""
     parser.add_argument(
         "--twin",
-        type=name,
+        type=twin_names,
         metavar="TWIN",
         help="render this digital twin instead: a twin's TOML file (docs/twins.md), or built in: "
         f"{', '.join(twins())}; of several, TWIN,TWIN, the first, and exchange it on demand{more}",
@@ -93,6 +93,13 @@ def name(text: str) -> str:
     """A name of anything: it has at least a character that can be seen."""
     if not text.strip():
         raise argparse.ArgumentTypeError("the name is empty")
+    return text
+
+
+def twin_names(text: str) -> str:
+    """Names of one or more twins, each with at least a character that can be seen."""
+    for one in text.split(AND):
+        name(one)
     return text
 
 

@@ -29,7 +29,7 @@ def add_replay(commands: Commands) -> None:
     replay.add_argument(
         "--json",
         action="store_true",
-        help="print ticks, differing_ticks, missing_ticks, first, speed_x as JSON",
+        help="print ticks, differing_ticks, missing_ticks, first, speed_x, environment as JSON",
     )
     replay.set_defaults(handler=run)
 

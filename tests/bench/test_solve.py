@@ -272,7 +272,7 @@ def test_a_plot_without_matplotlib_is_refused_with_what_to_install(
 
 @pytest.mark.parametrize(
     ("content", "why"),
-    [(None, "No such file"), (b"hello", "no recording of problems"), (b"", "no recording of problems")],
+    [(None, "No such file"), (b"hello", "it is no .npz file;"), (b"", "it is no .npz file;")],
 )
 def test_a_file_that_is_no_recording_is_refused(
     content: bytes | None, why: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]

@@ -1,6 +1,8 @@
 """The quick experiments against the papers' numbers, and how results are written down."""
 
+import os
 from collections.abc import Callable
+from errno import ENOSPC
 from pathlib import Path
 
 import msgspec
@@ -429,6 +431,18 @@ def test_rows_of_timings_are_marked(tmp_path: Path) -> None:
     write_rows(tmp_path / "x.md", "a", "first", [Row("x", "1", "2", "why", timing=True), Row("y", "3", "4")])
     text = (tmp_path / "x.md").read_text()
     assert "| x | 1 | 2 | timing; why |" in text and "| y | 3 | 4 |  |" in text
+
+
+def test_a_full_disk_is_told_with_the_file_that_found_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(path: Path, outcome: Outcome) -> None:
+        raise OSError(ENOSPC, os.strerror(ENOSPC))  # as from a write, which knows no name
+
+    monkeypatch.setattr(command, "write_plot", full)
+    monkeypatch.setattr(rhi_fig6, "run", lambda progress: Outcome([], {}, lambda figure: None))
+    with pytest.raises(command.ExperimentError, match=r"rhi_fig6\.svg: No space left"):
+        command.perform("rhi_fig6", tmp_path, False, quiet)
 
 
 def test_what_must_fail_fails_before_an_experiment_begins_and_leaves_nothing_behind(

@@ -84,6 +84,7 @@ NAMED = (
         (["run", "giant", "--dur", "3"], "no option '--dur'; did you mean '--duration'?"),
         (["bench", "jitter", "--sec", "3"], "no option '--sec'; did you mean '--seconds'?"),
         *(([*words, ""], "the name is empty") for words in NAMED),
+        (["run", "giant", "--twin", "mass,,door"], "--twin: the name is empty"),
         (["replay", "--verfy=yes"], "no option '--verfy'; did you mean '--verify'?"),
         (["run", "giant", "rhi"], "'rhi' is one word too many"),
         (["bench", "slove"], "no benchmark 'slove'; did you mean 'solve'?"),

@@ -174,6 +174,15 @@ def test_command(recorded: Callable[[str], Path], tmp_path: Path, capsys: pytest
     assert [path.name for path in tmp_path.iterdir()] == ["a.html"]
 
 
+def test_a_session_of_a_moment_has_a_page_too(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """It ended before anything of it was to be drawn."""
+    log = str(tmp_path / "a.mcap")
+    assert main(["run", "giant", "--lockstep", "--duration", "0.01", "--log", log, "--json"]) in (0, 1)
+    capsys.readouterr()
+    assert main(["report", log]) == 0
+    assert "giant" in Page((tmp_path / "a.html").read_text()).words
+
+
 @pytest.mark.parametrize(
     ("out", "says"), [("log.mcap", "does not end in .html"), ("none/a.html", "no folder"), (".html", "")]
 )
