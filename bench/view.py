@@ -31,6 +31,9 @@ PROGRAM = (sys.executable, "-m", "hapticd.runtime")
 PATIENCE_S = 60.0
 FIGURES = {"lateness p99": ("lateness_us", "p99"), "compute mean": ("compute_us", "mean")}
 LONG_MESSAGE = 16 << 20
+SHORTEST_S = 5.0
+"""Of a round: plant, daemon and view take seconds to begin, and half of it is watched."""
+MOST_PAGES = 200
 
 
 class Session(msgspec.Struct):
@@ -163,7 +166,15 @@ def table(found: dict[str, Any]) -> str:
 
 
 def run(config: str, pages: int, rounds: int, seconds: float, as_json: bool) -> None:
-    """Measure and print."""
+    """Measure and print.
+
+    Raises:
+        BenchError: a round is too short for a view to begin in it, or there are more pages than a host reads.
+    """
+    if seconds < SHORTEST_S:
+        raise BenchError(f"in {seconds:g} s no view begins; give more --seconds, at least {SHORTEST_S:g}")
+    if pages > MOST_PAGES:
+        raise BenchError(f"nobody reads {pages} pages; give --pages up to {MOST_PAGES}")
     bare, viewed = [], []
     with heard(interrupt), tempfile.TemporaryDirectory() as folder:
         for k in range(rounds):

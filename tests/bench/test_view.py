@@ -10,6 +10,7 @@ from subprocess import Popen
 
 import pytest
 from hapticd.bench import view
+from hapticd.bench.recorded import BenchError
 from hapticd.bench.view import FIGURES, Session, session, summarise
 from hapticd.configs import read_text
 from hapticd.runtime.recording.log import open_log
@@ -25,6 +26,12 @@ def test_a_session_under_many_eyes_loses_no_record_and_replays(tmp_path: Path) -
     assert found.summary["stop"] == ""
     assert found.frames > 20 * 10
     assert replay(open_log(str(log))).differing_ticks == 0
+
+
+@pytest.mark.parametrize(("pages", "seconds", "says"), [(1, 1.0, "more --seconds"), (201, 9.0, "up to 200")])
+def test_what_cannot_be_measured_is_refused_at_once(pages: int, seconds: float, says: str) -> None:
+    with pytest.raises(BenchError, match=says):
+        view.run("panda", pages, 1, seconds, False)
 
 
 TICK = "<anon_inode:[timerfd]>"
