@@ -20,6 +20,8 @@ from ..devices.torque_drive import TorqueDrive
 from ..machines.arm.config import ArmConfig
 from ..machines.giant.config import GiantConfig
 from ..machines.rendering.sections import Plant
+from ..machines.telemanipulation.arm import SIDES
+from ..machines.telemanipulation.sections import StationSimulation
 from ..runtime.configuration.config import Loaded
 from ..runtime.configuration.device_check import SENSORS
 from ..runtime.core.sections import Config
@@ -91,10 +93,10 @@ class Doubt:
             plant = msgspec.structs.replace(simulation.plant, **changes)
             simulation = msgspec.structs.replace(simulation, plant=plant)
         if self.model:
-            tag = str(type(config).__struct_config__.tag)
-            own = getattr(simulation, tag)
+            section = "arms" if _is_station(config) else str(type(config).__struct_config__.tag)
+            own = getattr(simulation, section)
             finer = msgspec.structs.replace(own, substeps=ceil(FINER * own.substeps))
-            simulation = msgspec.structs.replace(simulation, **{tag: finer})
+            simulation = msgspec.structs.replace(simulation, **{section: finer})
         return msgspec.structs.replace(config, simulation=simulation)
 
 
@@ -118,16 +120,24 @@ def believed(loaded: Loaded) -> Loaded:
     return replace(loaded, config=msgspec.structs.replace(whole, simulation=simulation, giant=giant))
 
 
+def _is_station(config: Config) -> bool:
+    """Whether it has two arms, with rigid joints."""
+    return isinstance(config.simulation, StationSimulation)
+
+
 def _has(config: Config, kind: type) -> bool:
     return any(isinstance(device, kind) for device in config.devices.values())
 
 
 def _model(config: Config, seed: int) -> dict[str, Any]:
-    """Factors of each joint, and the delay."""
+    """Factors of each joint, of a station the same for both arms, and the delay."""
     random = Random(f"plant {seed}")
     joints = sum(isinstance(device, TorqueDrive) for device in config.devices.values())
     wrong = {"masses": MASSES, "rotor_inertia": ROTORS, "stiffness": SPRINGS}
-    if isinstance(config, ArmConfig) and all(j.stiffness is None for j in config.arm.joints.values()):
+    if _is_station(config):
+        joints //= len(SIDES)
+        del wrong["stiffness"]
+    elif isinstance(config, ArmConfig) and all(j.stiffness is None for j in config.arm.joints.values()):
         del wrong["stiffness"]
     factors = {
         key: tuple(random.uniform(1.0 - most, 1.0 + most) for _ in range(joints))

@@ -11,6 +11,7 @@ from typing import Any
 import msgspec
 import numpy as np
 import pytest
+from hapticd.devices.torque_drive import TorqueDrive
 from hapticd.experiments import hands
 from hapticd.experiments.hands import BLOCK, NOT_STARTED, Kept, Session, Tally, Work, session, sessions
 from hapticd.experiments.own_plant import TYPICAL, Doubt, believed
@@ -21,6 +22,7 @@ from hapticd.machines.giant.kinematics import points
 from hapticd.models import Robot
 from hapticd.runtime.command_line.cli import main
 from hapticd.runtime.configuration.config import Loaded, load, parse
+from hapticd.runtime.configuration.known import built_in
 from hapticd.runtime.configuration.session import build
 from hapticd.runtime.configuration.system import System, find_system
 from hapticd.runtime.core.modes import Mode
@@ -366,6 +368,19 @@ def test_a_wrong_model_is_drawn_by_the_seed_and_the_hand_is_the_same() -> None:
     spread = [wrong.vary(config, s).simulation.plant.stiffness[0] for s in range(40)]  # type: ignore[union-attr]
     assert min(spread) < 0.7 and max(spread) > 1.3
     assert (plant.delay, plant.gear_friction) == (1, config.simulation.plant.gear_friction)  # type: ignore[attr-defined]
+
+
+@pytest.mark.parametrize("machine", built_in())
+def test_a_machine_that_can_be_doubted_can_be_built_so(machine: str) -> None:
+    loaded, doubt = load(machine), Doubt(model=True, errors=True)
+    assert doubt.fits(loaded.config) is (machine not in ("rhi", "panda_rhi", "panda_stamp"))
+    if doubt.fits(loaded.config):
+        changed = doubt.vary(loaded.config, 5)
+        build(replace(loaded, config=changed))
+        plant = changed.simulation.plant  # type: ignore[union-attr]
+        arms = 2 if machine in ("operator", "avatar", "giant_avatar") else 1
+        motors = sum(isinstance(device, TorqueDrive) for device in changed.devices.values())
+        assert len(set(plant.masses)) == motors / arms and plant.delay == 1
 
 
 @pytest.mark.parametrize("machine", ["giant", "rhi", "panda"])
