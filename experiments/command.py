@@ -126,6 +126,8 @@ def perform(name: str, folder: Path | None, full: bool, progress: Progress) -> D
             plot.parent.mkdir(parents=True, exist_ok=True)
             write_plot(plot, outcome)
         except OSError as error:
+            if plot.is_file():
+                plot.unlink()  # half of it is no figure
             raise _unwritten(plot, error) from error
     return Done(name, module.TITLE, outcome.rows, outcome.figures, spent)
 

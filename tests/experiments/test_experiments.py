@@ -437,12 +437,14 @@ def test_a_full_disk_is_told_with_the_file_that_found_it(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def full(path: Path, outcome: Outcome) -> None:
+        path.write_text("<svg")
         raise OSError(ENOSPC, os.strerror(ENOSPC))  # as from a write, which knows no name
 
     monkeypatch.setattr(command, "write_plot", full)
     monkeypatch.setattr(rhi_fig6, "run", lambda progress: Outcome([], {}, lambda figure: None))
     with pytest.raises(command.ExperimentError, match=r"rhi_fig6\.svg: No space left"):
         command.perform("rhi_fig6", tmp_path, False, quiet)
+    assert not list((tmp_path / "figures").iterdir())
 
 
 def test_what_must_fail_fails_before_an_experiment_begins_and_leaves_nothing_behind(
