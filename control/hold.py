@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -28,7 +27,7 @@ def limited(torque: Array, most: Array) -> None:
     np.minimum(np.maximum(torque, -most, out=torque), most, out=torque)
 
 
-def bearable(torque: Array, other: Array, most: Sequence[float]) -> None:
+def bearable(torque: Array, other: Array, most: Array) -> None:
     """Scale a command (n,), in place, so that every motor has what it asks beside what it gives otherwise.
 
     Cut joint by joint, strong joints would go on to press a palm on a wall that a weak wrist cannot bear, and
@@ -40,7 +39,7 @@ def bearable(torque: Array, other: Array, most: Sequence[float]) -> None:
         most: they can give, (n,) [N m].
     """
     share = 1.0
-    for asked, given, limit in zip(torque.tolist(), other.tolist(), most, strict=True):
+    for asked, given, limit in zip(torque.tolist(), other.tolist(), most.tolist(), strict=True):
         room = limit - given if asked > 0.0 else limit + given
         if abs(asked) * share > room:
             share = max(0.0, room) / abs(asked)

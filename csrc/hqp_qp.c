@@ -16,6 +16,7 @@ static const double DEFINITE = 1e-10; /* of a diagonal entry of P: a smaller piv
 /* Of it: added to a singular P, and to any where nothing was proven; who lacks more than the first is not
  * convex. */
 static const double PROXIMITIES[] = {1e-9, 1e-7, 1e-5};
+enum { SHIFTS = sizeof PROXIMITIES / sizeof *PROXIMITIES };
 static const double NEGATIVE = 1e-12;  /* of the largest diagonal entry: no rounding is further below 0 */
 static const double NO_ENTRY = 1e-20;  /* of the largest diagonal entry: a smaller one counts as none */
 static const double REACH = 1e4;       /* with P = 0: how far x may go in the first proximal step */
@@ -409,7 +410,7 @@ hqp_qp_status hqp_qp_solve(hqp_qp_solver *s, const hqp_qp *qp, hqp_qp_answer *an
     if (status < 0) return status;
     if (status == HQP_QP_SOLVED) {
         status = solve(s);
-        for (int k = 1; k < 3 && status == HQP_QP_NOT_PROVEN; k++) {
+        for (int k = 1; k < SHIFTS && status == HQP_QP_NOT_PROVEN; k++) {
             const hqp_qp_status again = try_again(s, PROXIMITIES[k]);
             if (again == HQP_QP_SOLVED || again == HQP_QP_ITERATION_CAP || again == HQP_QP_TIME_LIMIT)
                 status = again; /* rays and clashes that only the shift brings up are not believed */

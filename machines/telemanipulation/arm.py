@@ -125,7 +125,6 @@ class StationArm:
         self.stopped = ""
         self.torque = np.zeros(n)
         self._effort, self._still = own.effort, np.zeros(n)
-        self._motors: list[float] = own.effort.tolist()
         self._moved = False
 
     def estimate(self) -> None:
@@ -149,7 +148,7 @@ class StationArm:
         guards = self.avoidance.torque
         ends = self._end_stop.update(self.task.q, self.task.qd)
         np.subtract(torque, guards, out=self.torque)
-        bearable(self.torque, guards + ends + self.task.weight, self._motors)
+        bearable(self.torque, guards + ends + self.task.weight, self._effort)
         self.torque += guards
         self._end_stop.restrain(self.task.q, self.torque)
         slowed(self.torque, self.task.qd, self._velocity, NEAR)

@@ -12,6 +12,7 @@ from typing import Any, NoReturn, TypeAlias
 from ...configs.quantities import BitRate
 from ...configs.units import UnitError
 from ...configs.words import nearest
+from ..configuration.files import exists
 from ..configuration.known import AND, BETWEEN, twins
 
 Commands: TypeAlias = "argparse._SubParsersAction[Parser]"
@@ -97,8 +98,8 @@ def name(text: str) -> str:
 
 
 def twin_names(text: str) -> str:
-    """Names of one or more twins, each with at least a character that can be seen."""
-    for one in text.split(AND):
+    """Names of twins, each with a character that can be seen, or that of one file, whatever it is called."""
+    for one in [text] if exists(Path(text)) else text.split(AND):
         name(one)
     return text
 

@@ -179,7 +179,10 @@ def test_what_is_too_large_in_the_units_of_the_caller_is_right_or_not_proven(see
     G = rng.normal(size=(n, n)) * 10.0 ** rng.uniform(-30, 30, size=(n, 1))
     qp = {"P": P, "q": q, "G": G, "h": rng.normal(size=n) * 10.0 ** rng.uniform(-30, 30)}
     found = solve_qp(**qp)
-    assert max(faults(qp, found).values()) < WORST if found.found else found.status is Status.NOT_PROVEN
+    if found.found:
+        assert np.isfinite(found.objective) and max(faults(qp, found).values()) < WORST
+    else:
+        assert found.status is Status.NOT_PROVEN
     assert np.isfinite(found.x).all() and np.isfinite(found.objective)
 
 

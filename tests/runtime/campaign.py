@@ -50,12 +50,12 @@ def changes(machine: str, rate: str) -> tuple[tuple[str, str], ...]:
     (pressed,) = re.findall(r"^dead_man = .*", text, re.M)
     substeps = re.search(r"^substeps = (\d+)", text, re.M)
     assert substeps
-    changes = [(pressed, "dead_man = []")]
+    made = [(pressed, "dead_man = []")]
     if rate != "1 kHz":
-        changes.append(('rate = "1 kHz"', f'rate = "{rate}"'))
+        made.append(('rate = "1 kHz"', f'rate = "{rate}"'))
     if rate == "500 Hz":
-        changes.append((substeps[0], f"substeps = {2 * int(substeps[1])}"))
-    return tuple(changes)
+        made.append((substeps[0], f"substeps = {2 * int(substeps[1])}"))
+    return tuple(made)
 
 
 class Campaign:
