@@ -134,8 +134,8 @@ def test_it_reads_by_sdo_what_the_tpdo_would_say(bus: Bus) -> None:
     drive = bus.nodes["joint1"]
     assert isinstance(drive, SimJointDrive)
     drive.position = 0.5
+    until(lambda: drive.statusword & 0x4F == 0x40)  # a drive is not ready in the moment it is switched on
     until(lambda: node.sdo[0x6041].raw == drive.statusword)
-    assert drive.statusword & 0x4F == 0x40
     assert node.sdo[0x6061].raw == 10
     assert node.sdo[0x6064].raw == pytest.approx(0.5 / 6.283185307 * 65536 * 100, abs=1)
     assert node.sdo[0x2100][2].raw == 2  # PREOP
