@@ -58,7 +58,7 @@ def recorded(log: Log) -> list[tuple[Believed, list[Recorded]]]:
         IdentifyError: the machine has no springs, or never rendered for a while.
         LogError: the recording is damaged.
     """
-    session = build(log.loaded)
+    session = build(log.loaded, runs=False)
     joints = elastic(log.loaded.config, session.robot)
     runs = [np.array(run) for run in _runs(log, session.cycle.image, len(joints))]
     if not runs:

@@ -79,7 +79,7 @@ def read(log: Log, progress: Callable[[int], None] = lambda _: None) -> Recorded
         LogError: the recording is damaged.
         ConfigError, ModelError: its machine cannot be built here.
     """
-    session = build(log.loaded)
+    session = build(log.loaded, runs=False)
     channels = Channels(session)
     scene = session.system.scene(session.config) if session.system.scene else None
     work = Work(session.robot, scene) if scene else None

@@ -175,7 +175,7 @@ class LiveSource:
         about = self._frames.about
         self._orders, self._pid = path.with_suffix(ORDERS), about.pid
         self._socket = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM | socket.SOCK_NONBLOCK)
-        self._drawn = Drawn(build(_loaded(about)))
+        self._drawn = Drawn(build(_loaded(about), runs=False))
         self._words = [*about.words, *(("hold", "lead") if "press" in about.words else ())]
         self.name = os.path.basename(about.config)
         self.hello = self._drawn.hello(self.name, True, self._words)
@@ -249,7 +249,7 @@ class SessionWatch:
         self._frames = Subscriber(path)
         about = self._frames.about
         self.name, self.rate = os.path.basename(about.config), about.rate
-        session = build(_loaded(about))
+        session = build(_loaded(about), runs=False)
         self.channels, self.remarks = Channels(session).specs, _remarks(session)
         self.newest: Frame | None = None
         self.said: list[Said] = []
@@ -290,7 +290,7 @@ class Recording:
         Raises:
             LogError: it is damaged.
         """
-        session = build(log.loaded)
+        session = build(log.loaded, runs=False)
         drawn = Drawn(session)
         self.name = str(log.session["config_name"])
         self.hello = drawn.hello(self.name, False, [])

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from ...models import Array, ModelError
 from .guard import Span
+from .once import Once, tried
 from .reachable import SPARE, Parts, Way
 from .redundant import PLACE, RedundantArm
 from .self_motion import close
@@ -23,8 +24,6 @@ GRID = 0.1
 """Distance of the places that are looked at [m]."""
 MOST = 250
 """Of them; where the hand reaches more there is no atlas."""
-TRIED = 4000
-"""Random postures that say what the hand reaches."""
 SCANNED = 300
 """Configurations scanned at each place."""
 CLOSING = 4
@@ -39,8 +38,6 @@ ROOM = 0.5
 """What counts room to follow as far as the next place; a direction to go on in counts 1 and more."""
 MOST_ROOM = 1.0
 """More room counts as this [m]."""
-ATLASES = 8
-"""How many a process keeps: those asked for last."""
 STILL = 1e-9
 """A motor that turns less than this as the hand goes 1 m does not follow it [rad/m]."""
 
@@ -56,7 +53,7 @@ class Atlas:
         self._pages: dict[tuple[int, ...], _Page] = {}
         if arm.m > PLACE or not 0 < arm.n - arm.m <= SPARE:
             return
-        cells = {_cell(hand) for hand in _tried(arm, span)}
+        cells = {_cell(hand) for hand in tried(arm, span)}
         for cell in sorted(cells) if len(cells) <= MOST else ():
             try:
                 self._pages[cell] = _Page(arm, GRID * np.array(cell), span)
@@ -79,26 +76,12 @@ class Atlas:
         return page.ahead(q) if page else None
 
 
-_drawn: dict[tuple[object, ...], Atlas] = {}
+_ATLASES = Once[Atlas](8)
 
 
 def atlas_of(arm: RedundantArm, span: Span) -> Atlas:
-    """The atlas of an arm: drawn once for all arms of a process that reach the same within the same limits.
-
-    A second or two go into one, and a study or an experiment has many sessions of one interface.
-    """
-    same = (arm.n, tuple(span.lower), tuple(span.upper), span.margin, _tried(arm, span).tobytes())
-    _drawn[same] = found = _drawn.pop(same, None) or Atlas(arm, span)
-    if len(_drawn) > ATLASES:
-        del _drawn[next(iter(_drawn))]
-    return found
-
-
-def _tried(arm: RedundantArm, span: Span) -> Array:
-    """Where random postures within the limits hold the hand, (TRIED, m) [m]."""
-    low, high = (np.clip(end, -np.pi, np.pi) for end in span.inside(span.margin))
-    hands, _ = arm.reach(np.random.default_rng(0).uniform(low, high, (TRIED, arm.n)))
-    return hands
+    """The atlas of an arm: the one drawn before where there is one."""
+    return _ATLASES.get(arm, span, (), lambda: Atlas(arm, span))
 
 
 def _cell(x: Array) -> tuple[int, ...]:

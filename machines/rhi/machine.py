@@ -22,7 +22,7 @@ from ...runtime.core.stages import Mark, Stage
 from ...runtime.core.torque_axes import TorqueAxes
 from ...safety import Plausibility
 from .bodies import surroundings
-from .config import RhiAssist, RhiConfig, RhiPlane, RhiResist
+from .config import Rhi, RhiAssist, RhiConfig, RhiPlane, RhiResist
 from .contact_aware import ContactAware, Settings
 from .environment import Environment
 from .guard import Span
@@ -94,7 +94,8 @@ class RedundantInterface:
         self._drives, self._force_torque = JointDrives(image), ForceTorques(image)
         self._arm = arm = redundant_arm(config, robot)
         self.environment = surroundings(rhi, arm)
-        self.controller = contact_aware(config, arm, self.environment, dt)
+        self.controller = law(config, arm, self.environment, dt)
+        self._config = config
         self._hold = Hold(_hold_gains(config), dt)
         self._holding, self._share = False, 1.0  # of the controller's torques; less while a start hands over
         self._fade = exp(-dt / SUPPORT_FADE_S)
@@ -142,6 +143,10 @@ class RedundantInterface:
         self.braking = max(v / a for v, a in zip(motors.velocity, motors.acceleration, strict=True))
         self.commands: list[float] = [0.0] * arm.n
         self.solved = True
+
+    def prepare(self) -> None:
+        """See ``Preparing``: postures for contact with the bodies."""
+        find_postures(self.controller, self._config, self.environment, 1.0 / self._config.loop.rate)
 
     @property
     def inside_limits(self) -> bool:
@@ -277,6 +282,17 @@ def redundant_arm(config: RhiConfig, robot: Robot) -> RedundantArm:
 def contact_aware(
     config: RhiConfig, arm: RedundantArm, rendered: Environment | Tool, dt: float
 ) -> ContactAware:
+    """The controller that a configuration describes, with the postures for contact that it looks for.
+
+    Raises:
+        UnfitError: the hand cannot be held at any body.
+    """
+    controller = law(config, arm, rendered, dt)
+    find_postures(controller, config, rendered, dt)
+    return controller
+
+
+def law(config: RhiConfig, arm: RedundantArm, rendered: Environment | Tool, dt: float) -> ContactAware:
     """The controller that a configuration describes, for its arm and the environment that it describes.
 
     Raises:
@@ -287,10 +303,9 @@ def contact_aware(
     space = rhi.null_space
     spare = arm.n > arm.m  # without, the hand's place says all of the posture, and nothing is to be turned
     scanned = space.scan if spare else 0
-    home = force_ellipsoid(arm.at(np.array(task.home)).J, limit)
-    span = Span(rhi.motors.lower, rhi.motors.upper, space.margin, rhi.motors.velocity)
+    span = _span(rhi)
     settings = Settings(
-        shape=Shape.of_home(home, task.spread),
+        shape=_shape(rhi, arm),
         gains=Gains(
             space.step if spare else 0.0,
             space.damping,
@@ -311,22 +326,37 @@ def contact_aware(
         linger=saturation.linger or 0.0,
         urgency=saturation.urgency,
     )
-    places = list(contact_places(config, arm, rendered, span))
-    if not places:
+    place = next(contact_places(config, arm, rendered, span), None)
+    if place is None:
         problem = f"no posture holds the hand in any of them: {', '.join(rhi.bodies)}"
         raise UnfitError("rhi.bodies", problem, MOVE)
-    controller = ContactAware(arm, limit, places[0][1].tolist(), settings, dt)
+    controller = ContactAware(arm, limit, place[1].tolist(), settings, dt)
     if space.resolution == "hqp":
         controller.resolution = Hierarchy(controller.space)
-    if scanned:
-        goals = controller.space.free, controller.space.stiff
-        try:
-            controller.places = Places(arm, places, settings.shape, limit, span, scanned, goals, dt)
-        except ModelError as error:
-            problem = f"no posture within the motors' limits was found there: {error.problem}"
-            raise UnfitError(f"rhi.bodies.{next(iter(rhi.bodies))}", problem, MOVE) from error
     arm.at(np.array(task.home))
     return controller
+
+
+def find_postures(
+    controller: ContactAware, config: RhiConfig, rendered: Environment | Tool, dt: float
+) -> None:
+    """Give a controller the postures for contact that its configuration asks for.
+
+    Raises:
+        UnfitError: there is none.
+    """
+    arm, rhi, scanned = controller.arm, config.rhi, config.rhi.null_space.scan
+    if not scanned or arm.n <= arm.m:
+        return
+    span, limit, shape = _span(rhi), np.array(rhi.motors.torque), _shape(rhi, arm)
+    goals = controller.space.free, controller.space.stiff
+    try:
+        places = list(contact_places(config, arm, rendered, span))
+        controller.places = Places(arm, places, shape, limit, span, scanned, goals, dt)
+    except ModelError as error:
+        problem = f"no posture within the motors' limits was found there: {error.problem}"
+        raise UnfitError(f"rhi.bodies.{next(iter(rhi.bodies))}", problem, MOVE) from error
+    arm.at(np.array(rhi.task.home))
 
 
 def contact_places(
@@ -345,6 +375,16 @@ def contact_places(
     if not surface and isinstance(first, RhiAssist | RhiResist):
         point, along = np.array(first.point), np.eye(len(first.point))[0]
         yield rendered.held(point, along) if isinstance(rendered, Tool) else (point, along)
+
+
+def _shape(rhi: Rhi, arm: RedundantArm) -> Shape:
+    home = force_ellipsoid(arm.at(np.array(rhi.task.home)).J, np.array(rhi.motors.torque))
+    return Shape.of_home(home, rhi.task.spread)
+
+
+def _span(rhi: Rhi) -> Span:
+    motors = rhi.motors
+    return Span(motors.lower, motors.upper, rhi.null_space.margin, motors.velocity)
 
 
 def _hold_gains(config: RhiConfig) -> HoldGains:

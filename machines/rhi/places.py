@@ -7,6 +7,7 @@ time for it: a recording would not repeat. So places of the surface are scanned 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from functools import partial
 
 import numpy as np
 
@@ -16,6 +17,7 @@ from .crossing import PERIOD, Crossings, dead_ends
 from .environment import Environment
 from .guard import Span
 from .manipulability import Shape
+from .once import Once
 from .reachable import AHEAD, Targets, Way
 from .redundant import RedundantArm
 from .self_motion import Ellipsoid
@@ -61,6 +63,9 @@ def surface_places(
         yield points[k], np.array(found[k][1])
 
 
+_TARGETS = Once[Targets](64)
+
+
 class Places:
     """Targets of the places of a surface, and of these the ones that suit the hand now.
 
@@ -102,7 +107,10 @@ class Places:
             uu = np.outer(normal, normal)
             objectives = [Ellipsoid(desired, limit) for desired in (shape.free(uu), shape.stiff(uu))]
             try:
-                self.targets.append(Targets(arm, point, span, objectives, count))
+                what = (point.tobytes(), normal.tobytes(), limit.tobytes(), shape, count)
+                self.targets.append(
+                    _TARGETS.get(arm, span, what, partial(Targets, arm, point, span, objectives, count))
+                )
             except ModelError as error:
                 refused = error
             else:

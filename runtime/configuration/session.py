@@ -14,7 +14,7 @@ from ...devices.network import Network
 from ...models import ModelError, Robot
 from ..core import sections as s
 from ..core.cycle import Cycle
-from ..core.machine import Machine, MachineLimits, UnfitError
+from ..core.machine import Machine, MachineLimits, Preparing, UnfitError
 from ..core.sections import Config
 from ..core.stages import Mark, no_mark
 from ..errors import ConfigError, Finding
@@ -87,13 +87,16 @@ def _plant(loaded: Loaded, system: System[Any], robot: Robot, network: Network) 
     return plant
 
 
-def build(loaded: Loaded, mark: Mark = no_mark, controller: Controller | None = None) -> Session:
+def build(
+    loaded: Loaded, mark: Mark = no_mark, controller: Controller | None = None, runs: bool = True
+) -> Session:
     """Everything that a configuration describes, checked against its model.
 
     Args:
         loaded: the configuration.
         mark: is told when a stage of a tick ends.
         controller: builds another controller than the machine's own.
+        runs: whether the session will; one that only says what a log holds need not be prepared.
 
     Raises:
         ConfigError: with file and line of everything that does not fit together.
@@ -105,6 +108,8 @@ def build(loaded: Loaded, mark: Mark = no_mark, controller: Controller | None = 
         network = Network(list(config.devices.values()))
         image = ProcessImage(network)
         machine = (controller or system.machine)(config, robot, image, mark)
+        if runs and isinstance(machine, Preparing):
+            machine.prepare()
     except DeviceError as error:
         raise _unfit(loaded, "devices", str(error)) from error
     except UnfitError as error:

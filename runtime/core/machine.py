@@ -190,6 +190,18 @@ class Exchanging(Protocol):
 
 
 @runtime_checkable
+class Preparing(Protocol):
+    """A machine that looks for something which only a session that runs needs, and which takes a while."""
+
+    def prepare(self) -> None:
+        """Look for it, before the first tick.
+
+        Raises:
+            UnfitError: there is no such thing.
+        """
+
+
+@runtime_checkable
 class Foreseeing(Protocol):
     """A machine that looks ahead for collisions.
 

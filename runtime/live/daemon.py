@@ -151,10 +151,11 @@ class Daemon:
         if self._lock and isinstance(self._bus, SocketAdapter):
             self._bus.stamp_arrivals()
         seconds = self._duration_ticks / self._rate if self._duration_ticks else 0.0
-        await self._recorder.start(self._session.loaded.name, self._shown, seconds)
+        self._recorder.start(self._session.loaded.name, self._shown, seconds)
+        warm_up(self._session.loaded)  # while they start, too
+        await self._recorder.ready()
         if self._plant:
             await until_ready("plant", self._plant.child)
-        warm_up(self._session.loaded)
         await asyncio.sleep(TURN_S)
         settle_memory()
         self._become_realtime()

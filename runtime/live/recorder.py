@@ -198,7 +198,7 @@ def main(arguments: list[str]) -> int:
     name, path, ring_fd, control_fd, start_ns, shown, duration = arguments
     ignore_job_control()
     before = saved(STDERR)
-    session = build(config.load(name))
+    session = build(config.load(name), runs=False)
     machine, image = session.cycle.machine, session.cycle.image
     dtype = layout(machine.state, len(machine.axes), len(image.raw))
     view = Shown[shown]

@@ -60,12 +60,8 @@ class RecorderLink:
         self.child: Child | None = None
         self._control = -1
 
-    async def start(self, configuration: str, shown: Shown, duration: float) -> None:
-        """Start the process; duration in s, 0 without an end.
-
-        Raises:
-            ChildError: it did not start.
-        """
+    def start(self, configuration: str, shown: Shown, duration: float) -> None:
+        """Start the process; duration in s, 0 without an end."""
         theirs, self._control = os.pipe()
         arguments = [
             configuration,
@@ -78,6 +74,14 @@ class RecorderLink:
         ]
         self.child = spawn("recorder", arguments, [self._ring.fd, theirs])
         os.close(theirs)
+
+    async def ready(self) -> None:
+        """Wait until it has started.
+
+        Raises:
+            ChildError: it did not.
+        """
+        assert self.child
         await until_ready("recorder", self.child)
 
     def tick(self, record: bytes) -> None:

@@ -2,8 +2,9 @@
 
 import numpy as np
 import pytest
+from hapticd.machines.rhi.machine import RedundantInterface
 from hapticd.runtime.configuration import config
-from hapticd.runtime.configuration.session import build
+from hapticd.runtime.configuration.session import build, fingerprint
 from hapticd.runtime.core.modes import Mode
 from hapticd.runtime.errors import ConfigError
 from hapticd.runtime.live import lockstep_run
@@ -103,6 +104,15 @@ def test_a_mistake_is_named_with_its_key(old: str, new: str, key: str, problem: 
     with pytest.raises(ConfigError) as error:
         build(loaded((old, new), machine="rhi"))
     assert [problem in found.problem for found in error.value.findings if found.key == key] == [True]
+
+
+def test_a_session_that_does_not_run_looks_for_no_postures_and_records_the_same_layout() -> None:
+    runs, still = build(config.load("rhi")), build(config.load("rhi"), runs=False)
+    active, idle = runs.cycle.machine, still.cycle.machine
+    assert isinstance(active, RedundantInterface) and active.controller.places
+    assert isinstance(idle, RedundantInterface) and not idle.controller.places
+    assert fingerprint(runs) == fingerprint(still)
+    assert (active.state, active.levels) == (idle.state, idle.levels)
 
 
 def test_the_hold_and_the_controller_agree_on_the_built_in_configuration() -> None:

@@ -1,5 +1,6 @@
 """Postures that can go on following the hand, all over its reach, and ways to them that keep the limits."""
 
+from collections import Counter
 from copy import copy
 from dataclasses import replace
 
@@ -7,8 +8,9 @@ import numpy as np
 import pytest
 from hapticd.configs import read_text
 from hapticd.experiments import hands
-from hapticd.machines.rhi.atlas import ATLASES, Atlas, _drawn, _room_to_follow, atlas_of
+from hapticd.machines.rhi.atlas import Atlas, _room_to_follow, atlas_of
 from hapticd.machines.rhi.guard import Span
+from hapticd.machines.rhi.once import Once
 from hapticd.machines.rhi.reachable import AHEAD, Parts, Way
 from hapticd.machines.rhi.redundant import RedundantArm
 from hapticd.machines.rhi.self_motion import close, scan
@@ -105,9 +107,20 @@ def test_an_atlas_is_drawn_once_for_what_reaches_the_same_within_the_same_limits
     assert len({id(atlas_of(elbow_arm(), Span((-3.0,) * 3, (3.0,) * 3, 0.1))), id(first)} | others) == 4
     x, q = np.array([0.4, 0.1]), np.array([0.5, 0.4, 0.3, 0.2])
     assert first.ahead(x, q).tolist() == Atlas(arm, SPAN).ahead(x, q).tolist()
-    for upper in np.linspace(0.5, 1.0, ATLASES):  # hardly any reach
-        atlas_of(elbow_arm(), Span((-upper,) * 3, (upper,) * 3, 0.1))
-    assert len(_drawn) == ATLASES and atlas_of(four_dof(), SPAN) is not first
+
+
+def test_of_what_is_drawn_once_the_last_asked_for_are_kept() -> None:
+    kept, made = Once[list[str]](2), Counter[str]()
+
+    def ask(what: str) -> list[str]:
+        def draw() -> list[str]:
+            made[what] += 1
+            return [what]
+
+        return kept.get(elbow_arm(), Span((-3.0,) * 3, (3.0,) * 3, 0.1), (what,), draw)
+
+    assert [ask(what) for what in "ababcba"] == [[what] for what in "ababcba"]
+    assert made == {"a": 2, "b": 1, "c": 1}
 
 
 LED = """
