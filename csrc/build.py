@@ -150,7 +150,7 @@ safety = partial(
     [f"{part}.h" for part in CHECKS],
     [f"{part}.c" for part in CHECKS],
 )
-MECHANICS = ("links", "dry", "held", "elastic", "direct", "axes", "tool", "path", "hand")
+MECHANICS = ("links", "dry", "held", "elastic", "direct", "rigid", "axes", "tool", "path", "hand")
 SENSING = ("probes", "sensor_errors")
 PEERS = ("codec", "peer", "peer_drive", "peer_safety", "peers", "gateway", "wire")
 plant = partial(

@@ -111,8 +111,7 @@ static void apply(const spatial *s, const double *v, double *out) {
     add_cross(s->moment, v, out + 3);
 }
 
-/* Inertia M (upper triangle) and bias of the links at qdd = 0. */
-static void dynamics(const links *l, double *M, double *bias) {
+void links_inertia(const links *l, double *M, double *bias) {
     const int n = l->n;
     body bodies[SERIAL_MAX_JOINTS];
     body base = {.R = {1, 0, 0, 0, 1, 0, 0, 0, 1}};
@@ -187,7 +186,7 @@ static int invert(int n, double *M, double *inverse) {
 int links_accelerate(const links *l) {
     const int n = l->n;
     double M[SERIAL_MAX_JOINTS * SERIAL_MAX_JOINTS], rest[SERIAL_MAX_JOINTS];
-    dynamics(l, M, rest);
+    links_inertia(l, M, rest);
     for (int i = 0; i < n; i++) rest[i] = l->load[i] - rest[i];
     if (invert(n, M, l->inverse) < 0) return -1;
     for (int i = 0; i < n; i++) l->qdd[i] = dot(n, l->inverse + n * i, rest);

@@ -28,6 +28,10 @@ typedef struct {
  * positive definite. */
 int links_accelerate(const links *l);
 
+/* Inertia M (n x n, of which the upper triangle is written), and bias (n): the torques that weight and motion
+ * take, M qdd = load - bias. */
+void links_inertia(const links *l, double *M, double *bias);
+
 /* The frame at the present state. */
 void links_observe(const links *l);
 

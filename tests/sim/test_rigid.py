@@ -1,11 +1,14 @@
 """The rigid plant: energy, a closed form, brakes; and the finger that palpates."""
 
 import numpy as np
+import pinocchio as pin
 import pytest
+from hapticd.configs import read_text
 from hapticd.configs.quantities import HandStiffness
 from hapticd.machines.rhi import planar
 from hapticd.models import Robot
 from hapticd.sim.hand import Path, PointHand
+from hapticd.sim.links import SimulationError
 from hapticd.sim.rigid import RigidArm
 
 FREE = [False] * 4
@@ -44,11 +47,45 @@ def test_the_work_of_torque_and_force_is_the_gain_in_energy() -> None:
     assert plant.energy() == pytest.approx(work, rel=5e-3)
 
 
+def test_accelerations_and_the_frame_are_those_of_pinocchio() -> None:
+    rng = np.random.default_rng(3)
+    robot = Robot.from_urdf(read_text("panda.urdf"), "panda.urdf")
+    frame, model, data, n = "handle", robot.model, robot.data, robot.nv
+    for _ in range(20):
+        T, rotor, friction = np.eye(n) + 0.3 * rng.normal(size=(n, n)), *rng.uniform(0.01, 0.5, (2, n))
+        plant = RigidArm(robot, frame, T, rotor, friction, np.ones(n), rows=6)
+        plant.q[:], plant.qd[:] = rng.uniform(-1.0, 1.0, (2, n))
+        torque, force = rng.normal(size=n), rng.normal(size=3)
+        plant.step(torque, [False] * n, [0.0] * 3, 0.0)  # to that state
+        plant.step(torque, [False] * n, force.tolist(), 0.0)
+        q, qd = T @ plant.q, T @ plant.qd
+        J = pin.computeFrameJacobian(model, data, q, robot.frame(frame), pin.LOCAL_WORLD_ALIGNED) @ T
+        upper = np.triu(pin.crba(model, data, q))
+        M = T.T @ (upper + np.triu(upper, 1).T) @ T + np.diag(rotor)
+        driven = (
+            torque - friction * plant.qd - T.T @ pin.nonLinearEffects(model, data, q, qd) + J[:3].T @ force
+        )
+        np.testing.assert_allclose(M @ plant.qdd, driven, atol=1e-10)
+        np.testing.assert_allclose(plant.twist, J @ plant.qd, atol=1e-12)
+        np.testing.assert_allclose(plant.velocity, plant.twist[:3], atol=0.0)
+        pin.framesForwardKinematics(model, data, q)
+        pose = data.oMf[robot.frame(frame)]
+        np.testing.assert_allclose(plant.position, pose.translation, atol=1e-13)
+        np.testing.assert_allclose(plant.rotation, pose.rotation, atol=1e-13)
+        assert plant.energy() == pytest.approx(0.5 * plant.qd @ M @ plant.qd, rel=1e-12)
+
+
+def test_a_state_that_is_none_is_told() -> None:
+    plant = arm()
+    with pytest.raises(SimulationError, match="not anywhere"):
+        plant.step(np.full(4, np.nan), FREE, [0.0] * 3, 1e-4)
+
+
 def test_velocity_is_the_derivative_of_position() -> None:
     plant = arm()
     plant.qd[:] = 1.0, -0.5, 2.0, 0.5
     plant.step(np.zeros(4), FREE, [0.0] * 3, 0.0)
-    start, velocity, h = plant.position, plant.velocity, 1e-6
+    start, velocity, h = plant.position.copy(), plant.velocity.copy(), 1e-6
     plant.step(np.zeros(4), FREE, [0.0] * 3, h)
     np.testing.assert_allclose((plant.position - start) / h, velocity, atol=1e-4)
 
