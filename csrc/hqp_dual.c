@@ -236,15 +236,22 @@ static real orthogonalise(const hqp_solver *s, const real *row, real *rest, real
     return left;
 }
 
-/* Whether the rest of a row is more than rounding: seen from x it is R^T rest. */
-static int is_independent(const hqp_solver *s, int id, const real *rest) {
+/* Whether so much of row `id` is more than rounding: seen from x it is R^T part. */
+static int is_seen(const hqp_solver *s, int id, const real *part) {
     const real least = s->settings.rank * s->norm[id];
     const int m = freedom(s);
     real *seen = s->reduced;
-    if (!s->metric) return s->held.count < m && hqp_inner(rest, rest, m) > least * least;
+    if (!s->metric) return hqp_inner(part, part, m) > least * least;
     memset(seen, 0, (size_t)m * sizeof(real));
-    for (int i = 0; i < m; i++) hqp_add(seen + i, rest[i], hqp_row(s, s->fit_rows, i) + i, m - i);
-    return s->held.count < m && hqp_inner(seen, seen, m) > least * least;
+    for (int i = 0; i < m; i++) hqp_add(seen + i, part[i], hqp_row(s, s->fit_rows, i) + i, m - i);
+    return hqp_inner(seen, seen, m) > least * least;
+}
+
+/* Whether there is a rest of the row outside the span of the held rows. Where the metric is that of fitted
+ * rows, what is left of a row that sees next to nothing may seem to be much. */
+static int is_independent(const hqp_solver *s, int id, const real *row, const real *rest) {
+    if (s->held.count >= freedom(s) || !is_seen(s, id, rest)) return 0;
+    return !s->metric || is_seen(s, id, row);
 }
 
 /* Held row number held.count, orthogonalised, of which so much is left, is one of them. */
@@ -260,8 +267,9 @@ static void add(hqp_solver *s, real left) {
 static int append(hqp_solver *s) {
     const int k = s->held.count;
     real *basis = line(s, s->held.basis, k), *triangle = line(s, s->held.triangle, k);
-    const real left = orthogonalise(s, line(s, s->held.rows, k), basis, triangle);
-    if (!is_independent(s, s->held.id[k], basis)) return 0;
+    const real *const row = line(s, s->held.rows, k);
+    const real left = orthogonalise(s, row, basis, triangle);
+    if (!is_independent(s, s->held.id[k], row, basis)) return 0;
     add(s, left);
     return 1;
 }
@@ -437,7 +445,7 @@ int hqp_hold_broken(hqp_solver *s, int level, int id) {
         const int count = s->held.count;
         real *rest = line(s, s->held.basis, count), *share = line(s, s->held.triangle, count);
         left = orthogonalise(s, row, rest, share);
-        const int independent = is_independent(s, id, rest);
+        const int independent = is_independent(s, id, row, rest);
         real length = independent ? missing / left : INFINITY;
         memcpy(pull, share, (size_t)count * sizeof(real));
         solve_transposed(s, pull);

@@ -41,6 +41,10 @@ static const real PROJECTED_EXACT = 3.0, PROJECTED = 10.0,
                   PROJECTED_LAST = HQP_FINENESS < 1.0 ? 100.0 : 300.0;
 /* times (1 + |value|): rounding of a row that hides its value */
 static const real BLURRED = 1e-3;
+/* Of a slack, times (1 + slack): by that much smaller it is no other one. */
+static const real PROMISED = 5e-7;
+/* times the square of what is left of a gradient: so long at most is that of a way down that is all of it */
+static const real ALL = 2.0;
 /* To confirm a proof: times what may be left of a gradient otherwise; rows at a smaller angle are one row. */
 static const real LENIENT = 200.0, ONE_ROW = 1e-7;
 /* times (1 + |bound|), plus that many times rounding of row . x: a row this close is at its bound */
@@ -280,12 +284,43 @@ int hqp_prove(hqp_solver *s, int count) {
     return count;
 }
 
+/* How far x can go along a direction, no further than `step`, before a row of an earlier level minds. */
+static real room_along(const hqp_solver *s, int level, const real *direction, real step) {
+    for (int i = 0; i < s->row0[level]; i++) {
+        if (s->kind[i] == HQP_IDLE) continue;
+        const real along = hqp_value(s, i, direction);
+        const real room = along > 0.0 ? s->ub[i] - s->value[i] : s->value[i] - s->lb[i];
+        const real free = hqp_is_hard(s, i) ? fmax(room, 0.0) : 0.0;
+        step = fmin(step, (free + s->settings.rounding * s->norm[i] * s->x_norm) / fabs(along));
+    }
+    return step;
+}
+
+/* The way down, which is as long as it is steep, promises to make the slack of the level smaller by more than
+ * anybody minds. So much is left of the gradient; where that is less than the way down, other rows hold it.
+ */
+static int is_promising(const hqp_solver *s, int level, real left) {
+    const real slope = hqp_inner(s->descent, s->descent, s->width);
+    if (slope > ALL * left * left) return 0;
+    real curvature = 0.0, squares = 0.0;
+    for (int i = s->row0[level]; i < s->row0[level + 1]; i++) {
+        if (s->kind[i] == HQP_IDLE || (s->kind[i] == HQP_RANGE && s->lacking[i] == 0.0)) continue;
+        const real along = hqp_value(s, i, s->descent);
+        curvature += along * along;
+        squares += s->lacking[i] * s->lacking[i];
+    }
+    const real step = room_along(s, level, s->descent, slope / curvature), slack = sqrt(squares);
+    return step * (slope - 0.5 * step * curvature) > PROMISED * slack * (1.0 + slack);
+}
+
 /* Whether so little is left of the gradient of a level that its projection proves it minimal. */
 static int is_little(hqp_solver *s, int level, real left) {
     const real upper = s->is_exact ? PROJECTED_EXACT : PROJECTED;
     const real most = is_strict(s, level) ? 1.0 : hqp_is_last(s, level) ? PROJECTED_LAST : upper;
-    s->is_rough |= !(left <= s->lenience * s->none[level]);
-    return left <= fmax(most, s->lenience) * s->none[level];
+    if (left <= s->lenience * s->none[level]) return 1;
+    s->is_rough = 1;
+    const int is_open = hqp_is_last(s, level) && is_promising(s, level, left);
+    return left <= fmax(most, s->lenience) * s->none[level] && !is_open;
 }
 
 /* What is left of the gradient of a level at x, whose values are known, 0 without a slack worth a proof;

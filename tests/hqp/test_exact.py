@@ -315,3 +315,40 @@ def test_a_tick_of_absurd_targets_leaves_nothing_behind(target):
             solution = solver.solve(levels)
         assert solution.status is Status.SOLVED, seed
         np.testing.assert_allclose(slack_norms(levels, solution.x), best, rtol=1e-6, atol=1e-6)
+
+
+def doubly_stochastic(units, target):
+    """The matrix [[a, 1 - a], [1 - a, a]] next to target (4,), each entry in a unit of its own."""
+    sums = np.array([[1.0, 1, 0, 0], [0, 0, 1, 1], [1, 0, 1, 0], [0, 1, 0, 1]])
+    return [
+        Level(C=np.diag(units), lb=np.zeros(4), ub=np.full(4, np.inf)),
+        Level(A=sums * units, b=np.ones(4)),
+        Level(A=np.diag(units), b=target),
+    ]
+
+
+def test_a_way_down_that_rows_hardly_see_is_gone_where_it_leads_far():
+    rng = np.random.default_rng(0)
+    for _ in range(1000):
+        units, target = 10.0 ** rng.integers(-3, 4, 4), rng.normal(size=4)
+        a = np.clip((target[0] + (1 - target[1]) + (1 - target[2]) + target[3]) / 4, 0, 1)
+        levels = doubly_stochastic(units, target)
+        solver = Solver(4, [level.rows for level in levels])
+        solver.start(rng.normal(size=4))
+        for solution in (solve(levels), solver.solve(levels)):
+            assert solution.status is Status.SOLVED
+            assert np.allclose(units * solution.x, [a, 1 - a, 1 - a, a], rtol=0, atol=1e-6)
+
+
+def test_a_row_that_sees_nothing_that_is_free_holds_nothing():
+    """Five legs whose forces are in units from 1e-3 to 1e3: in the metric of the fitted rows, rounding of a
+    row that others have settled looks like a direction."""
+    (levels,) = small_ticks("blind_row")
+    rng = np.random.default_rng(0)
+    solver = Solver(15, [level.rows for level in levels])
+    for _ in range(50):
+        solver.start(rng.normal(size=15) * 10.0 ** rng.integers(-2, 5))
+        for solution in (solve(levels), solver.solve(levels)):
+            assert solution.status is Status.SOLVED
+            slacks = slack_norms(levels, solution.x)
+            assert np.allclose(slacks, [0, 0, 438.750813, 338.287671, 270.109295], rtol=1e-8, atol=1e-7)
