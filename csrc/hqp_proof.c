@@ -300,7 +300,7 @@ static real room_along(const hqp_solver *s, int level, const real *direction, re
  * anybody minds. So much is left of the gradient; where that is less than the way down, other rows hold it.
  */
 static int is_promising(const hqp_solver *s, int level, real left) {
-    const real slope = hqp_inner(s->descent, s->descent, s->width);
+    const real length = hqp_length(s, s->descent), slope = length * length;
     if (slope > ALL * left * left) return 0;
     real curvature = 0.0, squares = 0.0;
     for (int i = s->row0[level]; i < s->row0[level + 1]; i++) {
@@ -319,8 +319,8 @@ static int is_little(hqp_solver *s, int level, real left) {
     const real most = is_strict(s, level) ? 1.0 : hqp_is_last(s, level) ? PROJECTED_LAST : upper;
     if (left <= s->lenience * s->none[level]) return 1;
     s->is_rough = 1;
-    const int is_open = hqp_is_last(s, level) && is_promising(s, level, left);
-    return left <= fmax(most, s->lenience) * s->none[level] && !is_open;
+    if (!(left <= fmax(most, s->lenience) * s->none[level])) return 0;
+    return !hqp_is_last(s, level) || !is_promising(s, level, left);
 }
 
 /* What is left of the gradient of a level at x, whose values are known, 0 without a slack worth a proof;
