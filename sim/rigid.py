@@ -81,7 +81,7 @@ class RigidArm:
     def reset(self, q: Array) -> None:
         """Rest at q."""
         self.q[:], self.qd[:], self.qdd[:] = q, 0.0, 0.0
-        self._links.check(lib.rigid_observe(self._core, self._links.core))
+        self._observe()
 
     def step(self, torque: Array, braked: Braked, force: Sequence[float], h: float) -> None:
         """Advance by h under constant inputs.
@@ -110,3 +110,6 @@ class RigidArm:
         robot = self._robot
         q = robot.configuration(self._links.q)
         return float(pin.computePotentialEnergy(robot.model, robot.data, q))
+
+    def _observe(self) -> None:
+        self._links.check(lib.rigid_observe(self._core, self._links.core))
