@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from math import exp, hypot
 
 import numpy as np
@@ -94,8 +94,8 @@ class RedundantInterface:
         self._drives, self._force_torque = JointDrives(image), ForceTorques(image)
         self._arm = arm = redundant_arm(config, robot)
         self.environment = surroundings(rhi, arm)
-        self.controller = law(config, arm, self.environment, dt)
-        self._config = config
+        self._config, self._places = config, contact_places(config, arm, self.environment, _span(rhi))
+        self.controller = law(config, arm, self._places, dt)
         self._hold = Hold(_hold_gains(config), dt)
         self._holding, self._share = False, 1.0  # of the controller's torques; less while a start hands over
         self._fade = exp(-dt / SUPPORT_FADE_S)
@@ -146,7 +146,7 @@ class RedundantInterface:
 
     def prepare(self) -> None:
         """See ``Preparing``: postures for contact with the bodies."""
-        find_postures(self.controller, self._config, self.environment, 1.0 / self._config.loop.rate)
+        find_postures(self.controller, self._config, self._places, 1.0 / self._config.loop.rate)
 
     @property
     def inside_limits(self) -> bool:
@@ -287,16 +287,17 @@ def contact_aware(
     Raises:
         UnfitError: the hand cannot be held at any body.
     """
-    controller = law(config, arm, rendered, dt)
-    find_postures(controller, config, rendered, dt)
+    places = contact_places(config, arm, rendered, _span(config.rhi))
+    controller = law(config, arm, places, dt)
+    find_postures(controller, config, places, dt)
     return controller
 
 
-def law(config: RhiConfig, arm: RedundantArm, rendered: Environment | Tool, dt: float) -> ContactAware:
-    """The controller that a configuration describes, for its arm and the environment that it describes.
+def law(config: RhiConfig, arm: RedundantArm, places: Sequence[Place], dt: float) -> ContactAware:
+    """The controller that a configuration describes, for its arm, without postures for contact.
 
     Raises:
-        UnfitError: the hand cannot be held at any body.
+        UnfitError: there is no place, the hand cannot be held at any body.
     """
     rhi = config.rhi
     limit, task, saturation = np.array(rhi.motors.torque), rhi.task, rhi.saturation
@@ -326,21 +327,18 @@ def law(config: RhiConfig, arm: RedundantArm, rendered: Environment | Tool, dt: 
         linger=saturation.linger or 0.0,
         urgency=saturation.urgency,
     )
-    place = next(contact_places(config, arm, rendered, span), None)
-    if place is None:
+    if not places:
         problem = f"no posture holds the hand in any of them: {', '.join(rhi.bodies)}"
         raise UnfitError("rhi.bodies", problem, MOVE)
-    controller = ContactAware(arm, limit, place[1].tolist(), settings, dt)
+    controller = ContactAware(arm, limit, places[0][1].tolist(), settings, dt)
     if space.resolution == "hqp":
         controller.resolution = Hierarchy(controller.space)
     arm.at(np.array(task.home))
     return controller
 
 
-def find_postures(
-    controller: ContactAware, config: RhiConfig, rendered: Environment | Tool, dt: float
-) -> None:
-    """Give a controller the postures for contact that its configuration asks for.
+def find_postures(controller: ContactAware, config: RhiConfig, places: Sequence[Place], dt: float) -> None:
+    """Give a controller the postures for contact at these places that its configuration asks for.
 
     Raises:
         UnfitError: there is none.
@@ -348,11 +346,10 @@ def find_postures(
     arm, rhi, scanned = controller.arm, config.rhi, config.rhi.null_space.scan
     if not scanned or arm.n <= arm.m:
         return
-    span, limit, shape = _span(rhi), np.array(rhi.motors.torque), _shape(rhi, arm)
+    limit, shape = np.array(rhi.motors.torque), _shape(rhi, arm)
     goals = controller.space.free, controller.space.stiff
     try:
-        places = list(contact_places(config, arm, rendered, span))
-        controller.places = Places(arm, places, shape, limit, span, scanned, goals, dt)
+        controller.places = Places(arm, places, shape, limit, _span(rhi), scanned, goals, dt)
     except ModelError as error:
         problem = f"no posture within the motors' limits was found there: {error.problem}"
         raise UnfitError(f"rhi.bodies.{next(iter(rhi.bodies))}", problem, MOVE) from error
@@ -361,20 +358,20 @@ def find_postures(
 
 def contact_places(
     config: RhiConfig, arm: RedundantArm, rendered: Environment | Tool, span: Span
-) -> Iterator[Place]:
+) -> list[Place]:
     """Places that postures are found for: a plane's own point comes first, and a field has no other."""
-    spacing = config.rhi.null_space.spacing
+    spacing, found = config.rhi.null_space.spacing, list[Place]()
     first = next(iter(config.rhi.bodies.values()))
     if isinstance(first, RhiPlane):
         point, into = np.array(first.point), np.array(first.normal, float) / hypot(*first.normal)
-        yield rendered.held(point, into) if isinstance(rendered, Tool) else (point, into)
+        found.append(rendered.held(point, into) if isinstance(rendered, Tool) else (point, into))
         if spacing is None:
-            return
+            return found
     surface = list(surface_places(arm, rendered, span, spacing))
-    yield from surface
     if not surface and isinstance(first, RhiAssist | RhiResist):
         point, along = np.array(first.point), np.eye(len(first.point))[0]
-        yield rendered.held(point, along) if isinstance(rendered, Tool) else (point, along)
+        surface = [rendered.held(point, along) if isinstance(rendered, Tool) else (point, along)]
+    return found + surface
 
 
 def _shape(rhi: Rhi, arm: RedundantArm) -> Shape:
