@@ -1,8 +1,12 @@
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
+from canopen import ObjectDictionary, import_od
+from canopen.objectdictionary import ODArray, ODRecord
 from hapticd import configs
 from hapticd.configs import plugins
 from hapticd.devices.device import Device
@@ -50,6 +54,22 @@ def test_the_lists_of_an_eds_name_exactly_its_objects(name: str) -> None:
         elif "=0x" in line and line.split("=")[0].isdigit():
             listed.append(int(line.split("=")[1], 16))
     assert sorted(listed) == sorted(sections)
+
+
+def described(objects: ObjectDictionary) -> Iterator[dict[str, Any]]:
+    for index, entry in sorted(objects.indices.items()):
+        parts = entry.subindices.values() if isinstance(entry, ODRecord | ODArray) else [entry]
+        for variable in parts:
+            shown = {key: value for key, value in vars(variable).items() if key != "parent"}
+            yield {"of": f"{type(entry).__name__} {entry.name} 0x{index:X}", **shown}
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_what_is_relative_to_the_node_is_so_for_each_node(name: str, tmp_path: Path) -> None:
+    path = edited(tmp_path, name, "DefaultValue=", "ParameterValue=$NODEID+0x10\nDefaultValue=")
+    for node in (1, 5, 127):
+        objects, expected = load(path, node).objects, import_od(path, node)
+        assert (objects.node_id, list(described(objects))) == (node, list(described(expected)))
 
 
 def test_the_mapping_of_a_joint_drive_is_in_the_order_of_its_eds() -> None:
