@@ -52,6 +52,12 @@ class Parser(argparse.ArgumentParser):
             print(msgspec.json.encode({"error": "usage", "message": message}).decode())
         super().error(message)
 
+    def _print_message(self, message: str, file: Any = None) -> None:
+        """As argparse's, to which it is all the same whether a help arrives."""
+        if file is not sys.stdout:
+            return super()._print_message(message, file)
+        print(message, end="", flush=True)
+
     def _check_value(self, action: argparse.Action, value: Any) -> None:
         if action.choices is not None and value not in action.choices:
             what = str(action.metavar or "value").lower()

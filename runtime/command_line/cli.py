@@ -61,7 +61,12 @@ def main(arguments: list[str] | None = None) -> int:
             stream.reconfigure(errors="backslashreplace")
     closed = _require_streams()
     parser = commands()
-    options = parser.parse_args(arguments)
+    try:
+        options = parser.parse_args(arguments)
+    except OSError as error:  # a help that nobody takes
+        from .execution import not_written
+
+        return not_written(argparse.Namespace(json=False), error)
     if options.json and sys.stdout in closed:
         parser.error("standard output is closed, and what --json prints goes there: give it a file or a pipe")
     from .execution import execute

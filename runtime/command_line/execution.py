@@ -28,14 +28,19 @@ def execute(options: argparse.Namespace) -> int:
         return _fail(options, "model", str(error), 2)
     except DeviceError as error:
         return _fail(options, "device", str(error), 1)
-    except BrokenPipeError:
-        return _unheard()
     except OSError as error:
-        where = error.filename or "standard output, or a file that was being written"
-        return _fail(options, "file", f"{where}: {error.strerror or error}", _unheard())
+        return not_written(options, error)
     except Interrupted as interrupted:
         say(str(interrupted))
         return interrupted.status
+
+
+def not_written(options: argparse.Namespace, error: OSError) -> int:
+    """A file failed, or what was printed: says so but where nobody listens any more; the exit status."""
+    if isinstance(error, BrokenPipeError):
+        return _unheard()
+    where = error.filename or "standard output, or a file that was being written"
+    return _fail(options, "file", f"{where}: {error.strerror or error}", _unheard())
 
 
 def _unheard() -> int:

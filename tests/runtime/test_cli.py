@@ -153,10 +153,13 @@ def test_closed_streams_full_disks_and_readers_that_leave_end_without_a_tracebac
         assert "Traceback" not in done.stderr and "Exception" not in done.stderr
         return done.returncode, done.stderr
 
-    assert run("> /dev/full", "check", "giant") == (
-        1,
-        "hapticd: error [file]: standard output, or a file that was being written: No space left on device\n",
-    )
+    for words in (["check", "giant"], ["--help"], ["run", "--help"], ["--version"]):
+        assert run("> /dev/full", *words) == (
+            1,
+            "hapticd: error [file]: standard output, or a file that was being written: "
+            "No space left on device\n",
+        )
+    assert run("| true", "--help")[1] == ""
     assert run("> /dev/full", "run", "nope", "--json")[0] == 2
     assert run("| true", "check", "giant")[1] == ""
     assert run(">&- <&-", "check", "giant") == (0, "")
