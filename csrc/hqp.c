@@ -12,7 +12,7 @@ static const ptrdiff_t MAX_EXTENDED = 1 << 18; /* the same of the solver with mo
 static const real LARGEST = 1e100, SMALLEST = 1e-100; /* of a coefficient; of the norm of a row that acts */
 static const real CLOSED = 1e-9;                      /* lb > ub by less than this part of them: a point */
 /* times the iterations that are usual, and at least: the cap, if none is given */
-enum { SHARES = 3, FEWEST = 1000 };
+enum { SHARES = 3, FEWEST = 8000 };
 
 hqp_settings hqp_default_settings(void) {
     return (hqp_settings){.feasibility = 1e-13, .rank = 1e-9, .rounding = 5e-15, .max_iterations = 0};

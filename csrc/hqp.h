@@ -83,7 +83,7 @@ typedef struct hqp_solver hqp_solver;
 /* HQP_VERSION of the library. */
 const char *hqp_version(void);
 
-/* feasibility 1e-13, rank 1e-9, rounding 5e-15, max_iterations 0: 48 n, at least 1000; no time limit. */
+/* feasibility 1e-13, rank 1e-9, rounding 5e-15, max_iterations 0: 48 n, at least 8000; no time limit. */
 hqp_settings hqp_default_settings(void);
 
 /* The only function that allocates. settings may be NULL. NULL: dimension or setting out of range, more than

@@ -132,7 +132,7 @@ class Solver:
         rank: a row is dependent on others when less than this part of its norm is left.
         rounding: relative error of row . x; a multiplier that it could have caused counts as zero.
         max_iterations: working sets that may be tried after the first of each level, over the whole solve;
-            0: 48 n, at least 1000.
+            0: 48 n, at least 8000.
         time_limit: seconds after which a solve ends, looked at with each working set; 0: none. Where it ends
             a solve the answer depends on the machine.
 

@@ -54,7 +54,7 @@ static double rough(int roughness) {
     return i < 16 ? hurting[i] : i == 16 ? (double)NAN : i == 17 ? (double)INFINITY : -(double)INFINITY;
 }
 
-enum { LEVELS = 6, ROWS = 9, N = 13, CAP = 1000 }; /* CAP: what is documented for so few variables */
+enum { LEVELS = 6, ROWS = 9, N = 13, CAP = 8000 }; /* CAP: what is documented for so few variables */
 
 struct problem {
     int equalities[LEVELS], inequalities[LEVELS];
