@@ -36,14 +36,15 @@ joint carries little, its rotor's inertia is off, too, by as much of what moves 
 EPILOG = """examples:
   {program} identify panda --plot panda.svg
   {program} identify giant --wrong-model --errors --seed 3
-      a giant of other masses, rotors and springs than its controller believes, with friction
+      a giant of other masses, rotors and springs than its controller
+      believes, with friction
   {program} identify rhi --plot rhi.svg
   {program} identify panda --handle --along z --at 0.45 0 0.45
   {program} run giant --lockstep --log walk.mcap
   {program} identify walk.mcap
   {program} identify walk.mcap --out identified.toml
-      writes lines to paste into the configuration, friction to be fed forward among them; what was refused
-      stays as it is
+      writes lines to paste into the configuration, friction to be fed
+      forward among them; what was refused stays as it is
 
 exit status: 0 every stiffness and inertia was identified, 1 some were refused, 2 nothing to identify from"""
 
@@ -61,7 +62,6 @@ def add_identify(commands: Commands) -> None:
         help="identify springs, rotors, friction and links of a machine",
         description=DESCRIPTION,
         epilog=EPILOG.format(program=program()),
-        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     command.add_argument(
         "what",

@@ -20,7 +20,7 @@ def add_mount(commands: Commands) -> None:
         description="Look for the pose of a Panda's base from which it reaches most poses of the left hand"
         " of a seated person, who is simulated. Prints what is reached before and after beside Table I of"
         " Bimanual, and what of other poses that the search has not seen. Exit status 1 where that is less"
-        " than 96 %%.",
+        " than 96 %.",
     )
     mount.add_argument(
         "--poses", type=poses, metavar="N", help="of the hand; default: as many as in the paper"

@@ -32,27 +32,29 @@ a study, stiffness.toml:
   name = "stiffness"
   machine = "rhi"                               # or a file
   parameter = "rhi.bodies.wall.stiffness"       # a line of its configuration
-  task = "greater"      # which of two is greater; or "forced": level added to the reference; "detect": one
+  task = "greater"      # which of two is greater; or "forced": level added to
+                        # the reference; or "detect": one
   reference = 1000      # in the unit of that line
-  seconds = 14          # of each session; the hand of this machine touches the wall at 8.5 s
+  seconds = 14          # of each session; this hand is at the wall at 8.5 s
   question = "Which wall was stiffer, the first or the second?"
   consent = "I take part of my own free will and may stop at any time."
-  method = {{ kind = "constant", levels = [700, 850, 1000, 1150, 1300], repeats = 10 }}
-  # method = {{ kind = "staircase", start = 400, step = 50, lower = 0, upper = 800 }}
+  method = {{ kind = "constant", levels = [700, 850, 1150], repeats = 10 }}
+  # method = {{ kind = "staircase", start = 400, step = 50, lower = 0,
+  #            upper = 800 }}
   # method = {{ kind = "quest", lower = 0, upper = 800, trials = 40 }}
 
 examples:
   {program} study stiffness.toml --participant 01
   {program} study stiffness.toml --participant sim1 --observer threshold=1050,scale=60
-      a simulated observer answers; the machine is simulated and recorded all the same
+      a simulated observer answers; the machine is recorded all the same
   {program} study stiffness.toml --observer threshold=1050,scale=60,lapse=0.02 --runs 200
-      rehearse: how well would this design find that threshold? Renders and writes nothing
+      rehearse: how well would this design find it? Renders and writes nothing
   {program} study usability --participant 01 --live
   {program} study usability --participant sim1 --observer hand
       a simulated hand does the tasks, and rates nothing
 
 exit status: 0 complete, 1 broken off, no consent, or a session failed, 2 bad usage or study, 3 by safety,
-             130 by Ctrl-C"""
+130 by Ctrl-C"""
 OBSERVER = ("threshold", "scale", "guess", "lapse")
 HAND = "hand"
 """The observer that does things."""
@@ -65,7 +67,6 @@ def add_study(commands: Commands) -> None:
         help="what people can tell of what a machine renders, and what they do with it",
         description=DESCRIPTION,
         epilog=EPILOG.format(program=program(), studies=_listed()),
-        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     study.add_argument("study", type=file, metavar="STUDY", help="a TOML file, or the name of a built-in one")
     study.add_argument(

@@ -37,7 +37,6 @@ def add_init(commands: Commands) -> None:
         help="write a configuration for an arm from its URDF",
         description=DESCRIPTION,
         epilog=EPILOG.format(program=program()),
-        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     init.add_argument(
         "robot", metavar="ROBOT.urdf", type=file, help="the arm; a xacro must be expanded first"

@@ -18,8 +18,8 @@ otherwise stops it here.
 
 It refuses poses that do not tell bias and weight apart, readings that moved while they were taken, and
 what remains unexplained by noise, drift and gravity that is wrong by 2 degrees: exit status 1, with the
-reason. Errors are standard errors: by what remained, and by theory where the base is half a degree out
-of level."""
+reason; 2 is bad usage or configuration. Errors are standard errors: by what remained, and by theory where
+the base is half a degree out of level."""
 
 EPILOG = """examples:
   {program} calibrate ft panda
@@ -40,7 +40,6 @@ def add_calibrate(commands: Commands) -> None:
         help="calibrate a force-torque sensor and what hangs on it",
         description=DESCRIPTION,
         epilog=EPILOG.format(program=program()),
-        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     calibrate.add_argument("what", choices=("ft",), help="force-torque sensors")
     known = ", ".join(built_in())
@@ -64,12 +63,18 @@ def date(text: str) -> str:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Calibrate; the exit status, 1 where the samples are refused."""
+    """Calibrate; the exit status.
+
+    Raises:
+        CalibrateError: nothing can be calibrated as asked.
+        RefusedError: the samples are refused, or the machine stopped.
+    """
     import msgspec
 
     from ...control.ft_calibration import CalibrationError
     from ...runtime.configuration.config import load
     from . import report, session
+    from .errors import CalibrateError, RefusedError
 
     show = sys.stderr.isatty() and not options.json
 
@@ -79,21 +84,19 @@ def run(options: argparse.Namespace) -> int:
             sys.stderr.write(f"\r[{'#' * bar}{'.' * (BAR - bar)}] {done}/{of} {what}\x1b[K")
             sys.stderr.flush()
 
+    if wrong := _wrong_place(options):
+        raise CalibrateError(wrong)
+    loaded = load(options.config)
+    mounts = session.rig_of(loaded).mounts
+    if options.out and options.sensor is None and len(mounts) > 1:
+        sensors = ", ".join(mount.device for mount in mounts)
+        raise CalibrateError(f"a file is of one sensor; name it with --sensor: {sensors}")
     try:
-        if wrong := _wrong_place(options):
-            raise CalibrationError([wrong])
-        loaded = load(options.config)
-        mounts = session.rig_of(loaded).mounts
-        if options.out and options.sensor is None and len(mounts) > 1:
-            sensors = ", ".join(mount.device for mount in mounts)
-            raise CalibrationError([f"a file is of one sensor; name it with --sensor: {sensors}"])
         taken = session.run(loaded, options.poses, options.seed, options.sensor, progress)
     except CalibrationError as error:
+        raise RefusedError("\n  ".join(["refused:", *error.reasons])) from error
+    finally:
         _clear(show)
-        for reason in error.reasons:
-            print(f"refused: {reason}", file=sys.stderr)
-        return 1
-    _clear(show)
     if options.out:
         (one,) = taken
         heading = f"{one.mount.device} of {Path(loaded.source).name}, by hapticd calibrate ft"

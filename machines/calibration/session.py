@@ -19,6 +19,7 @@ from ...runtime.configuration.system import Led, Mount, Rig, find_system
 from ...runtime.core.modes import Mode
 from ...runtime.live.lockstep import Lockstep, unswept
 from ...sim.plant import SimPlant
+from .errors import CalibrateError
 from .poses import choose
 
 READINGS = 100
@@ -59,18 +60,18 @@ def rig_of(loaded: Loaded) -> Rig[Any]:
 
     Raises:
         ConfigError: the configuration does not fit together.
-        CalibrationError: it has nothing to calibrate, or is not simulated.
+        CalibrateError: it has nothing to calibrate, or is not simulated.
     """
     session = build(loaded)
     kind = str(type(loaded.config).__struct_config__.tag)
     system = find_system(kind)
     if system.rig is None:
-        raise CalibrationError([f"a machine of the kind {kind} has {NO_SENSOR}"])
+        raise CalibrateError(f"a machine of the kind {kind} has {NO_SENSOR}")
     if loaded.config.simulation is None:
-        raise CalibrationError(["the configuration has no [simulation]; only a simulated machine is driven"])
+        raise CalibrateError("the configuration has no [simulation]; only a simulated machine is driven")
     rig: Rig[Any] = system.rig(loaded.config, session.robot)
     if not rig.mounts:
-        raise CalibrationError([f"a machine of the kind {kind} has {NO_SENSOR}"])
+        raise CalibrateError(f"a machine of the kind {kind} has {NO_SENSOR}")
     return rig
 
 
@@ -92,6 +93,7 @@ def run(
 
     Raises:
         ConfigError: the configuration does not fit together.
+        CalibrateError: it has nothing to calibrate, or no such sensor.
         CalibrationError: with what speaks against the samples, or why the machine stopped.
     """
     rig = rig_of(loaded)
@@ -120,7 +122,7 @@ def _named(rig: Rig[Any], sensor: str | None) -> list[Mount]:
     if sensor is None:
         return list(rig.mounts)
     if sensor not in known:
-        raise CalibrationError([f"the machine has no such sensor '{sensor}'; {meant(sensor, known)}"])
+        raise CalibrateError(f"the machine has no such sensor '{sensor}'; {meant(sensor, known)}")
     return [rig.mounts[known.index(sensor)]]
 
 

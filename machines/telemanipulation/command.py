@@ -24,7 +24,8 @@ EPILOG = """examples:
   {program} bimanual my_operator.toml my_avatar.toml --duration 60 --logs log/first
       writes log/first-operator.mcap and log/first-avatar.mcap
   {program} bimanual --scene peg --duration 40
-      the person takes a bar and a part, and puts one into the other (extra `scene`)
+      the person takes a bar and a part, and puts one into the other
+      (extra `scene`)
   {program} bimanual --live --duration 60
 
 exit status: 0 done, 1 a check failed, 2 bad usage or configuration, 3 stopped by safety
@@ -38,7 +39,6 @@ def add_bimanual(commands: Commands) -> None:
         help="run an operator's station and an avatar together",
         description=DESCRIPTION,
         epilog=EPILOG.format(program=program()),
-        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     both.add_argument("operator", nargs="?", type=name, default="operator", metavar="OPERATOR")
     both.add_argument("avatar", nargs="?", type=name, default="avatar", metavar="AVATAR")

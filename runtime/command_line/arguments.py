@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import argparse
 import sys
+import textwrap
 import tomllib
 from collections.abc import Callable, Iterable
+from itertools import groupby
 from pathlib import Path
 from typing import Any, NoReturn, TypeAlias
 
@@ -26,11 +28,23 @@ MAX_RATE = 1e5
 MAX_COUNT = 10**9
 
 
+class Paragraphs(argparse.HelpFormatter):
+    """Lines at the margin are paragraphs and fill the terminal; what is indented, as examples are, stays."""
+
+    def _fill_text(self, text: str, width: int, indent: str) -> str:
+        filled: list[str] = []
+        for kept, lines in groupby(text.strip("\n").splitlines(), lambda line: not line or line[0] == " "):
+            for line in lines if kept else [indent + " ".join(lines)]:
+                margin = indent + " " * (len(line) - len(line.lstrip()))
+                filled.append(textwrap.fill(line, width, subsequent_indent=margin + "    " * kept))
+        return "\n".join(filled) + "\n"
+
+
 class Parser(argparse.ArgumentParser):
     """Says what was probably meant where a word is wrong; takes no part of an option for the whole."""
 
     def __init__(self, **options: Any) -> None:
-        super().__init__(**{**options, "allow_abbrev": False})
+        super().__init__(**{"formatter_class": Paragraphs, **options, "allow_abbrev": False})
         self._typed: list[str] = []
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:

@@ -97,7 +97,6 @@ def commands() -> argparse.ArgumentParser:
         prog="hapticd",
         description="Real-time daemon for kinesthetic haptic interfaces.",
         epilog=EPILOG.format(program=program(), machine=example()),
-        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("--version", action="version", version=f"hapticd {metadata.version('hapticd')}")
     added = parser.add_subparsers(required=True, metavar="COMMAND")

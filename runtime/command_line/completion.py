@@ -22,10 +22,9 @@ def add_completion(commands: Commands) -> None:
         help="a script that completes commands, options and machines by Tab",
         description="Print a script with which a shell completes commands, options, built-in machines and"
         " twins, and files by Tab.",
-        epilog='In ~/.bashrc:                    eval "$(hapticd completion bash)"\n'
-        'In ~/.zshrc, after compinit:     eval "$(hapticd completion zsh)"\n'
-        "In ~/.config/fish/config.fish:   hapticd completion fish | source",
-        formatter_class=argparse.RawDescriptionHelpFormatter,
+        epilog='  In ~/.bashrc:                    eval "$(hapticd completion bash)"\n'
+        '  In ~/.zshrc, after compinit:     eval "$(hapticd completion zsh)"\n'
+        "  In ~/.config/fish/config.fish:   hapticd completion fish | source",
     )
     completion.add_argument("shell", choices=SHELLS, metavar="SHELL", help=", ".join(SHELLS))
     completion.set_defaults(handler=run, json=False)

@@ -43,7 +43,6 @@ def add_link(commands: Commands) -> None:
         "keygen",
         help="make keys for stations",
         description=KEYGEN,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     keygen.add_argument("folder", type=file, metavar="DIR", help="where all keys are kept")
     for role in ROLES:

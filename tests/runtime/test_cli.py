@@ -11,7 +11,7 @@ from pathlib import Path
 import msgspec
 import pytest
 from hapticd.configs import read_text
-from hapticd.runtime.command_line.arguments import file, new_configuration
+from hapticd.runtime.command_line.arguments import Parser, file, new_configuration
 from hapticd.runtime.command_line.cli import commands, main
 from hapticd.runtime.command_line.outputs import folder, picture
 from hapticd.runtime.recording.log import open_log
@@ -124,6 +124,24 @@ def parsers(parser: argparse.ArgumentParser) -> Iterator[argparse.ArgumentParser
         if isinstance(action, argparse._SubParsersAction):
             for each in action.choices.values():
                 yield from parsers(each)
+
+
+@pytest.mark.parametrize("columns", [60, 80])
+def test_a_help_fits_the_terminal_and_no_percent_sign_is_doubled(
+    columns: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", str(columns))
+    for parser in parsers(commands()):
+        lines = parser.format_help().splitlines()
+        assert not [line for line in lines if len(line) > columns or "%%" in line], parser.prog
+
+
+def test_paragraphs_are_filled_and_what_is_indented_stays(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", "32")
+    text = "one two three four five six\nseven eight\n\n  a = 1    # a line to copy\n  b = 2"
+    shown = Parser(prog="p", description=text).format_help()
+    expected = "one two three four five six\nseven eight\n\n  a = 1    # a line to copy\n  b = 2\n"
+    assert expected in shown
 
 
 def test_rounds_without_ticks_and_rates_that_do_not_fit_are_refused_before_the_first(

@@ -251,7 +251,7 @@ def test_a_machine_that_stops_says_why(folder: Path, monkeypatch: pytest.MonkeyP
 
 
 def test_machines_without_such_a_sensor_say_so(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["calibrate", "ft", "rhi"]) == 1
+    assert main(["calibrate", "ft", "rhi"]) == 2
     assert "no six-axis sensor" in capsys.readouterr().err
 
 
@@ -266,10 +266,18 @@ def test_a_result_that_cannot_be_kept_is_refused_before_anything_moves(
         (["--out", str(folder / "new.txt"), "--date", "2026-11-22"], "does not end in .toml"),
         (["--sensor", "forcetorque"], 'did you mean "force_torque"'),
     ):
-        assert main(["calibrate", "ft", config, *options]) == 1
-        assert problem in capsys.readouterr().err
+        assert main(["calibrate", "ft", config, *options, "--json"]) == 2
+        shown = capsys.readouterr()
+        assert problem in shown.err and msgspec.json.decode(shown.out)["error"] == "calibrate"
     with pytest.raises(SystemExit):
         main(["calibrate", "ft", config, "--date", "2026-13-22"])
+
+
+def test_refused_samples_are_named_one_a_line(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["calibrate", "ft", str(folder / "arm.toml"), "--poses", "2", "--json"]) == 1
+    shown = capsys.readouterr()
+    assert shown.err.startswith("hapticd: error [calibration]: refused:\n  2 poses; it takes")
+    assert msgspec.json.decode(shown.out)["error"] == "calibration"
 
 
 def test_the_command_prints_writes_and_speaks_json(
