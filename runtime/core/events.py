@@ -110,6 +110,11 @@ class EventKind(Enum):
         _TAKEN_OVER + "; the session goes on until you quit",
     )
     SUSPENDING = ("suspending", Severity.NOTE, "Ctrl-Z: the machine stops, then this session is suspended")
+    NOT_SUSPENDED = (
+        "not_suspended",
+        Severity.NOTE,
+        "Ctrl-Z: the machine stops; no shell could resume this session",
+    )
 
     # devices and the bus
     DEVICE_ERROR = (

@@ -11,7 +11,7 @@ from ...sim.person import DIRECTIONS, Deed, Lead
 from ..core.cycle import Cycle
 from ..core.events import Event, EventKind
 from ..core.modes import Command
-from .keyboard import STDIN, Keyboard, may_read
+from .keyboard import STDIN, Keyboard, is_resumable, may_read
 from .orders import Ear, Order, Request, legend, remark
 from .recorder import STDERR
 from .recorder_link import RecorderLink
@@ -81,6 +81,7 @@ class Console:
         self._keyboard: Keyboard | None = None
         self._breath: asyncio.TimerHandle | None = None
         self._suspend_at = -1
+        self._resumable = is_resumable()
         self._led = False
         self._replies, self._replies_since = 0, 0
 
@@ -124,6 +125,9 @@ class Console:
     def _stop_and_suspend(self) -> None:
         """Ctrl-Z: nobody freezes the controller of a machine that moves."""
         self._session.ask(Command.STOP)
+        if not self._resumable:
+            self._note(EventKind.NOT_SUSPENDED())
+            return
         self._suspend_at = self._session.now + round(SUSPEND_S * self._rate)
         self._recorder.event(self._session.now, EventKind.SUSPENDING())
         self._recorder.show(False)

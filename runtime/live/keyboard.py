@@ -6,6 +6,7 @@ import os
 import signal
 import stat
 import termios
+from pathlib import Path
 from typing import Any
 
 from .outlet import reopened
@@ -73,6 +74,17 @@ def in_front(fd: int) -> bool:
         return os.tcgetpgrp(fd) == os.getpgrp()
     except OSError:  # not the terminal that controls this process: nobody else's then
         return os.isatty(fd)
+
+
+def is_resumable() -> bool:
+    """Whether a shell outside of this process group could resume it; the terminal suspends no others."""
+    group, session, pid = os.getpgrp(), os.getsid(0), os.getppid()
+    try:
+        while os.getpgid(pid) == group:
+            pid = int(Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()[1])
+        return os.getsid(pid) == session
+    except OSError:  # it is gone, or above everything that this process sees
+        return False
 
 
 def saved(fd: int) -> list[Any] | None:

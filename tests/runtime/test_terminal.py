@@ -222,19 +222,23 @@ def test_a_window_that_closes_brings_the_machine_to_rest(start: Start, machine: 
     assert any("end at tick" in event for event in events(tmp_path))
 
 
+SHELL = 'set -m; "$@"; read -r line; fg > /dev/null'
+"""Job control, as of a person at a prompt: the program, then Enter, and it goes on in the foreground."""
+
+
 def test_a_suspended_session_stops_first_and_gives_the_terminal_back(
-    start: Start, machine: str, tmp_path: Path
+    open_terminal: Start, machine: str, tmp_path: Path
 ) -> None:
-    terminal = start(machine)
+    terminal = open_terminal(["bash", "-c", SHELL, "bash", *HAPTICD, "run", machine, *SESSION], tmp_path)
     terminal.until_stays("ENGAGING")
-    pid = terminal.process.pid
-    terminal.process.send_signal(signal.SIGTSTP)
+    pid = terminal.child("hapticd")
+    terminal.type("\x1a")
     terminal.until(lambda: state(pid) == "T", "suspended")
     time.sleep(0.5)
     terminal.look(0.3)
     assert terminal.modes == terminal.before
     assert "us (p99)" not in "".join(terminal.staying)  # the shell's prompt comes here
-    os.kill(pid, signal.SIGCONT)
+    terminal.type("\n")
     terminal.until_stays("STOPPED")
     terminal.until(lambda: terminal.single_keys, "single keys again")
     terminal.type("q")
@@ -243,6 +247,20 @@ def test_a_suspended_session_stops_first_and_gives_the_terminal_back(
     records = [record.fixed for record in open_log(str(tmp_path / "session.mcap")).records()]
     gap = int(np.argmax([int(record["skipped"]) for record in records]))
     assert Mode(int(records[gap - 1]["mode"])) is Mode.STOPPED  # at rest before nobody controls it
+
+
+@pytest.mark.parametrize("around", [[], ["sh", "-c", '"$@"; exit $?', "sh"]])
+def test_where_nobody_could_resume_a_session_ctrl_z_stops_the_machine_alone(
+    open_terminal: Start, tmp_path: Path, around: list[str]
+) -> None:
+    terminal = open_terminal([*around, sys.executable, str(HASTY), "run", "giant", *SESSION], tmp_path)
+    terminal.until_stays("ACTIVE")
+    terminal.type("\x1a")
+    terminal.until_seen("no shell could resume")
+    terminal.until_stays("STOPPED")
+    terminal.type("q")  # it still listens
+    assert terminal.end().status == 3
+    assert terminal.modes == terminal.before
 
 
 def state(pid: int) -> str:
