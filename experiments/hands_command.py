@@ -8,6 +8,7 @@ import sys
 from time import monotonic
 from typing import TYPE_CHECKING
 
+from ..configs.words import counted
 from ..runtime.command_line.arguments import (
     MAX_SECONDS,
     Commands,
@@ -188,7 +189,7 @@ def as_json(tally: Tally, worst: str) -> str:
 
 def table(tally: Tally) -> list[str]:
     """The tally for people."""
-    lines = [f"{tally.sessions} sessions, simulated; {tally.finished} finished"]
+    lines = [f"{counted(tally.sessions, 'session')}, simulated; {tally.finished} finished"]
     for reason, number_of in tally.stops.most_common():
         example = tally.examples[reason]
         lines.append(f"{number_of:5} x {reason}: e.g. seed {example.seed}, {example.seconds:.2f} s:")

@@ -69,7 +69,10 @@ def add_bimanual(commands: Commands) -> None:
         help="of the network, and of the person in a scene; default: 1",
     )
     both.add_argument(
-        "--scene", choices=["peg"], metavar="peg", help="a task with objects, in lockstep; needs MuJoCo"
+        "--scene",
+        choices=["peg"],
+        metavar="SCENE",
+        help="peg: a task with objects, in lockstep; needs MuJoCo",
     )
     both.add_argument("--live", action="store_true", help="in real time, over the sealed link of this host")
     both.add_argument(

@@ -78,7 +78,9 @@ def fair_server(host: Host) -> Line:
     )
     paths = host.find(f"{FAIR_SERVERS}/cpu*/runtime")
     if not paths:
-        return Line("fair_server", State.WARN, "root alone can read it", why, fix)
+        return Line(
+            "fair_server", State.WARN, "cannot be read: debugfs is not mounted, or root alone may", why, fix
+        )
     active = {path: value for path in paths if (value := host.read(path)) != "0"}
     if not active:
         return Line("fair_server", State.PASS, "off", why)
