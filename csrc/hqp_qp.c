@@ -395,7 +395,7 @@ static hqp_qp_status begin(hqp_qp_solver *s, const hqp_qp *qp) {
     s->began = qp->time_limit > 0.0 ? hqp_now() : 0.0;
     hqp_qp_status status = hqp_qp_read(s);
     if (status == HQP_QP_SOLVED) status = hqp_qp_take(s);
-    s->iteration_limit = qp->max_iterations > 0 ? qp->max_iterations : 128 + 16 * (s->n + s->rows);
+    s->iteration_limit = qp->max_iterations > 0 ? qp->max_iterations : 128 + 64 * (s->n + s->rows);
     return status == HQP_QP_SOLVED ? factorise(s) : status;
 }
 

@@ -50,7 +50,7 @@ def solve_qp(
         ub: (n,) or None, +inf where there is no bound.
         initvals: (n,), x to start from; None: none.
         max_iterations: rows added to the working set and released at most, and working sets tried for the x
-            that breaks contradicting constraints least; 0: automatic.
+            that breaks contradicting constraints least; 0: automatic, of the former 128 + 64 (n + m + k).
         time_limit: seconds, looked at with each change of the working set, after the factorisation of P;
             0: none. Ctrl-C waits for the end of a solve.
 
@@ -79,14 +79,15 @@ def solve_qp(
         found, ends = solve_scaled(data, index(max_iterations), until)
         if ends == UNBOUNDED and not is_ray(data, found.x):
             ends = NOT_PROVEN
-    if ends in (UNBOUNDED, NOT_PROVEN) and not found.found:
+    is_open = ends in (UNBOUNDED, NOT_PROVEN) or (ends in _LIMITS and not is_limited)
+    if is_open and not found.found:
         found, ends = unless_infeasible(data, found, ends, index(max_iterations), until)
     if ends == INFEASIBLE:
         found.x, found.status = nearest(data, index(max_iterations), until)
-    return found if found.found else _without_answer(found, ends, is_limited, data)
+    return found if found.found else _without_answer(found, ends, data)
 
 
-def _without_answer(found: QpSolution, ends: int, is_limited: bool, data: QpData) -> QpSolution:
+def _without_answer(found: QpSolution, ends: int, data: QpData) -> QpSolution:
     if ends < 0:
         raise refuse(ends, data.P)
     if ends == UNBOUNDED:
@@ -98,7 +99,7 @@ def _without_answer(found: QpSolution, ends: int, is_limited: bool, data: QpData
         else:
             found.status = Status.NOT_PROVEN
     else:
-        found.status = _LIMITS.get(ends, Status.NOT_PROVEN) if is_limited else Status.NOT_PROVEN
+        found.status = _LIMITS.get(ends, Status.NOT_PROVEN)
     found._multipliers = None
     return found
 

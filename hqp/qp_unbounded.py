@@ -43,12 +43,12 @@ def _seen(rows: Array, ray: Array) -> Array:
 def unless_infeasible(
     data: QpData, found: QpSolution, ends: int, max_iterations: int, until: float
 ) -> tuple[QpSolution, int]:
-    """What to say of a QP that has a ray or was not proven: whether its constraints contradict each other.
+    """What to say of a QP that has a ray or no proof: whether its constraints contradict each other.
 
     Args:
         data: the QP.
         found: what the solve of it found.
-        ends: how that ended, UNBOUNDED or NOT_PROVEN.
+        ends: how that ended, UNBOUNDED, NOT_PROVEN or at a cap.
         max_iterations: as of solve_qp.
         until: as of solve_scaled.
 

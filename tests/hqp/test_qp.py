@@ -94,6 +94,23 @@ def test_contradicting_constraints_are_named_the_worst_first():
         found.z  # noqa: B018
 
 
+def test_a_conflict_is_found_whatever_the_objective_makes_of_it():
+    P = [[0, 0, 0], [0, 3, 3], [0, 3, 3]]
+    G, h = [[0, 2, 2], [0, 2, -2], [2, -2, 2], [-1, 0, -2]], [0, 7, -4, 1]
+    found = solve_qp(P, [-3, 2, 1], G, h)  # half of rows 0 and 2, and row 3: 0 x <= -1
+    assert [(name, row) for name, row, _ in found.conflict] == [("G", 3), ("G", 0), ("G", 2)]
+
+
+def test_a_support_vector_machine_of_one_feature_takes_many_steps_and_is_solved():
+    for seed in range(12):
+        rng = np.random.default_rng(seed)
+        label = np.where(rng.random(80) < 0.5, 1.0, -1.0)
+        feature = rng.normal(size=80) * label
+        lb, ub = np.zeros(80), np.full(80, 0.1)
+        found = solve_qp(np.outer(feature, feature), -np.ones(80), A=label[None], b=[0.0], lb=lb, ub=ub)
+        assert found.status is Status.SOLVED
+
+
 def test_a_start_at_the_solution_leaves_nothing_to_do():
     qp = random_qp(4)
     cold = solve_qp(**qp)
