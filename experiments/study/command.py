@@ -24,8 +24,7 @@ The study's file names machine, what is rendered or done, questions and consent.
 its own, in an order that the participant's label draws; the screen does not tell which stimulus it is.
 Every trial is on the disk before the next one: after Ctrl-C or a crash the same command goes on."""
 
-EPILOG = """built-in studies:
-{studies}
+EPILOG = """built-in studies: {studies}
 
 a study, stiffness.toml:
   protocol = "threshold"
@@ -103,7 +102,7 @@ def _listed() -> str:
     """Built-in studies, and what each says of itself."""
     from .built_in import built_in
 
-    return "\n".join(f"  {name}: {title}" for name, title in built_in().items())
+    return "; ".join(f"{name}: {title}" for name, title in built_in().items())
 
 
 def observer(text: str) -> Observer:

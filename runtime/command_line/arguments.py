@@ -28,23 +28,22 @@ MAX_RATE = 1e5
 MAX_COUNT = 10**9
 
 
-class Paragraphs(argparse.HelpFormatter):
-    """Lines at the margin are paragraphs and fill the terminal; what is indented, as examples are, stays."""
+class Help(argparse.HelpFormatter):
+    """Lines at the margin are paragraphs and fill the terminal; indented ones, to be copied, stay whole."""
 
     def _fill_text(self, text: str, width: int, indent: str) -> str:
         filled: list[str] = []
         for kept, lines in groupby(text.strip("\n").splitlines(), lambda line: not line or line[0] == " "):
-            for line in lines if kept else [indent + " ".join(lines)]:
-                margin = indent + " " * (len(line) - len(line.lstrip()))
-                filled.append(textwrap.fill(line, width, subsequent_indent=margin + "    " * kept))
-        return "\n".join(filled) + "\n"
+            block = list(lines)
+            filled += block if kept else [textwrap.fill(" ".join(block), width)]
+        return "\n".join(indent + line for line in filled) + "\n"
 
 
 class Parser(argparse.ArgumentParser):
     """Says what was probably meant where a word is wrong; takes no part of an option for the whole."""
 
     def __init__(self, **options: Any) -> None:
-        super().__init__(**{"formatter_class": Paragraphs, **options, "allow_abbrev": False})
+        super().__init__(**{"formatter_class": Help, **options, "allow_abbrev": False})
         self._typed: list[str] = []
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
