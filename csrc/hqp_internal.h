@@ -300,6 +300,7 @@ void hqp_keep(const hqp_solver *s, hqp_place to);
 void hqp_go_to(hqp_solver *s, hqp_place from);
 int hqp_any_joined(const hqp_solver *s);
 void hqp_bring_back(hqp_solver *s);
+int hqp_first_apart(const hqp_solver *s, const real *kept_x, real most);
 int hqp_is_kept_better(const hqp_solver *s, const real *kept_x);
 
 /* hqp.c: all that is known of earlier solves is forgotten, and x = 0 */

@@ -384,12 +384,18 @@ void hqp_harden(hqp_solver *s) {
     s->is_lax = 0;
 }
 
-/* Whether the first level that differs is smaller at what was kept than at x. */
-int hqp_is_kept_better(const hqp_solver *s, const real *kept_x) {
+/* First level whose slack at x and at what was kept differ by more than this, or the number of levels. */
+int hqp_first_apart(const hqp_solver *s, const real *kept_x, real most) {
     for (int p = 0; p < s->levels; p++) {
         const real now = sqrt(2.0 * half_square(s, p));
         const real kept = sqrt(2.0 * half_square_at(s, p, kept_x));
-        if (fabs(now - kept) > LOSS * (1.0 + fmin(now, kept))) return kept < now;
+        if (fabs(now - kept) > most * (1.0 + fmin(now, kept))) return p;
     }
-    return 0;
+    return s->levels;
+}
+
+/* Whether the first level that differs is smaller at what was kept than at x. */
+int hqp_is_kept_better(const hqp_solver *s, const real *kept_x) {
+    const int p = hqp_first_apart(s, kept_x, LOSS);
+    return p < s->levels && half_square_at(s, p, kept_x) < half_square(s, p);
 }

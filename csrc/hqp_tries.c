@@ -14,9 +14,11 @@ enum { ATTEMPTS = 3 };                               /* walks of the levels that
 static const real HARD = 1e6; /* times 1 + slack: a multiplier for which others should give way */
 /* times norm of row (1 + |x|): what a row is missed by, more than rounding, and clearly */
 static const real FAINT = 1e-12, MISSED = 1e-5;
-static const real FAR = 1e-9;   /* rounding times |x| that may be seen in a slack */
-static const real SAME = 1e-10; /* times 1 + |x|: no distance */
-static const real CLOSER = 0.1; /* times rounding, which rows are minded by where such an x is put right */
+static const real MOVED = 1e-7; /* times 1 + slack: more than a level may change by on the way to the face */
+static const real LENIENT = 100.0; /* lenience for an answer that is the same from any start */
+static const real FAR = 1e-9;      /* rounding times |x| that may be seen in a slack */
+static const real SAME = 1e-10;    /* times 1 + |x|: no distance */
+static const real CLOSER = 0.1;    /* times rounding, which rows are minded by where such an x is put right */
 enum { USUAL = 16, LEAST_USUAL = 128 }; /* times n, and at least: iterations that nearly all do with */
 enum { GLANCE = 16 };                   /* iterations to see whether joins are needed */
 enum { SOFT_GLANCE = 3 };               /* times n / 4: the same, to find x with two levels as one */
@@ -329,6 +331,54 @@ static int is_hard(const hqp_solver *s) {
     return s->hardest > HARD * (1.0 + sqrt(squares));
 }
 
+/* Whether x, on its way to the face, loses nothing that a level above the last would mind. x stays. */
+static int is_on_face(hqp_solver *s) {
+    memcpy(s->kept, s->x, (size_t)s->ld * sizeof(real));
+    int is_same = hqp_fit_face(s);
+    hqp_find_values(s);
+    is_same = is_same && hqp_first_apart(s, s->kept, MOVED) >= s->levels - 1;
+    memcpy(s->x, s->kept, (size_t)s->ld * sizeof(real));
+    hqp_find_values(s);
+    return is_same;
+}
+
+/* Whether x, which was found with this level and all after it that have a slack as one, is proven as well as
+ * any x may be: it is the same from any start, which an exact proof of another x seldom is. */
+static int is_proven_from_any_start(hqp_solver *s, int level) {
+    s->is_exact = 0;
+    int proven = is_proven_softened(s, level);
+    if (!proven && is_on_face(s)) {
+        s->lenience = LENIENT;
+        proven = is_proven_here(s);
+        s->lenience = 1.0;
+    }
+    s->is_exact = 1;
+    if (proven) s->leans = -1;
+    return proven;
+}
+
+/*
+ * Look for x with as many of the last levels that have a slack as one as may be, from where x is, and prove
+ * it without. That x stands, whatever was found before. Returns 0 where there is none, and x stays where it
+ * is.
+ */
+static int try_most_softened(hqp_solver *s) {
+    const int leans = s->leans;
+    const real least = s->least;
+    int level = hqp_soften(s, MOST_SOFTENED);
+    if (level < 0) level = hqp_soften(s, MOST_SOFTENED - 1);
+    if (level < 0) return 0;
+    s->warm = 1;
+    const int found = try_both(s, 0) == HQP_SOLVED;
+    hqp_harden(s);
+    if (found && is_proven_from_any_start(s, level)) return 1;
+    hqp_bring_back(s);
+    s->levels_done = s->levels;
+    s->leans = leans;
+    s->least = least;
+    return 0;
+}
+
 /*
  * Look for x with the last two levels that have a slack as one, or the last three, which needs no large
  * multipliers, and prove it without. The better of this and of what was found before stands. Where nothing is
@@ -337,6 +387,10 @@ static int is_hard(const hqp_solver *s) {
 static hqp_status try_softened(hqp_solver *s, hqp_status status) {
     const int leans = s->leans, begin = status != HQP_SOLVED && s->softest ? s->softest : LEAST_SOFTENED;
     const real least = s->least;
+    if (s->is_exact && !s->is_late && try_most_softened(s)) {
+        s->softest = 0;
+        return HQP_SOLVED;
+    }
     s->softest = 0;
     for (int k = 0; k < 2 && !s->is_late; k++) {
         const int count = k == 0 ? begin : LEAST_SOFTENED + MOST_SOFTENED - begin;

@@ -29,6 +29,7 @@
 #define hqp_find_step hqp_extended_find_step
 #define hqp_find_values hqp_extended_find_values
 #define hqp_finish hqp_extended_finish
+#define hqp_first_apart hqp_extended_first_apart
 #define hqp_fit_face hqp_extended_fit_face
 #define hqp_fix hqp_extended_fix
 #define hqp_forget hqp_extended_forget
