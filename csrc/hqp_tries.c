@@ -331,24 +331,20 @@ static int is_hard(const hqp_solver *s) {
     return s->hardest > HARD * (1.0 + sqrt(squares));
 }
 
-/* Whether x, on its way to the face, loses nothing that a level above the last would mind. x stays. */
-static int is_on_face(hqp_solver *s) {
+/* Whether x, which was found with all of the last levels that have a slack as one, is proven as well as any x
+ * may be: at the minimum of its face or where it is, and there with more lenience if the way to the face
+ * changes no level above the last. It is nearly always the same from any start. */
+static int is_proven_from_any_start(hqp_solver *s) {
     memcpy(s->kept, s->x, (size_t)s->ld * sizeof(real));
-    int is_same = hqp_fit_face(s);
-    hqp_find_values(s);
-    is_same = is_same && hqp_first_apart(s, s->kept, MOVED) >= s->levels - 1;
-    memcpy(s->x, s->kept, (size_t)s->ld * sizeof(real));
-    hqp_find_values(s);
-    return is_same;
-}
-
-/* Whether x, which was found with this level and all after it that have a slack as one, is proven as well as
- * any x may be: it is the same from any start, which an exact proof of another x seldom is. */
-static int is_proven_from_any_start(hqp_solver *s, int level) {
+    const int is_fitted = hqp_fit_face(s);
     s->is_exact = 0;
-    int proven = is_proven_softened(s, level);
-    if (!proven && is_on_face(s)) {
-        s->lenience = LENIENT;
+    hqp_find_values(s);
+    const int is_on_face = is_fitted && hqp_first_apart(s, s->kept, MOVED) >= s->levels - 1;
+    int proven = is_fitted && is_proven_here(s);
+    if (!proven) {
+        memcpy(s->x, s->kept, (size_t)s->ld * sizeof(real));
+        hqp_find_values(s);
+        s->lenience = is_on_face ? LENIENT : 1.0;
         proven = is_proven_here(s);
         s->lenience = 1.0;
     }
@@ -363,15 +359,17 @@ static int is_proven_from_any_start(hqp_solver *s, int level) {
  * is.
  */
 static int try_most_softened(hqp_solver *s) {
-    const int leans = s->leans;
+    const int leans = s->leans, most = s->settings.max_iterations, limit = s->iterations + hqp_usual(s->n);
     const real least = s->least;
     int level = hqp_soften(s, MOST_SOFTENED);
     if (level < 0) level = hqp_soften(s, MOST_SOFTENED - 1);
     if (level < 0) return 0;
     s->warm = 1;
+    s->settings.max_iterations = limit < most ? limit : most;
     const int found = try_both(s, 0) == HQP_SOLVED;
+    s->settings.max_iterations = most;
     hqp_harden(s);
-    if (found && is_proven_from_any_start(s, level)) return 1;
+    if (found && is_proven_from_any_start(s)) return 1;
     hqp_bring_back(s);
     s->levels_done = s->levels;
     s->leans = leans;

