@@ -27,7 +27,7 @@ hqp_status hqp_try_extended(hqp_solver *s, hqp_status status) {
     hqp_info info = {.w = NULL, .v = NULL, .active = NULL};
     double x[HQP_MOST_VARIABLES];
     hqp_extended_begin(s->extended, s->x, s->guess_side, s->guess_held_side, s->guess_held_at);
-    hqp_extended_limit(s->extended, left, seconds);
+    hqp_extended_limit(s->extended, left, seconds, s->rank_asked);
     const hqp_status found = hqp_extended_solve(s->extended, s->levels_given, x, &info);
     s->iterations += info.iterations;
     s->is_late = found == HQP_TIME_LIMIT;

@@ -24,9 +24,10 @@ hqp_extended *hqp_extended_create(const hqp_dims *dims, const hqp_settings *sett
 hqp_status hqp_extended_solve(hqp_extended *e, const hqp_level *levels, double *x, hqp_info *info);
 void hqp_extended_destroy(hqp_extended *e);
 
-/* extended/extended_place.c: limits of the next solve, and where it begins; the working sets where it ended.
+/* extended/extended_place.c: limits of the next solve and its rank, and where it begins; the working sets
+ * where it ended.
  */
-void hqp_extended_limit(hqp_extended *e, int max_iterations, double time_limit);
+void hqp_extended_limit(hqp_extended *e, int max_iterations, double time_limit, double rank);
 void hqp_extended_begin(hqp_extended *e, const double *x, const signed char *side,
                         const signed char *held_side, const short *held_at);
 void hqp_extended_end(const hqp_extended *e, signed char *side, signed char *held_side, short *held_at);

@@ -10,6 +10,7 @@ static const real FARTHEST = 1e7; /* the length of an x of which the rounding hi
 static const real TRACE = 1e-12;  /* times 1 + |x|: rounding of the start, of which x may bear a trace */
 static const real COARSER = 1000.0, COARSEST = 1e-3; /* times the rank that was asked for */
 static const real FINER = 10.0;                      /* that over this: the next try */
+static const real FINEST = 100.0;                    /* that over this, for what nothing else solves */
 enum { ATTEMPTS = 3 };                               /* walks of the levels that are not proven */
 static const real HARD = 1e6; /* times 1 + slack: a multiplier for which others should give way */
 /* times norm of row (1 + |x|): what a row is missed by, more than rounding, and clearly */
@@ -577,7 +578,7 @@ static int is_faintly_missed(const hqp_solver *s) {
  * rounding of the data, which decides everything then: all is tried from cold with other ideas of rank, first
  * a finer one, and at last with the first. The one that led to a proof is kept.
  */
-static hqp_status solve_once(hqp_solver *s, int first) {
+static hqp_status solve_by_rank(hqp_solver *s, int first) {
     const real rank = s->settings.rank, asked = s->rank_asked;
     const real coarser = COARSER * asked < COARSEST ? COARSER * asked : asked / COARSER;
     const real other = rank == asked ? coarser : asked, ranks[] = {rank, asked / FINER, other, rank};
@@ -606,6 +607,22 @@ static hqp_status solve_once(hqp_solver *s, int first) {
     if (status != HQP_SOLVED) s->settings.rank = rank;
     hqp_part(s);
     return status;
+}
+
+/* The same and, where that leaves it unsolved and there are more digits, all of it again from the start with
+ * a finer idea of rank. */
+static hqp_status solve_once(hqp_solver *s, int first) {
+    const hqp_status status = solve_by_rank(s, first);
+    const real rank = s->settings.rank, asked = s->rank_asked;
+    if (status == HQP_SOLVED || status == HQP_ITERATION_CAP || !s->extended || s->is_late) return status;
+    hqp_unjoin(s);
+    hqp_forget(s);
+    back_to_start(s);
+    s->settings.rank = s->rank_asked = asked / FINEST;
+    const hqp_status finer = solve_by_rank(s, 0);
+    s->rank_asked = asked;
+    if (finer != HQP_SOLVED) s->settings.rank = rank;
+    return finer == HQP_SOLVED || finer == HQP_ITERATION_CAP ? finer : status;
 }
 
 /* From cold, but for variables that no row sees. */

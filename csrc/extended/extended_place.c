@@ -5,7 +5,8 @@
 
 #include <string.h>
 
-void hqp_extended_limit(hqp_extended *e, int max_iterations, double time_limit) {
+void hqp_extended_limit(hqp_extended *e, int max_iterations, double time_limit, double rank) {
+    e->settings.rank = e->rank_asked = rank;
     e->settings.max_iterations = max_iterations;
     e->settings.time_limit = time_limit;
 }

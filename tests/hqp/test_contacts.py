@@ -259,6 +259,13 @@ def test_levels_that_lean_on_each_other_end_alike_warm_and_cold(pair):
     assert is_proven(levels, warm)
 
 
+@pytest.mark.parametrize("tick", range(3))
+def test_what_is_not_proven_with_more_digits_is_with_a_finer_rank(tick):
+    levels = recorded("contact_finer")[tick]
+    solution = solve(levels)
+    assert solution.status is Status.SOLVED and is_proven(levels, solution)
+
+
 def test_reset_forgets_what_held_the_proofs_too():
     ticks = [levels for name in ("lost", "vast", "walk") for levels in recorded(f"contact_{name}")]
     solver = solver_of(ticks[0])
