@@ -363,7 +363,7 @@ static int try_most_softened(hqp_solver *s) {
     const int leans = s->leans, most = s->settings.max_iterations, limit = s->iterations + hqp_usual(s->n);
     const real least = s->least;
     int level = hqp_soften(s, MOST_SOFTENED);
-    if (level < 0) level = hqp_soften(s, MOST_SOFTENED - 1);
+    if (level < 0) level = hqp_soften(s, LEAST_SOFTENED);
     if (level < 0) return 0;
     s->warm = 1;
     s->settings.max_iterations = limit < most ? limit : most;
@@ -386,11 +386,8 @@ static int try_most_softened(hqp_solver *s) {
 static hqp_status try_softened(hqp_solver *s, hqp_status status) {
     const int leans = s->leans, begin = status != HQP_SOLVED && s->softest ? s->softest : LEAST_SOFTENED;
     const real least = s->least;
-    if (s->is_exact && !s->is_late && try_most_softened(s)) {
-        s->softest = 0;
-        return HQP_SOLVED;
-    }
     s->softest = 0;
+    if (s->is_exact && !s->is_late && try_most_softened(s)) return HQP_SOLVED;
     for (int k = 0; k < 2 && !s->is_late; k++) {
         const int count = k == 0 ? begin : LEAST_SOFTENED + MOST_SOFTENED - begin;
         const int level = hqp_soften(s, count);
