@@ -94,6 +94,7 @@ static void lay_out_reals(hqp_solver *s, char *arena, size_t *used) {
         {&s->trial, ld},
         {&s->step, ld},
         {&s->reduced, ld},
+        {&s->coefficient, ld},
         {&s->start.x, ld},
         {&s->distant.x, ld},
         {&s->good, ld},

@@ -13,6 +13,7 @@
 
 enum { FEW = 16, REFRESH = 16 };                      /* REFRESH: steps */
 static const real LEAST = 1e-7, LEAST_JOINED = 1e-14; /* times the longest row: a column that is one */
+static const real DOUBTFUL = 1e-6; /* times the norm of a row: so little of it may be rounding */
 static const real MOSTLY = 0.5; /* of a row's square: with that much left of it, rounding has taken little */
 
 static int freedom(const hqp_solver *s) {
@@ -236,6 +237,15 @@ static real orthogonalise(const hqp_solver *s, const real *row, real *rest, real
     return left;
 }
 
+/* L^T y = y in place, L the triangle of the held rows */
+static void solve_transposed(const hqp_solver *s, real *y) {
+    for (int i = s->held.count - 1; i >= 0; i--) {
+        const real *triangle = line(s, s->held.triangle, i);
+        y[i] /= triangle[i];
+        hqp_add(y, -y[i], triangle, i);
+    }
+}
+
 /* Whether so much of row `id` is more than rounding: seen from x it is R^T part. */
 static int is_seen(const hqp_solver *s, int id, const real *part) {
     const real least = s->settings.rank * s->norm[id];
@@ -247,10 +257,25 @@ static int is_seen(const hqp_solver *s, int id, const real *part) {
     return hqp_inner(seen, seen, m) > least * least;
 }
 
+/* So little is left of row `id` outside the span of the held rows, of which `share` is its place in the
+ * triangle, that rounding may have made it: it is wrong by what the frozen rows leave of rounding, and so is
+ * each held row. */
+static int is_noise(const hqp_solver *s, int id, const real *rest, const real *share) {
+    const real doubtful = DOUBTFUL * s->norm[id], square = hqp_inner(rest, rest, freedom(s));
+    real *pull = s->step, noise = 0.0;
+    if (s->metric || square > doubtful * doubtful) return 0;
+    memcpy(pull, share, (size_t)s->held.count * sizeof(real));
+    solve_transposed(s, pull);
+    for (int k = 0; k < s->held.count; k++) noise += fabs(pull[k]) * hqp_noise(s, s->held.id[k]);
+    noise += hqp_noise(s, id);
+    return square <= noise * noise;
+}
+
 /* Whether there is a rest of the row outside the span of the held rows. Where the metric is that of fitted
  * rows, what is left of a row that sees next to nothing may seem to be much. */
 static int is_independent(const hqp_solver *s, int id, const real *row, const real *rest) {
-    if (s->held.count >= freedom(s) || !is_seen(s, id, rest)) return 0;
+    const real *share = line(s, s->held.triangle, s->held.count);
+    if (s->held.count >= freedom(s) || !is_seen(s, id, rest) || is_noise(s, id, rest, share)) return 0;
     return !s->metric || is_seen(s, id, row);
 }
 
@@ -324,15 +349,6 @@ static int release(hqp_solver *s, int drop) {
         if (!append(s)) s->side[s->held.id[to]] = 0;
     }
     return s->held.count == count - 1;
-}
-
-/* L^T y = y in place, L the triangle of the held rows */
-static void solve_transposed(const hqp_solver *s, real *y) {
-    for (int i = s->held.count - 1; i >= 0; i--) {
-        const real *triangle = line(s, s->held.triangle, i);
-        y[i] /= triangle[i];
-        hqp_add(y, -y[i], triangle, i);
-    }
 }
 
 /* Take out of a vector in t-space what the held rows span of it, by a change of their multipliers. Returns 0,

@@ -25,11 +25,11 @@ hqp_status hqp_extended_solve(hqp_extended *e, const hqp_level *levels, double *
 void hqp_extended_destroy(hqp_extended *e);
 
 /* extended/extended_place.c: limits of the next solve and its rank, and where it begins; the working sets
- * where it ended.
+ * where it ended. With `only_face` x is proven at the minimum of its face, and nothing else is tried.
  */
 void hqp_extended_limit(hqp_extended *e, int max_iterations, double time_limit, double rank);
 void hqp_extended_begin(hqp_extended *e, const double *x, const signed char *side,
-                        const signed char *held_side, const short *held_at);
+                        const signed char *held_side, const short *held_at, int only_face);
 void hqp_extended_end(const hqp_extended *e, signed char *side, signed char *held_side, short *held_at);
 
 #endif

@@ -112,6 +112,7 @@ struct hqp_solver {
     real *x, *trial, *step, *reduced; /* [ld]; step and reduced also serve as scratch */
     real *good;                       /* [ld] the last answer that may be relied on */
     real *kept;                       /* [ld] x before what may fail */
+    real *coefficient;                /* [ld] of a row, by the rows behind reflectors */
     real *descent;                    /* [ld] a way down for the level at hand */
     struct {
         real *lb, *ub, *x, *target; /* of the rows at their bound, moved there, while -g is projected */
@@ -160,6 +161,7 @@ struct hqp_solver {
     int is_rough;       /* the last proof minded no more than that only because it was one by projection */
     int is_lax;         /* no more is asked of joined levels than of others */
     int is_exact;       /* the first try: less counts as none */
+    int only_face;      /* x is to be proven at the minimum of its face, and nothing else is tried */
     struct {
         hqp_place at;
         int any, off_face; /* at the minimum of its face there is no proof of it */
@@ -309,8 +311,10 @@ void hqp_forget(hqp_solver *s);
 /* hqp_extended.c: with more digits, of which there are no more than those */
 #ifdef HQP_EXTENDED
 #define hqp_try_extended(s, status) (status)
+#define hqp_prove_extended(s) 0
 #else
 hqp_status hqp_try_extended(hqp_solver *s, hqp_status status);
+int hqp_prove_extended(hqp_solver *s);
 #endif
 
 /* hqp_tries.c: all ways, one after the other */
@@ -327,6 +331,7 @@ void hqp_reflect_all(const hqp_solver *s, int from, int to, hqp_rows rows, const
 void hqp_reflect_back(const hqp_solver *s, int from, hqp_rows rows, const int *idx, int count);
 void hqp_reflect_row(const hqp_solver *s, int to, real *row);
 void hqp_reflect_row_back(const hqp_solver *s, int from, real *row);
+real hqp_noise(const hqp_solver *s, int id);
 int hqp_is_clear(const hqp_solver *s, int id, real left);
 int hqp_lq(hqp_solver *s, hqp_rows rows, const int *ids, int *order, int count);
 void hqp_least_squares(hqp_solver *s, int column);

@@ -8,9 +8,13 @@
 
 #include <string.h>
 
-/* of a row's norm: with less left of it, it waits */
-static const real LITTLE = 0.03, NEXT_TO_NOTHING = 1e-6;
+/* of a row's norm: with less left of it, it waits, */
+static const real LITTLE = 0.03;
+/* and with less of that until those are in of which more is left */
+static const real WAITING[] = {LITTLE, 1e-3, 3e-5, 1e-6, 0.0};
+enum { PASSES = sizeof WAITING / sizeof *WAITING };
 static const real FAINT = 1e-4; /* the same: a direction that is hardly seen */
+static const real NOISE = 20.0; /* roundings of a number that a row may be wrong by, times its norm */
 
 /* row -= (row . v) v */
 static void reflect_row(const hqp_solver *s, int k, real *row) {
@@ -255,25 +259,73 @@ int hqp_is_clear(const hqp_solver *s, int id, real left) {
     return fabs(left) > fmax(LITTLE, s->settings.rank) * s->norm[id];
 }
 
+/* The line of the last reflector is that of this row. */
+static void keep_line(hqp_solver *s, hqp_rows rows, int position, int id) {
+    const int k = s->top - 1;
+    real *line = s->line + k * s->ld;
+    memcpy(line, hqp_row(s, s->base, id), (size_t)s->rank * sizeof(real));
+    memcpy(line + s->rank, hqp_row(s, rows, position) + s->rank, (size_t)(s->top - s->rank) * sizeof(real));
+    s->column_row[k] = id;
+}
+
+/* What rounding may make of what the rows behind the first `top` reflectors leave of this one: it is a
+ * combination of them but for that, and each is wrong by some roundings. s->coefficient: its columns up to
+ * there, which are of no use any more. */
+static real noise_of(const hqp_solver *s, int id, int top) {
+    real *coefficient = s->coefficient, sum = s->norm[id];
+    for (int k = top - 1; k >= 0; k--) {
+        const real *line = s->line + k * s->ld, share = coefficient[k] / line[k];
+        hqp_add(coefficient, -share, line, k);
+        sum += fabs(share) * s->norm[s->column_row[k]];
+    }
+    return NOISE * HQP_UNIT * sum;
+}
+
+/* What rounding may make of what the frozen rows leave of this one; 0 where their lines are not known. */
+real hqp_noise(const hqp_solver *s, int id) {
+    if (s->rank > s->lines) return 0.0;
+    hqp_gather(s, s->coefficient, hqp_row(s, s->given, id));
+    hqp_reflect_row(s, s->rank, s->coefficient);
+    return noise_of(s, id, s->rank);
+}
+
+/* So little is left of the row that rounding may have made it. */
+static int is_noise(const hqp_solver *s, const real *row, int id, real left) {
+    if (left < FAINT * s->norm[id] && s->rank <= s->lines) {
+        memcpy(s->coefficient, hqp_row(s, s->base, id), (size_t)s->rank * sizeof(real));
+        memcpy(s->coefficient + s->rank, row + s->rank, (size_t)(s->top - s->rank) * sizeof(real));
+        return left <= noise_of(s, id, s->top);
+    }
+    return 0;
+}
+
 /*
  * Reduce rows[0 .. count) one by one, each either giving the next reflector or found dependent on those
- * before. Rows of which little is left wait until the clear ones are in, and those of which next to nothing
- * is left until then: of a row that sees a direction by 1e-9 rounding fixes it to 1e-7, and then one that
- * sees it better would pass for another direction. order: all positions; then the accepted ones, and the
- * dependent ones behind them. Returns the rank.
+ * before, or so nearly that rounding may have made the difference. The less is left of a row, the longer it
+ * waits for those of which more is left: of a row that sees a direction by 1e-9 rounding fixes it to 1e-7,
+ * and then one that sees it better would pass for another direction. order: all positions; then the accepted
+ * ones, and the dependent ones behind them. Returns the rank.
  */
 int hqp_lq(hqp_solver *s, hqp_rows rows, const int *ids, int *order, int count) {
-    const real none = s->settings.rank, least[] = {fmax(LITTLE, none), fmax(NEXT_TO_NOTHING, none), none};
+    real most = INFINITY; /* left of any that waits, of its norm */
     int rank = 0;
-    for (int pass = 0; pass < 3; pass++) {
+    for (int pass = 0; pass < PASSES && most > s->settings.rank; pass++) {
+        const real least = fmax(WAITING[pass], s->settings.rank);
+        if (most <= least) continue;
+        most = 0.0;
         for (int i = rank; i < count && s->top < s->width; i++) {
-            const int r = order[i];
+            const int r = order[i], id = ids[r];
             real *row = hqp_row(s, rows, r);
             if (rows.last[r] <= s->top) continue;
             const real left = length_left(row, s->top, rows.last[r]);
-            if (!(left > least[pass] * s->norm[ids[r]])) continue;
-            if (left < FAINT * s->norm[ids[r]]) s->sees_faintly = 1;
+            if (!(left > least * s->norm[id])) {
+                most = fmax(most, left / s->norm[id]);
+                continue;
+            }
+            if (is_noise(s, row, id, left)) continue;
+            if (left < FAINT * s->norm[id]) s->sees_faintly = 1;
             make_reflector(s, row, rows.last[r], left);
+            keep_line(s, rows, r, id);
             order[i] = order[rank];
             order[rank++] = r;
             reflect(s, s->top - 1, rows, order + rank, count - rank);

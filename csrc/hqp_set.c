@@ -10,15 +10,6 @@
 
 static const real CLEAR = 10.0; /* times rounding: a multiplier that is certainly not zero */
 
-/* Line k of the triangle of all rows behind reflectors is this row. */
-static void keep_line(hqp_solver *s, int k, hqp_rows rows, int position, const int *ids) {
-    const int id = ids[position];
-    real *line = s->line + k * s->ld;
-    memcpy(line, hqp_row(s, s->base, id), (size_t)s->rank * sizeof(real));
-    memcpy(line + s->rank, hqp_row(s, rows, position) + s->rank, (size_t)(k + 1 - s->rank) * sizeof(real));
-    s->column_row[k] = id;
-}
-
 /* Whether the reflectors that follow are still those of these rows, none of which had to wait. The rows are
  * put in their order. */
 static int are_known(const hqp_solver *s, int *ids, int count) {
@@ -54,9 +45,7 @@ static int reduce(hqp_solver *s, hqp_rows rows, int *ids, int *order, int count)
         order[i] = i;
     }
     hqp_reflect_all(s, s->rank, from, rows, order, count);
-    const int rank = hqp_lq(s, rows, ids, order, count);
-    for (int i = 0; i < rank; i++) keep_line(s, from + i, rows, order[i], ids);
-    return rank;
+    return hqp_lq(s, rows, ids, order, count);
 }
 
 /* Q^T applied to the working set: work Q = [L 0], fit Q = [F L 0] in the columns that earlier levels left

@@ -332,9 +332,23 @@ static int is_hard(const hqp_solver *s) {
     return s->hardest > HARD * (1.0 + sqrt(squares));
 }
 
+/* No level is known to lean on a row. */
+static void forget_leaning(hqp_solver *s) {
+    s->leans = -1;
+    memset(s->then, 0, (size_t)s->levels * sizeof(real));
+}
+
+/* Whether x is proven at the minimum of its face with more digits. */
+static int is_face_proven_extended(hqp_solver *s) {
+    if (!hqp_prove_extended(s)) return 0;
+    forget_leaning(s);
+    return 1;
+}
+
 /* Whether x, which was found with all of the last levels that have a slack as one, is proven as well as any x
  * may be: at the minimum of its face or where it is, and there with more lenience if the way to the face
- * changes no level above the last. It is nearly always the same from any start. */
+ * changes no level above the last. Of a face that is elsewhere more digits tell before that, and else after
+ * it. It is nearly always the same from any start. */
 static int is_proven_from_any_start(hqp_solver *s) {
     memcpy(s->kept, s->x, (size_t)s->ld * sizeof(real));
     const int is_fitted = hqp_fit_face(s);
@@ -345,10 +359,14 @@ static int is_proven_from_any_start(hqp_solver *s) {
     if (!proven) {
         memcpy(s->x, s->kept, (size_t)s->ld * sizeof(real));
         hqp_find_values(s);
+        proven = is_fitted && !is_on_face && is_face_proven_extended(s);
+    }
+    if (!proven) {
         s->lenience = is_on_face ? LENIENT : 1.0;
         proven = is_proven_here(s);
         s->lenience = 1.0;
     }
+    if (!proven) proven = is_on_face && is_face_proven_extended(s);
     s->is_exact = 1;
     if (proven) s->leans = -1;
     return proven;
@@ -460,12 +478,6 @@ static int needs_no_joins(hqp_solver *s) {
     return 0;
 }
 
-/* No level is known to lean on a row. */
-static void forget_leaning(hqp_solver *s) {
-    s->leans = -1;
-    memset(s->then, 0, (size_t)s->levels * sizeof(real));
-}
-
 static hqp_status try_again(hqp_solver *s, int is_first) {
     forget_leaning(s);
     return is_first ? try_first(s, 0) : try_both(s, 0);
@@ -531,6 +543,21 @@ static void back_to_start(hqp_solver *s) {
     s->softest = s->before.softest;
 }
 
+/* x is proven with levels joined, which depends on the solve before. The answer that does not stands, where
+ * it can be proven. */
+static void try_apart(hqp_solver *s) {
+    const int rank = hqp_rank(s);
+    signed char joined[HQP_MOST_LEVELS];
+    memcpy(joined, s->joined, (size_t)s->levels);
+    hqp_keep(s, s->close.at);
+    hqp_unjoin(s);
+    if (try_most_softened(s)) return;
+    hqp_go_to(s, s->close.at);
+    memcpy(s->joined, joined, (size_t)s->levels);
+    hqp_join(s);
+    hqp_end_here(s, rank);
+}
+
 /* With two thirds of the iterations, as no proof may be that exact, or as many as are usual. */
 static hqp_status try_exact(hqp_solver *s, int first) {
     const int most = s->settings.max_iterations;
@@ -538,6 +565,7 @@ static hqp_status try_exact(hqp_solver *s, int first) {
     s->is_exact = 1;
     s->close.any = s->refuted.any = 0;
     const hqp_status status = try_joined(s, first);
+    if (status == HQP_SOLVED && hqp_any_joined(s) && !s->is_late) try_apart(s);
     s->is_exact = 0;
     s->settings.max_iterations = most;
     return status;
@@ -637,9 +665,26 @@ static int bears_trace(const hqp_solver *s) {
     return s->settings.rounding * start > TRACE * (1.0 + hqp_length(s, s->x));
 }
 
+/* x is proven at the minimum of its face, or from there a walk of the last level leads to a proof. */
+static hqp_status solve_on_face(hqp_solver *s) {
+    s->lenience = 1.0;
+    s->levels_done = 0;
+    memset(s->strict, 0, (size_t)s->levels);
+    hqp_leave_unseen(s);
+    forget_leaning(s);
+    hqp_find_values(s);
+    if (hqp_fit_face(s) && is_proven_here(s)) return HQP_SOLVED;
+    if (s->levels_done < s->levels - 1) return HQP_NOT_PROVEN;
+    const int usual = s->iterations + hqp_usual(s->n), most = s->settings.max_iterations;
+    s->iteration_limit = usual < most ? usual : most;
+    const hqp_status status = walk_from(s, s->levels - 1);
+    return status == HQP_SOLVED && is_proven_here(s) ? HQP_SOLVED : HQP_NOT_PROVEN;
+}
+
 /* The same, once more where x bears a trace of the start; and where x has become so long that its rounding
  * hides what rows lack, a shorter one is looked for from cold. */
 hqp_status hqp_solve_from(hqp_solver *s, int first) {
+    if (s->only_face) return solve_on_face(s);
     hqp_status status = solve_once(s, first);
     if (status == HQP_SOLVED && bears_trace(s)) status = solve_once(s, 0);
     if (status != HQP_SOLVED || !s->before.warm || hqp_length(s, s->x) < FARTHEST) return status;

@@ -12,8 +12,9 @@ void hqp_extended_limit(hqp_extended *e, int max_iterations, double time_limit, 
 }
 
 void hqp_extended_begin(hqp_extended *e, const double *x, const signed char *side,
-                        const signed char *held_side, const short *held_at) {
+                        const signed char *held_side, const short *held_at, int only_face) {
     hqp_reset(e);
+    e->only_face = only_face;
     for (int i = 0; i < e->n; i++) e->x[i] = x[i];
     memcpy(e->guess_side, side, (size_t)e->total);
     memcpy(e->guess_held_side, held_side, (size_t)e->total);

@@ -62,6 +62,7 @@
 #define hqp_may_gain hqp_extended_may_gain
 #define hqp_most_broken hqp_extended_most_broken
 #define hqp_move_to_trial hqp_extended_move_to_trial
+#define hqp_noise hqp_extended_noise
 #define hqp_out_of_iterations hqp_extended_out_of_iterations
 #define hqp_part hqp_extended_part
 #define hqp_part_last hqp_extended_part_last
