@@ -11,7 +11,7 @@
 /* of a row's norm: with less left of it, it waits, */
 static const real LITTLE = 0.03;
 /* and with less of that until those are in of which more is left */
-static const real WAITING[] = {LITTLE, 1e-3, 3e-5, 1e-6, 0.0};
+static const real WAITING[] = {LITTLE, 3e-3, 3e-4, 3e-5, 1e-6, 0.0};
 enum { PASSES = sizeof WAITING / sizeof *WAITING };
 static const real FAINT = 1e-4; /* the same: a direction that is hardly seen */
 static const real NOISE = 20.0; /* roundings of a number that a row may be wrong by, times its norm */
