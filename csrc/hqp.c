@@ -269,7 +269,7 @@ void hqp_forget(hqp_solver *s) {
         s->strength[i] = 0.0;
     }
     memset(s->proof.count, 0, 2 * (size_t)s->levels * sizeof(int));
-    s->warm = s->resumable = s->started = s->softest = 0;
+    s->warm = s->resumable = s->started = s->softest = s->foreseen.count = 0;
     s->apart.level = -1;
     hqp_forget_reflectors(s);
 }

@@ -26,6 +26,11 @@ enum { PARTED = 1, UNPROVEN = 2 };
 /* A row that cannot act (all zero, or no bound), an equality (lb == ub), or a range. */
 enum { HQP_IDLE = 0, HQP_EQUALITY = 1, HQP_RANGE = 2 };
 
+/* Levels in a row: the first and how many, or none. */
+typedef struct hqp_run {
+    int first, count;
+} hqp_run;
+
 /* An x and the guesses of the working sets there. */
 typedef struct hqp_place {
     real *x;
@@ -147,6 +152,7 @@ struct hqp_solver {
         hqp_place at;
         signed char *joined;
         int warm, softest;
+        hqp_run foreseen;
     } before;           /* x, the guesses and the joins at the start of the solve */
     hqp_place start;    /* x and the guesses at the start of what is tried */
     hqp_place distant;  /* an answer so long that a shorter one is looked for */
@@ -174,6 +180,7 @@ struct hqp_solver {
     int softened;     /* x was found with two levels as one */
     int sees_faintly; /* a direction was fixed by a row that hardly sees it */
     int softest;      /* how many levels as one led to a proof the last time; 0: not so many */
+    hqp_run foreseen; /* the levels as one that led to the answer of the last solve, where it is a hard one */
     real *path;       /* [levels + 1][ld] x at the start of each level of a sweep */
     real x_norm, trial_norm;
     int iterations, iteration_limit;
@@ -296,7 +303,8 @@ int hqp_weigh(hqp_solver *s, int kept);
 int hqp_set_apart(hqp_solver *s, signed char *joined);
 int hqp_is_worth_joins(const hqp_solver *s, const signed char *joined);
 void hqp_take_back(hqp_solver *s, const signed char *joined);
-int hqp_soften(hqp_solver *s, int count);
+hqp_run hqp_last_missed(const hqp_solver *s, int count);
+void hqp_soften(hqp_solver *s, hqp_run run);
 void hqp_harden(hqp_solver *s);
 void hqp_keep(const hqp_solver *s, hqp_place to);
 void hqp_go_to(hqp_solver *s, hqp_place from);

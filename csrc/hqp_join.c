@@ -358,14 +358,18 @@ void hqp_take_back(hqp_solver *s, const signed char *joined) {
     hqp_bring_back(s);
 }
 
-/*
- * No levels are joined: join the last `count` in a row that have a slack, to find an x that is to be proven
- * without, and put the one at hand aside. Returns the first of them, or -1, and nothing is changed.
+/* The last `count` levels in a row that have a slack at x; none where so many are not, or levels are joined.
  */
-int hqp_soften(hqp_solver *s, int count) {
+hqp_run hqp_last_missed(const hqp_solver *s, int count) {
     int level = s->levels, run = 0;
     while (level > 0 && run < count) run = hqp_has_slack(s, --level) ? run + 1 : 0;
-    if (run < count || hqp_any_joined(s)) return -1;
+    return (hqp_run){level, run < count || hqp_any_joined(s) ? 0 : count};
+}
+
+/* No levels are joined: join these, to find an x that is to be proven without, and put the one at hand aside.
+ */
+void hqp_soften(hqp_solver *s, hqp_run run) {
+    const int level = run.first, count = run.count;
     keep(s);
     for (int q = 1; q < count; q++) s->joined[level + q - 1] = (signed char)(q * LEAST);
     for (int i = 0; i < s->first_row[level + count - 1]; i++) {
@@ -374,7 +378,6 @@ int hqp_soften(hqp_solver *s, int count) {
     }
     hqp_join(s);
     s->is_lax = 1;
-    return level;
 }
 
 /* Part them again. */

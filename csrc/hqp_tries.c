@@ -12,7 +12,8 @@ static const real COARSER = 1000.0, COARSEST = 1e-3; /* times the rank that was 
 static const real FINER = 10.0;                      /* that over this: the next try */
 static const real FINEST = 100.0;                    /* that over this, for what nothing else solves */
 enum { ATTEMPTS = 3 };                               /* walks of the levels that are not proven */
-static const real HARD = 1e6; /* times 1 + slack: a multiplier for which others should give way */
+/* times 1 + slack: a multiplier for which others should give way, and which tells that they still should */
+static const real HARD = 1e6, STILL_HARD = 1e3;
 /* times norm of row (1 + |x|): what a row is missed by, more than rounding, and clearly */
 static const real FAINT = 1e-12, MISSED = 1e-5;
 static const real MOVED = 1e-7; /* times 1 + slack: more than a level may change by on the way to the face */
@@ -276,8 +277,10 @@ static int is_clearly_missed(const hqp_solver *s, int level) {
 static int is_found_softened(hqp_solver *s) {
     memcpy(s->x, s->start.x, (size_t)s->ld * sizeof(real));
     hqp_find_values(s);
-    const int level = hqp_soften(s, LEAST_SOFTENED);
-    if (level < 0) return 0;
+    const hqp_run run = hqp_last_missed(s, LEAST_SOFTENED);
+    if (!run.count) return 0;
+    hqp_soften(s, run);
+    const int level = run.first;
     const int half = (s->settings.max_iterations - s->iterations) / 2, most = SOFT_GLANCE * s->n / 4;
     const enum outcome outcome = glance(s, half < most ? half : most);
     hqp_harden(s);
@@ -325,11 +328,11 @@ static hqp_status try_both(hqp_solver *s, int first) {
     return status;
 }
 
-/* Whether the last level would gain a lot, were others to give way by next to nothing. */
-static int is_hard(const hqp_solver *s) {
+/* Whether the last level would gain so much, were others to give way by next to nothing. */
+static int is_hard(const hqp_solver *s, real limit) {
     real squares = 0.0;
     for (int i = s->first_row[s->levels - 1]; i < s->total; i++) squares += s->lacking[i] * s->lacking[i];
-    return s->hardest > HARD * (1.0 + sqrt(squares));
+    return s->hardest > limit * (1.0 + sqrt(squares));
 }
 
 /* No level is known to lean on a row. */
@@ -372,28 +375,67 @@ static int is_proven_from_any_start(hqp_solver *s) {
     return proven;
 }
 
+/* As many of the last levels that have a slack at x as may be one on the way. */
+static hqp_run find_most_missed(const hqp_solver *s) {
+    const hqp_run most = hqp_last_missed(s, MOST_SOFTENED);
+    return most.count ? most : hqp_last_missed(s, LEAST_SOFTENED);
+}
+
+static int is_same_run(hqp_run a, hqp_run b) {
+    return a.first == b.first && a.count == b.count;
+}
+
+/* Back to the x that was put aside, and proven so far as this. */
+static void bring_back(hqp_solver *s, int leans, real least) {
+    hqp_bring_back(s);
+    s->levels_done = s->levels;
+    s->leans = leans;
+    s->least = least;
+}
+
 /*
- * Look for x with as many of the last levels that have a slack as one as may be, from where x is, and prove
- * it without. That x stands, whatever was found before. Returns 0 where there is none, and x stays where it
- * is.
+ * Look for x with these levels as one, from where x is, and prove it without. That x stands, whatever was
+ * found before, where these are as many of its levels as may be. Returns 0 where there is none, and x stays
+ * where it is.
  */
-static int try_most_softened(hqp_solver *s) {
+static int try_run_softened(hqp_solver *s, hqp_run run) {
     const int leans = s->leans, most = s->settings.max_iterations, limit = s->iterations + hqp_usual(s->n);
     const real least = s->least;
-    int level = hqp_soften(s, MOST_SOFTENED);
-    if (level < 0) level = hqp_soften(s, LEAST_SOFTENED);
-    if (level < 0) return 0;
+    if (!run.count) return 0;
+    hqp_soften(s, run);
     s->warm = 1;
     s->settings.max_iterations = limit < most ? limit : most;
     const int found = try_both(s, 0) == HQP_SOLVED;
     s->settings.max_iterations = most;
     hqp_harden(s);
     if (found && is_proven_from_any_start(s)) return 1;
-    hqp_bring_back(s);
-    s->levels_done = s->levels;
-    s->leans = leans;
-    s->least = least;
+    bring_back(s, leans, least);
     return 0;
+}
+
+/* The same with those of the solve before that led to its answer, as long as that is a hard one: what is
+ * tried first elsewhere would be thrown away for it. */
+static int try_foreseen(hqp_solver *s) {
+    const hqp_run run = s->foreseen;
+    s->foreseen.count = 0;
+    if (!s->is_exact || !run.count || hqp_any_joined(s)) return 0;
+    const int leans = s->leans;
+    const real least = s->least;
+    if (!try_run_softened(s, run)) return 0;
+    if (!is_same_run(find_most_missed(s), run)) {
+        bring_back(s, leans, least);
+        return 0;
+    }
+    if (is_hard(s, STILL_HARD)) s->foreseen = run;
+    return 1;
+}
+
+/* The same with as many levels as may be. */
+static int try_most_softened(hqp_solver *s) {
+    const hqp_run run = find_most_missed(s);
+    if (!try_run_softened(s, run)) return 0;
+    s->foreseen = run;
+    return 1;
 }
 
 /*
@@ -404,27 +446,24 @@ static int try_most_softened(hqp_solver *s) {
 static hqp_status try_softened(hqp_solver *s, hqp_status status) {
     const int leans = s->leans, begin = status != HQP_SOLVED && s->softest ? s->softest : LEAST_SOFTENED;
     const real least = s->least;
+    const hqp_run tried = s->is_exact ? find_most_missed(s) : (hqp_run){0};
     s->softest = 0;
     if (s->is_exact && !s->is_late && try_most_softened(s)) return HQP_SOLVED;
     for (int k = 0; k < 2 && !s->is_late; k++) {
         const int count = k == 0 ? begin : LEAST_SOFTENED + MOST_SOFTENED - begin;
-        const int level = hqp_soften(s, count);
-        if (level < 0) continue;
+        const hqp_run run = hqp_last_missed(s, count);
+        if (!run.count || (status == HQP_SOLVED && is_same_run(run, tried))) continue;
+        hqp_soften(s, run);
         s->warm = 1;
         const int found = try_both(s, 0) == HQP_SOLVED;
         hqp_harden(s);
-        const int proven = is_proven_softened(s, level);
+        const int proven = is_proven_softened(s, run.first);
         if (found && !proven && status != HQP_SOLVED) keep_close(s, s->refuted.for_good);
         if (proven && (status != HQP_SOLVED || !hqp_is_kept_better(s, s->apart.at.x))) {
             s->softest = count;
             return HQP_SOLVED;
         }
-        if (status == HQP_SOLVED) {
-            hqp_bring_back(s);
-            s->levels_done = s->levels;
-            s->leans = leans;
-            s->least = least;
-        }
+        if (status == HQP_SOLVED) bring_back(s, leans, least);
     }
     return status;
 }
@@ -438,11 +477,12 @@ static int share(const hqp_solver *s, int most) {
 /* Both methods, with two thirds of the iterations or as many as are usual; where they find nothing that is
  * proven well, the other way; and where they were cut short by that, on with the rest. */
 static hqp_status try_first(hqp_solver *s, int first) {
-    const int most = s->settings.max_iterations;
+    const int most = s->settings.max_iterations, is_foreseen = s->foreseen.count > 0;
+    if (try_foreseen(s)) return HQP_SOLVED;
     s->settings.max_iterations = share(s, most);
-    const hqp_status status = try_both(s, first);
+    const hqp_status status = try_both(s, is_foreseen ? 0 : first);
     s->settings.max_iterations = most;
-    if (status == HQP_SOLVED ? s->softened || (!s->is_rough && !is_hard(s))
+    if (status == HQP_SOLVED ? s->softened || (!s->is_rough && !is_hard(s, HARD))
                              : s->is_late || s->iterations >= most)
         return status;
     const hqp_status softened = try_softened(s, status);
@@ -533,6 +573,7 @@ static void keep_start(hqp_solver *s) {
     memcpy(s->before.joined, s->joined, (size_t)s->levels);
     s->before.warm = s->warm;
     s->before.softest = s->softest;
+    s->before.foreseen = s->foreseen;
 }
 
 /* Back to that. */
@@ -541,6 +582,7 @@ static void back_to_start(hqp_solver *s) {
     hqp_take_up(s, s->before.joined, 1);
     s->warm = s->before.warm;
     s->softest = s->before.softest;
+    s->foreseen = s->before.foreseen;
 }
 
 /* x is proven with levels joined, which depends on the solve before. The answer that does not stands, where

@@ -56,6 +56,7 @@
 #define hqp_join hqp_extended_join
 #define hqp_join_next hqp_extended_join_next
 #define hqp_keep hqp_extended_keep
+#define hqp_last_missed hqp_extended_last_missed
 #define hqp_least_squares hqp_extended_least_squares
 #define hqp_leave_unseen hqp_extended_leave_unseen
 #define hqp_lq hqp_extended_lq
