@@ -303,7 +303,7 @@ int hqp_weigh(hqp_solver *s, int kept);
 int hqp_set_apart(hqp_solver *s, signed char *joined);
 int hqp_is_worth_joins(const hqp_solver *s, const signed char *joined);
 void hqp_take_back(hqp_solver *s, const signed char *joined);
-hqp_run hqp_last_missed(const hqp_solver *s, int count);
+hqp_run hqp_last_missed(hqp_solver *s, int count);
 void hqp_soften(hqp_solver *s, hqp_run run);
 void hqp_harden(hqp_solver *s);
 void hqp_keep(const hqp_solver *s, hqp_place to);

@@ -360,7 +360,7 @@ void hqp_take_back(hqp_solver *s, const signed char *joined) {
 
 /* The last `count` levels in a row that have a slack at x; none where so many are not, or levels are joined.
  */
-hqp_run hqp_last_missed(const hqp_solver *s, int count) {
+hqp_run hqp_last_missed(hqp_solver *s, int count) {
     int level = s->levels, run = 0;
     while (level > 0 && run < count) run = hqp_has_slack(s, --level) ? run + 1 : 0;
     return (hqp_run){level, run < count || hqp_any_joined(s) ? 0 : count};

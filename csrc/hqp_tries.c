@@ -376,7 +376,7 @@ static int is_proven_from_any_start(hqp_solver *s) {
 }
 
 /* As many of the last levels that have a slack at x as may be one on the way. */
-static hqp_run find_most_missed(const hqp_solver *s) {
+static hqp_run find_most_missed(hqp_solver *s) {
     const hqp_run most = hqp_last_missed(s, MOST_SOFTENED);
     return most.count ? most : hqp_last_missed(s, LEAST_SOFTENED);
 }
