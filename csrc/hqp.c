@@ -113,6 +113,7 @@ static void lay_out_reals(hqp_solver *s, char *arena, size_t *used) {
         {&s->little, levels},
         {&s->then, levels},
         {&s->kept, ld},
+        {&s->face, ld},
         {&s->refuted.x, ld},
         {&s->path, ld * (levels + 1)},
         {&s->apart.at.x, ld},

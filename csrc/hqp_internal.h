@@ -176,6 +176,7 @@ struct hqp_solver {
         real *x;           /* [ld] */
         int any, for_good; /* not less exactly either */
     } refuted;        /* the x at the minimum of its face that the first try could not prove the last time */
+    real *face;       /* [ld] x at the minimum of its face, from where the last level is walked */
     real hardest;     /* the largest multiplier of the last level, times the norm of its row */
     int softened;     /* x was found with two levels as one */
     int sees_faintly; /* a direction was fixed by a row that hardly sees it */

@@ -16,7 +16,8 @@ enum { ATTEMPTS = 3 };                               /* walks of the levels that
 static const real HARD = 1e6, STILL_HARD = 1e3;
 /* times norm of row (1 + |x|): what a row is missed by, more than rounding, and clearly */
 static const real FAINT = 1e-12, MISSED = 1e-5;
-static const real MOVED = 1e-7; /* times 1 + slack: more than a level may change by on the way to the face */
+/* times 1 + slack: more than a level may change by on the way to the face, and on a walk from there */
+static const real MOVED = 1e-7, WALKED = 1e-12;
 static const real LENIENT = 100.0; /* lenience for an answer that is the same from any start */
 static const real FAR = 1e-9;      /* rounding times |x| that may be seen in a slack */
 static const real SAME = 1e-10;    /* times 1 + |x|: no distance */
@@ -348,19 +349,40 @@ static int is_face_proven_extended(hqp_solver *s) {
     return 1;
 }
 
+/* Iterations that are usual, from here on. */
+static int usual_limit(const hqp_solver *s) {
+    const int usual = s->iterations + hqp_usual(s->n), most = s->settings.max_iterations;
+    return usual < most ? usual : most;
+}
+
+/* No more than the last level is not proven where x is, and a walk of it leads to where it is. */
+static int is_proven_walked(hqp_solver *s) {
+    if (s->levels_done < s->levels - 1) return 0;
+    s->iteration_limit = usual_limit(s);
+    return walk_from(s, s->levels - 1) == HQP_SOLVED && is_proven_here(s);
+}
+
+/* Whether x, at the minimum of its face, is proven there, or where a walk of the last level leads that
+ * changes no level above. */
+static int is_proven_from_face(hqp_solver *s) {
+    if (is_proven_here(s)) return 1;
+    memcpy(s->face, s->x, (size_t)s->ld * sizeof(real));
+    return is_proven_walked(s) && hqp_first_apart(s, s->face, WALKED) >= s->levels - 1;
+}
+
 /* Whether x, which was found with all of the last levels that have a slack as one, is proven as well as any x
  * may be: at the minimum of its face or where it is, and there with more lenience if the way to the face
  * changes no level above the last. Of a face that is elsewhere more digits tell before that, and else after
  * it. It is nearly always the same from any start. */
 static int is_proven_from_any_start(hqp_solver *s) {
-    memcpy(s->kept, s->x, (size_t)s->ld * sizeof(real));
+    hqp_keep(s, s->start);
     const int is_fitted = hqp_fit_face(s);
     s->is_exact = 0;
     hqp_find_values(s);
-    const int is_on_face = is_fitted && hqp_first_apart(s, s->kept, MOVED) >= s->levels - 1;
-    int proven = is_fitted && is_proven_here(s);
+    const int is_on_face = is_fitted && hqp_first_apart(s, s->start.x, MOVED) >= s->levels - 1;
+    int proven = is_fitted && is_proven_from_face(s);
     if (!proven) {
-        memcpy(s->x, s->kept, (size_t)s->ld * sizeof(real));
+        hqp_go_to(s, s->start);
         hqp_find_values(s);
         proven = is_fitted && !is_on_face && is_face_proven_extended(s);
     }
@@ -399,12 +421,12 @@ static void bring_back(hqp_solver *s, int leans, real least) {
  * where it is.
  */
 static int try_run_softened(hqp_solver *s, hqp_run run) {
-    const int leans = s->leans, most = s->settings.max_iterations, limit = s->iterations + hqp_usual(s->n);
+    const int leans = s->leans, most = s->settings.max_iterations;
     const real least = s->least;
     if (!run.count) return 0;
     hqp_soften(s, run);
     s->warm = 1;
-    s->settings.max_iterations = limit < most ? limit : most;
+    s->settings.max_iterations = usual_limit(s);
     const int found = try_both(s, 0) == HQP_SOLVED;
     s->settings.max_iterations = most;
     hqp_harden(s);
@@ -716,11 +738,7 @@ static hqp_status solve_on_face(hqp_solver *s) {
     forget_leaning(s);
     hqp_find_values(s);
     if (hqp_fit_face(s) && is_proven_here(s)) return HQP_SOLVED;
-    if (s->levels_done < s->levels - 1) return HQP_NOT_PROVEN;
-    const int usual = s->iterations + hqp_usual(s->n), most = s->settings.max_iterations;
-    s->iteration_limit = usual < most ? usual : most;
-    const hqp_status status = walk_from(s, s->levels - 1);
-    return status == HQP_SOLVED && is_proven_here(s) ? HQP_SOLVED : HQP_NOT_PROVEN;
+    return is_proven_walked(s) ? HQP_SOLVED : HQP_NOT_PROVEN;
 }
 
 /* The same, once more where x bears a trace of the start; and where x has become so long that its rounding

@@ -213,6 +213,14 @@ def test_what_is_thrown_away_for_the_answer_that_stands_is_not_tried_again(name)
 
 
 @pytest.mark.parametrize("tick", [0, 1])
+def test_a_walk_of_the_last_level_from_the_face_comes_before_more_digits(tick):
+    levels = recorded("contact_vain")[tick]
+    solution, without = solve(levels), solve(too_large_for_more_digits(levels))
+    assert solution.status is without.status is Status.SOLVED
+    np.testing.assert_allclose(solution.x, without.x, rtol=0.0, atol=1e-9)
+
+
+@pytest.mark.parametrize("tick", [0, 1])
 def test_three_levels_that_lean_on_each_other_are_found_as_one_and_proven_on_the_face_they_end_on(tick):
     levels = recorded("contact_face")[tick]
     solution = solve(levels)
