@@ -141,6 +141,12 @@ static void add_rounding(hqp_qp_solver *s) {
     }
 }
 
+/* Met is a row that is missed by no more than this: by rounding, which is no excuse for more than a length of
+ * 1 makes of the row, or its bound. */
+static double hidden(const hqp_qp_solver *s, int id, double bound) {
+    return fmin(MET * hqp_qp_allowance(s, id, bound), s->norm[id] + fabs(bound));
+}
+
 /* How much more than allowed is left of the gradient, or of the distance of held rows to their bound, in
  * `gap` [count]. */
 static double excess(hqp_qp_solver *s, double *gap) {
@@ -154,7 +160,7 @@ static double excess(hqp_qp_solver *s, double *gap) {
         const int id = s->id[k], side = s->side[id];
         const double bound = hqp_qp_bound(s, id, side);
         gap[k] = side * (bound - hqp_qp_value(s, id, s->x));
-        most = worse(most, fabs(gap[k]) / (MET * hqp_qp_allowance(s, id, bound)));
+        most = worse(most, fabs(gap[k]) / hidden(s, id, bound));
     }
     return most;
 }
@@ -166,7 +172,7 @@ static int is_feasible(hqp_qp_solver *s) {
         const double over = s->value[i] - s->hi[i], under = s->lo[i] - s->value[i];
         if (over <= 0.0 && under <= 0.0) continue;
         const double beyond = over > under ? over : under, bound = over > under ? s->hi[i] : s->lo[i];
-        if (!(beyond <= MET * hqp_qp_allowance(s, i, bound))) return 0;
+        if (!(beyond <= hidden(s, i, bound))) return 0;
     }
     return hqp_qp_inner(s->x, s->x, s->n) < INFINITY;
 }

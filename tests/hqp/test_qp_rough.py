@@ -1,6 +1,7 @@
 """Whatever solve_qp says of the roughest quadratic programs, from their data alone."""
 
 import warnings
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -275,3 +276,19 @@ def test_the_most_rows_that_contradict_each_other_have_a_conflict(part):
     data = {"G": {"G": rows, "h": bounds}, "A": {"A": rows, "b": bounds}}[part]
     found = solve_qp(np.eye(2), np.ones(2), lb=-np.ones(2), ub=np.ones(2), **data)
     assert [(name, row) for name, row, _ in found.conflict] == [(part, 0), (part, 8191)]
+
+
+def test_an_x_so_long_that_its_rounding_hides_a_contradiction_is_not_proven():
+    """24 variables with units over 3 orders, and rows that contradict each other by .01: at |x| = 1e50 each
+    is missed by no more than the rounding of its terms."""
+    with np.load(Path(__file__).with_name("data") / "qp_contradiction.npz") as file:
+        found = solve_qp(**file)
+    assert not found.found and (found.conflict or found.status is Status.NOT_PROVEN)
+
+
+@pytest.mark.parametrize("far", [1e3, 1e9, 1e12])
+def test_a_long_x_that_meets_its_rows_is_proven(far):
+    G = np.array([[1.0, -1.0, 0.0], [0.0, 1.0, -1.0], [-1.0, 0.0, 0.0]])
+    found = solve_qp(np.eye(3), np.zeros(3), G=G, h=np.array([0.0, 0.0, -far]))
+    assert found.status is Status.SOLVED
+    np.testing.assert_allclose(found.x, far, rtol=1e-12)
