@@ -164,6 +164,7 @@ struct hqp_solver {
     int is_factorised;  /* the working set with which a level was found minimal */
     int is_projected;   /* x is proven by projection, and the factorisation is that of the proof */
     real lenience;      /* times what a proof by projection minds otherwise */
+    real left;          /* of the gradient by the last projection, times what counts as none */
     int is_rough;       /* the last proof minded no more than that only because it was one by projection */
     int is_lax;         /* no more is asked of joined levels than of others */
     int is_exact;       /* the first try: less counts as none */

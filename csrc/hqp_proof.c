@@ -317,6 +317,7 @@ static int is_promising(const hqp_solver *s, int level, real left) {
 static int is_little(hqp_solver *s, int level, real left) {
     const real upper = s->is_exact ? PROJECTED_EXACT : PROJECTED;
     const real most = is_strict(s, level) ? 1.0 : hqp_is_last(s, level) ? PROJECTED_LAST : upper;
+    s->left = left / s->none[level];
     if (left <= s->lenience * s->none[level]) return 1;
     s->is_rough = 1;
     if (!(left <= fmax(most, s->lenience) * s->none[level])) return 0;

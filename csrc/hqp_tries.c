@@ -18,6 +18,7 @@ static const real HARD = 1e6, STILL_HARD = 1e3;
 static const real FAINT = 1e-12, MISSED = 1e-5;
 /* times 1 + slack: more than a level may change by on the way to the face, and on a walk from there */
 static const real MOVED = 1e-7, WALKED = 1e-12;
+static const real HOPELESS = 1e5;  /* times what counts as none: left of a gradient, no rounding of doubles */
 static const real LENIENT = 100.0; /* lenience for an answer that is the same from any start */
 static const real FAR = 1e-9;      /* rounding times |x| that may be seen in a slack */
 static const real SAME = 1e-10;    /* times 1 + |x|: no distance */
@@ -362,36 +363,38 @@ static int is_proven_walked(hqp_solver *s) {
     return walk_from(s, s->levels - 1) == HQP_SOLVED && is_proven_here(s);
 }
 
-/* Whether x, at the minimum of its face, is proven there, or where a walk of the last level leads that
- * changes no level above. */
+/* The same from the minimum of the face, if it changes no level above. */
 static int is_proven_from_face(hqp_solver *s) {
-    if (is_proven_here(s)) return 1;
     memcpy(s->face, s->x, (size_t)s->ld * sizeof(real));
     return is_proven_walked(s) && hqp_first_apart(s, s->face, WALKED) >= s->levels - 1;
 }
 
 /* Whether x, which was found with all of the last levels that have a slack as one, is proven as well as any x
  * may be: at the minimum of its face or where it is, and there with more lenience if the way to the face
- * changes no level above the last. Of a face that is elsewhere more digits tell before that, and else after
- * it. It is nearly always the same from any start. */
+ * changes no level above the last. More digits are asked where on the face the last level alone is not
+ * proven, or another one nearly is: before that of a face that is elsewhere, and else after it. It is nearly
+ * always the same from any start. */
 static int is_proven_from_any_start(hqp_solver *s) {
     hqp_keep(s, s->start);
     const int is_fitted = hqp_fit_face(s);
     s->is_exact = 0;
     hqp_find_values(s);
     const int is_on_face = is_fitted && hqp_first_apart(s, s->start.x, MOVED) >= s->levels - 1;
-    int proven = is_fitted && is_proven_from_face(s);
+    int proven = is_fitted && is_proven_here(s);
+    const int is_last = is_fitted && s->levels_done >= s->levels - 1;
+    const int is_close = is_last || (is_fitted && s->left < HOPELESS);
+    if (!proven && is_last) proven = is_proven_from_face(s);
     if (!proven) {
         hqp_go_to(s, s->start);
         hqp_find_values(s);
-        proven = is_fitted && !is_on_face && is_face_proven_extended(s);
+        proven = is_close && !is_on_face && is_face_proven_extended(s);
     }
     if (!proven) {
         s->lenience = is_on_face ? LENIENT : 1.0;
         proven = is_proven_here(s);
         s->lenience = 1.0;
     }
-    if (!proven) proven = is_on_face && is_face_proven_extended(s);
+    if (!proven) proven = is_close && is_on_face && is_face_proven_extended(s);
     s->is_exact = 1;
     if (proven) s->leans = -1;
     return proven;
